@@ -17,13 +17,14 @@ import numpy as np
 from compiled_models import CORRELATED, five, kinematic, random_model
 
 from kalmanq import Model
-from kalmanq.compiler import exact, forms
-from kalmanq.compiler.header import header
-from kalmanq.compiler.operations import operations
-from kalmanq.compiler.product import Maker, Wanted, ram_of
-from kalmanq.compiler.refusals import refuse
-from kalmanq.compiler.roots import Root
-from kalmanq.compiler.text import code
+from kalmanq.compiler import exact
+from kalmanq.compiler.proven import forms
+from kalmanq.compiler.proven.header import header
+from kalmanq.compiler.proven.operations import operations
+from kalmanq.compiler.proven.product import Maker, Wanted, ram_of
+from kalmanq.compiler.proven.refusals import refuse
+from kalmanq.compiler.proven.roots import Root
+from kalmanq.compiler.proven.text import code
 from kalmanq.errors import KalmanqError
 from kalmanq.model import Gaps
 

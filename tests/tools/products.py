@@ -1,4 +1,4 @@
-"""Sixteen ordinary products, as their makers would write them: what design and compile are tried with."""
+"""Products as their makers would write them: sixteen ordinary ones for design and compile, and eight for compile alone."""
 
 from __future__ import annotations
 
@@ -115,5 +115,72 @@ def oven() -> Model:
                  name="oven", states=["wall", "air"], measurements=["probe"], controls=[Quantity("heater", "kW", 2)])
 
 
+def drone() -> Model:
+    """Three axes of position, velocity and acceleration, with jerk noise; height is measured better"""
+    dt = 0.1
+    A = [[1, dt, dt * dt / 2], [0, 1, dt], [0, 0, 1]]
+    G = 5.0 * np.array([dt**3 / 6, dt * dt / 2, dt])
+    states = [Quantity(f"{kind} {axis}", unit, most) for axis in "xyz" for kind, unit, most in
+              (("position", "m", 1e4), ("velocity", "m/s", 100), ("acceleration", "m/s2", 50))]
+    return Model(np.kron(np.eye(3), A), np.kron(np.eye(3), [[1, 0, 0]]), [4, 4, 0.25], G=np.kron(np.eye(3), G[:, None]),
+                 P0=[100, 25, 4] * 3, states=states, measurements=[Quantity(axis, "m", 1e4) for axis in "xyz"],
+                 name="drone", gaps=Gaps(20))
+
+
+def calendar() -> Model:
+    """Passengers an hour: a level, and a daily pattern of eight hours in companion form"""
+    A = np.zeros((8, 8))
+    A[0, 0] = 1
+    A[1, 1:] = -1
+    A[2:, 1:7] = np.eye(6)
+    return Model(A, [1, 1, 0, 0, 0, 0, 0, 0], 25, [0.5, 0.2, 0, 0, 0, 0, 0, 0], P0=[1e4] + [400] * 7, x0=[200] + [0] * 7,
+                 name="calendar", states=["level", *(f"hour {k}" for k in range(7))], measurements=["gate"])
+
+
+def interferometer() -> Model:
+    """A distance that is known to 1 mm at first and measured to 1 nm"""
+    A, G = _velocity(1e-3, 1e-4)
+    return Model(A, [1, 0], 1e-18, G=G, P0=[1e-6, 1e-8], name="interferometer", measurements=["fringe"],
+                 states=[Quantity("distance", "m"), Quantity("speed", "m/s")])
+
+
+def borehole() -> Model:
+    """A temperature that hardly moves, of which next to nothing is known at first"""
+    return Model([[1, 1], [0, 0.9]], [1, 0], 1e-4, [1e-10, 1e-10], P0=[1e6, 1], name="borehole",
+                 states=[Quantity("temperature", "C"), Quantity("trend", "C/h")], measurements=["probe"])
+
+
+def scale() -> Model:
+    """A weight that changes, on a scale of which the offset never does; a second, coarse one has none"""
+    return Model(np.eye(2), [[1, 1], [1, 0]], [0.01, 4], [0.5, 0], P0=[1e4, 100], name="scale",
+                 states=["weight", "offset"], measurements=["fine", "coarse"])
+
+
+def quartz() -> Model:
+    """An oscillation without noise, and what it is measured on; 10 kHz"""
+    turn = 2 * np.pi * 50 / 1e4
+    A = [[np.cos(turn), np.sin(turn), 0], [-np.sin(turn), np.cos(turn), 0], [0, 0, 0.99]]
+    return Model(A, [1, 0, 1], 0.04, [0, 0, 1e-3], P0=[1, 1, 0.1], name="quartz",
+                 states=["sine", "cosine", "hum"], measurements=[Quantity("mains", "V", 50)])
+
+
+def rover() -> Model:
+    """Speed and turn rate, driven by two motors; both odometers share the slip of the floor"""
+    return Model([[0.9, 0], [0, 0.8]], [[1, -0.2], [1, 0.2]], [[0.01, 0.006], [0.006, 0.02]], [1e-3, 1e-2],
+                 B=[[0.05, 0.05], [-0.2, 0.2]], P0=[1, 1], name="rover", gaps=Gaps(4),
+                 states=[Quantity("speed", "m/s"), Quantity("turn", "rad/s")],
+                 measurements=[Quantity("left", "m/s", 5), Quantity("right", "m/s", 5)],
+                 controls=[Quantity("left motor", "V", 12), Quantity("right motor", "V", 12)])
+
+
+def well() -> Model:
+    """Depth and its trend, of which nothing is known at first; a fast and a slow sensor"""
+    return Model([[1, 0.5], [0, 1]], [[1, 0], [1, 0]], [0.01, 1e-4], [1e-6, 1e-8], P0=None, unknown="all", name="well",
+                 states=[Quantity("depth", "m", 200), Quantity("trend", "m/h", 5)], gaps=Gaps(12),
+                 measurements=[Quantity("pressure", "m", 200), Quantity("tape", "m", 200)])
+
+
 PRODUCTS = (fridge, press, tilt, battery, barometer, load_cell, gps, clock, motor, tank, anemometer, heart, spring,
             meter, ultrasound, oven)
+OTHERS = (drone, calendar, interferometer, borehole, scale, quartz, rover, well)
+ALL = (*PRODUCTS, *OTHERS)

@@ -23,12 +23,13 @@ from whole import first
 
 import kalmanq
 from kalmanq import Model, Quantity
-from kalmanq.compiler import exact, fixed, forms
+from kalmanq.compiler import exact
+from kalmanq.compiler.proven import fixed, forms
 from kalmanq.compiler.names import named
-from kalmanq.compiler.product import Maker, NotProven, Wanted, compiled, ram_of
-from kalmanq.compiler.proof_file import no_less
-from kalmanq.compiler.routines import QUOTIENT
-from kalmanq.compiler.search import Runner
+from kalmanq.compiler.proven.product import Maker, NotProven, Wanted, compiled, ram_of
+from kalmanq.compiler.proven.proof_file import no_less
+from kalmanq.compiler.proven.routines import QUOTIENT
+from kalmanq.compiler.proven.search import Runner
 from kalmanq.errors import KalmanqError
 from kalmanq.model import model_file
 from kalmanq.model import Gaps

@@ -17,10 +17,10 @@ from whole import first
 
 from kalmanq import Model, Quantity, command_line
 from kalmanq.commands import design
-from kalmanq.compiler import costs, forms, offers
-from kalmanq.compiler.product import Wanted, compiled
-from kalmanq.compiler.proof_file import no_less
-from kalmanq.compiler.structure import Structure
+from kalmanq.compiler.proven import costs, forms, offers
+from kalmanq.compiler.proven.product import Wanted, compiled
+from kalmanq.compiler.proven.proof_file import no_less
+from kalmanq.compiler.proven.structure import Structure
 from kalmanq.errors import KalmanqError
 from kalmanq.firmware.ranges import with_ranges
 from kalmanq.firmware.reach import Record

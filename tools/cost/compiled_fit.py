@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""Fits what compiled filters cost to what was measured: tools/kalmanq/compiler/costs.csv.
+"""Fits what compiled filters cost to what was measured: tools/kalmanq/compiler/proven/costs.csv.
 
     compiled_fit.py FOLDER --fit FITTED.csv... --check CHECKED.csv... -o costs.csv
 

@@ -53,8 +53,7 @@ int main(void)
     }
     in_two(PREDICT_SETTLED);
     for (int k = 0; k < 4; k++) in_one(STEP_SETTLED); /* the one with most instructions counts */
-    if (f.sample_refused) cost_failed(-1);
-    if (f.gap_refused) cost_failed(-2);
+    if (REFUSED) cost_failed(-1);
     cost_end();
     return 0;
 }

@@ -1,4 +1,4 @@
-"""kalmanq compile: C for exactly this filter, proven over every covariance that it can have."""
+"""kalmanq compile: C for exactly this filter, without a library."""
 
 from __future__ import annotations
 
@@ -6,50 +6,78 @@ import hashlib
 from contextlib import ExitStack
 from dataclasses import asdict, dataclass
 from pathlib import Path
+from typing import Optional
 
 import typer
 from rich.console import Console
 
+from kalmanq.commands import compile_proven
 from kalmanq.commands.messages import print_json, tell_written
-from kalmanq.commands.options import JSON, MODEL, ChipArithmetic, choices, command_of
-from kalmanq.compiler.costs import estimates
-from kalmanq.compiler.files import texts_of
-from kalmanq.compiler.product import KINDS, Product, Wanted, compiled, fractions_of, ram_of
-from kalmanq.compiler.proof_file import lines_of_class, losses, narrow_ranges, of_means
+from kalmanq.commands.options import JSON, MODEL, choices, command_of
+from kalmanq.compiler import report
+from kalmanq.compiler.host import Host
+from kalmanq.compiler.product import Product, compiled
+from kalmanq.compiler.request import ARITHMETICS, Options as Wanted
 from kalmanq.data.files import whole
 from kalmanq.errors import KalmanqError
 from kalmanq.firmware.c_source import WORDS, identifier
 from kalmanq.model import model_file
 
+FORMS = ("factor", *compile_proven.KINDS)
+
 
 @dataclass(frozen=True)
 class Options:
     model: Path = MODEL
-    out: Path = typer.Option(..., "-o", "--out", metavar="NAME.c", help="NAME.h, NAME_test.c and NAME_proof.txt go beside it.")
-    arithmetic: ChipArithmetic = typer.Option("f32", "--arith", help="The numbers that the chip will have.")
-    form: choices("Form", KINDS) = typer.Option("covariance", "--form", help="gain: constant, where no sample is ever missing.")
-    partial: bool = typer.Option(False, "--partial", help="Samples of which some components are missing, too.")
-    nis: bool = typer.Option(False, "--nis", help="Keep NIS and the variances of innovations; f32: the likelihood.")
-    lag: int = typer.Option(0, "--lag", metavar="L", min=0, max=64, help="The mean L samples ago, too, once settled.")
-    bound: float = typer.Option(1e-4, "--bound", min=0, help="Of a covariance's error, in sigma_i sigma_j.")
+    out: Path = typer.Option(..., "-o", "--out", metavar="NAME.c", help="NAME.h, NAME_test.c and NAME_report.txt go beside it.")
+    arithmetic: choices("Compiled", ARITHMETICS) = typer.Option("f32", "--arith", help="The numbers that the chip will have.")
+    gate: Optional[float] = typer.Option(None, "--gate", metavar="K", help="Refuse a measurement that is more than K sigma off.")
+    student: Optional[float] = typer.Option(None, "--student", metavar="NU", help="Weigh measurements as with Student's noise.")
+    nis: bool = typer.Option(False, "--nis", help="Keep NIS and the variances of innovations; floats: the likelihood.")
+    lag: int = typer.Option(0, "--lag", metavar="L", min=0, max=64, help="The mean L samples ago, too, once the gain is constant.")
+    tunable: bool = typer.Option(False, "--tunable", help="A, Q and R are fields that a program may change; no fast path.")
+    every: str = typer.Option("", "--every", metavar="K,K,...", help="Rows between two values of each measurement, if rates differ.")
+    loops: Optional[bool] = typer.Option(None, "--loops/--straight", help="The covariance in loops: small, but slow. Otherwise "
+                                         "only where straight lines take 20 kB.")
+    settle: float = typer.Option(1e-6, "--settle", help="Relative distance to the steady variance at which the gain is constant.")
+    form: choices("Form", FORMS) = typer.Option("factor", "--form", help="covariance, gain: proven forms, cheaper, only for short gaps.")
+    partial: bool = typer.Option(False, "--partial", help="covariance: samples of which some components are missing, too.")
+    bound: float = typer.Option(1e-4, "--bound", min=0, help="covariance: of its error, in sigma_i sigma_j.")
     json: bool = JSON
 
 
 def compile_file(options: Options, console: Console) -> None:
-    name = _name(options.out)
-    model = model_file.read(options.model)
-    with console.status("proving", spinner="line"):
-        product = compiled(model, Wanted(options.arithmetic, name, options.form, options.partial, options.nis,
-                                         options.lag, options.bound))
-        texts = texts_of(product, hashlib.sha256(options.model.read_bytes()).hexdigest())
-    written = _write(options, texts)
+    name = name_of(options.out)
+    if options.form != "factor":
+        compile_proven.compile_file(options, name, write, console)
+        return
+    if options.partial:
+        raise KalmanqError("--partial: is an option of --form covariance; the factor takes samples in part always")
+    source = f"Model file {options.model.name}, SHA-256 {hashlib.sha256(options.model.read_bytes()).hexdigest()}"
+    with console.status("compiling", spinner="line"):
+        product = compiled(model_file.read(options.model), name,
+                           Wanted(options.arithmetic, options.settle, options.nis, options.gate, options.student,
+                                  options.tunable, options.lag, options.loops, _rates(options.every)), source)
+        with Host(product) as host:
+            found = report.findings(product, host)
+            texts = report.files(product, host, found, source)
+    written = write(options, texts)
     if options.json:
-        print_json(_told(product, written))
+        print_json(_told(product, found, written))
     else:
-        _tell(product, written, console)
+        for line in report.lines(product, found):
+            console.print(line)
+        tell_written(written, console)
 
 
-def _name(out: Path) -> str:
+def _rates(given: str) -> tuple[int, ...]:
+    try:
+        return tuple(int(one) for one in given.split(",")) if given else ()
+    except ValueError:
+        raise KalmanqError(f"--every: {given} is not a list of whole numbers, such as 1,10") from None
+
+
+def name_of(out: Path) -> str:
     if out.suffix == ".c" and out.stem in WORDS:
         raise KalmanqError(f"-o {out}: {out.stem} is a word or a header of C or C++; functions need another name")
     if out.suffix != ".c" or identifier(out.stem) != out.stem:
@@ -57,7 +85,7 @@ def _name(out: Path) -> str:
     return out.stem
 
 
-def _write(options: Options, texts: dict[str, str]) -> list[Path]:
+def write(options: Options, texts: dict[str, str]) -> list[Path]:
     paths = [options.out.with_name(name) for name in texts]
     with ExitStack() as stack:
         for path, text in zip(paths, texts.values()):
@@ -65,41 +93,13 @@ def _write(options: Options, texts: dict[str, str]) -> list[Path]:
     return paths
 
 
-def _told(product: Product, written: list[Path]) -> dict:
-    plan, proof = product.plan, product.proof
-    return {
-        "name": plan.name, "arithmetic": product.wanted.arithmetic, "form": plan.form.name, "n": plan.model.n,
-        "m": plan.model.m, "l": plan.model.l, "rows": plan.rows, "max_gap": plan.max_gap, "min_run": plan.min_run,
-        "ram": ram_of(plan), "fractions": fractions_of(plan), "bounds": list(plan.bounds),
-        "losses": proof.losses,
-        "proof": {how or "words": {"covariances": one.count, "error": one.error, "pivot": one.pivot}
-                  for how, one in proof.found.items()},
-        "rounding": proof.rounding, "ends": proof.ends.worst if proof.ends else None,
-        "warnings": narrow_ranges(product),
-        "means": {"worst": proof.mean.worst, "settled": proof.mean.last, "damped": proof.track.worst,
-                  "damped_settled": proof.track.last, "covariance": proof.track.covariance},
-        "costs": {f"{core} {level}": asdict(cost) for (core, level), cost in estimates(plan).items()},
-        "refused": [{"form": one.form, "reason": one.reason} for one in product.refused],
-        "files": written}
-
-
-def _tell(product: Product, written: list[Path], console: Console) -> None:
-    plan, proof = product.plan, product.proof
-    console.print(f"{plan.name}: {plan.form.name}, {product.wanted.arithmetic}, {ram_of(plan)} bytes of RAM")
-    if proof.losses:
-        console.print(f"  {losses(product)[0].rstrip('.')}")
-    for line in lines_of_class(product):
-        console.print(f"  {line}")
-    for how, one in proof.found.items():
-        console.print(f"  {one.count} covariances, and no more{f' ({how})' if how else ''}: all positive definite, "
-                      f"least pivot {one.pivot:.1e}, within {one.error:.1e} sigma_i sigma_j of the exact ones")
-    for what, said in of_means(product):
-        console.print(f"  {what}: {said}")
-    for line in narrow_ranges(product):
-        console.print(f"  {line}")
-    for one in product.refused:
-        console.print(f"  not {one.form}: {one.reason}")
-    tell_written(written, console)
+def _told(product: Product, found: report.Findings, written: list[Path]) -> dict:
+    given, steady = product.given, product.steady
+    return {"name": given.name, "arithmetic": given.options.arithmetic, "form": "factor", "n": given.of.n,
+            "m": given.of.m, "l": given.of.l, "ram": product.ram, "entries": len(product.arithmetic.live),
+            "settles": None if steady is None else {
+                "samples": steady.samples, "after_gap": list(steady.after_gap), "tolerance": steady.tolerance},
+            "observed": asdict(found), "files": written}
 
 
 command = command_of(Options, compile_file)

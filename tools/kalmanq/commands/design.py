@@ -14,8 +14,8 @@ from rich.console import Console
 
 from kalmanq.commands.messages import print_json, table, tell_written
 from kalmanq.commands.options import JSON, MODEL, ChipArithmetic, choices, command_of
-from kalmanq.compiler.offers import COLUMNS, Offer, offers
-from kalmanq.compiler.proof_file import no_less
+from kalmanq.compiler.proven.offers import COLUMNS, Offer, offers
+from kalmanq.compiler.proven.proof_file import no_less
 from kalmanq.data import tables
 from kalmanq.data.files import require_folder, whole
 from kalmanq.errors import KalmanqError

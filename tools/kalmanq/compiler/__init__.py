@@ -1,14 +1,12 @@
-"""A constant model as C of its own: straight lines for exactly this filter, and what is proven of them.
+"""A constant linear model as C of its own: straight lines for exactly this filter.
 
-exact       the model's numbers to 50 digits, what it settles to
-classes     covariances and ranges over a declared class of missing samples
-sums        expressions that fold while an algorithm runs over them
-lines       straight-line code: a name and a formula a line
-floats      words and means of f32;  fixed: of q31
-forms       the filter's algorithms, once for both
-structure   which entries of the covariance are constants, or equal to another
-text        NAME.c and NAME.h;  trial_file: NAME_test.c;  proof_file: NAME_proof.txt
-costs       what it costs on a core, about, from the operations of its C;  offers: one of the ways to run a model
-search      every covariance that the C can come to, by running it
-product     all of it, and which form is taken
+request    what is to be compiled: the model's numbers as its C has them, and the options
+exact      numbers to 50 digits and more;  enclosure: after how many full samples the gain is constant, by a bound
+graph      formulas that fold;  printing: C of them;  facts: entries that are constant, or equal to another
+ud         the factor as an algorithm over formulas;  floats: f32 and f64;  loops: those for large models
+words      q31, with the modules word_...;  coefficients: A, Q and R as numbers or fields
+cycle      sensors at different rates;  lag: the mean some samples ago
+emit       NAME.c;  head: NAME.h;  trial: NAME_test.c;  report: NAME_report.txt
+product    all of it;  host: the emitted C on this machine;  record: what it is tried with, and long double beside it
+proven     the covariance form, whose every covariance is searched: cheaper, for short gaps only
 """

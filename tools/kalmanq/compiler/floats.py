@@ -1,211 +1,324 @@
-"""f32: words of one float, a mean of two.
+"""f32 and f64: UD and a mean in two numbers a state, as lines of C over the locals x0, l0, ..., u01, d0, ...
 
-The mean of a state is the sum of two floats: updates gather in the lower one, a predict moves them over.  So small
-corrections of a large state are not lost.
+The mean of a state is x + l: an update adds to l, so a small correction of a large state is not lost.
 """
 
 from __future__ import annotations
 
-from decimal import Decimal
-from typing import Sequence
+from functools import reduce
+from typing import Callable, Optional, Sequence
 
 import numpy as np
 
-from kalmanq.compiler.exact import Numbers
-from kalmanq.compiler.lines import Lines
-from kalmanq.compiler.sums import Names, Sum
+from kalmanq.compiler import lag, ud
+from kalmanq.compiler.coefficients import coefficients
+from kalmanq.compiler.enclosure import Settled
+from kalmanq.compiler.facts import entries_of, facts
+from kalmanq.compiler.graph import Node, constant, dot, inverse, make, node, symbol
+from kalmanq.compiler.printing import Body, Floats, Target
+from kalmanq.compiler.request import RUN, Request
 
-Mean = list[list[Sum]]
-
-
-def literal(value: Decimal) -> str:
-    """The shortest decimal that reads back as this float."""
-    text = str(np.float32(float(value)))
-    return f"{text}f" if "." in text or "e" in text else f"{text}.0f"
-
-
-class Floats:
-    """The arithmetic of f32: what forms.py asks of one.  fused: products are added by fmaf, for the search."""
-
-    type = "float"
-    is_fixed = False
-
-    def __init__(self, of: Numbers, fused: bool = False):
-        self.of = of
-        self.fused = fused
-
-    # ---- covariance: a word of any entry is a float
-
-    def covariance(self, i: int, j: int) -> None:
-        return None
-
-    cross = row = gain = covariance
-
-    def variance(self, j: int) -> None:
-        return None
-
-    def name(self, lines: Lines, base: str, value: Sum, word: object = None, note: str = "") -> Sum:
-        if value.is_constant or value.name:
-            return value
-        return lines.add(base, "float", self.text(value), note)
-
-    def gained(self, lines: Lines, base: str, row: Sum, w: Sum, j: int, i: int) -> Sum:
-        return self.name(lines, base, row * w, None, "gain")
-
-    def named_row(self, lines: Lines, base: str, row: Sum, j: int, i: int) -> Sum:
-        """P h of a state; an entry of P, or a multiple of one, needs no name"""
-        return row if row.parts <= 1 else self.name(lines, base, row, None, "P h")
-
-    def times(self, lines: Lines, a: Sum, b: Sum) -> Sum:
-        """A product; factors of several parts get names first"""
-        a, b = (one if one.parts <= 1 else self.name(lines, "t", one) for one in (a, b))
-        return a * b
-
-    def inverse(self, lines: Lines, base: str, value: Sum) -> Sum:
-        value = value if value.is_constant else self.name(lines, "t", value)
-        return Sum(1 / value.constant) if value.is_constant else lines.add(base, "float", f"1.0f / {value.name}")
-
-    def root(self, lines: Lines, base: str, value: Sum) -> Sum:
-        return Sum(value.constant.sqrt()) if value.is_constant else \
-            lines.add(base, "float", f"(float)sqrtf({self.text(value)})")
-
-    def begin(self, lines: Lines) -> None:
-        pass
-
-    def reciprocal(self, lines: Lines, base: str, variance: Sum, j: int) -> Sum:
-        return self.inverse(lines, base, variance)
-
-    def constant(self, value: Decimal, word: object = None) -> str:
-        return literal(value)
-
-    def value(self, text: str, word: object = None) -> str:
-        """A word as a double"""
-        return f"(double){text}"
-
-    def taken(self, which: str, index: str) -> list[str]:
-        return [f"(void){index};", "return (float)value;"]
-
-    def given(self, which: str, index: str) -> list[str]:
-        return [f"(void){index};", "return (double)word;"]
-
-    def printed(self, text: str) -> list[str]:
-        return [f'printf(" %a", (double){text});']
-
-    def door(self, which: str, j: int, span: float) -> str:
-        """The largest word of a measurement (z) or a control (u)"""
-        return literal(Decimal(span))
-
-    def end(self, which: str, j: int, span: float) -> float:
-        """What the largest word is of"""
-        return float(np.float32(span))
-
-    def is_outside(self, value: str, limit: str) -> str:
-        return f"!({value} >= -{limit} && {value} <= {limit})"
-
-    def weighed(self, lines: Lines, base: str, value: Sum, j: int) -> Sum:
-        """What an innovation is multiplied by for NIS"""
-        return self.name(lines, base, value)
-
-    def nis(self, lines: Lines, parts: Sequence[tuple[int, Sum, Sum]]) -> str:
-        total = Sum()
-        for _, weighed, y in parts:
-            total = total + weighed * y
-        return self.text(total)
-
-    def store(self, value: Sum, word: object = None) -> str:
-        return self.text(value)
-
-    def text(self, value: Sum) -> str:
-        """Plain terms first, then products: each product then is one fused multiply and add."""
-        plain = [(c < 0, names[0]) for names, c in value.terms.items() if len(names) == 1 and abs(c) == 1]
-        products = [(c < 0, self._factors(names, c)) for names, c in value.terms.items()
-                    if len(names) > 1 or abs(c) != 1]
-        if value.constant:
-            plain.append((value.constant < 0, literal(abs(value.constant))))
-        plain.sort(key=lambda term: term[0])
-        if not plain:
-            products.sort(key=lambda term: term[0])
-        return self._fused(plain, products) if self.fused else _joined(plain, products)
-
-    @staticmethod
-    def _factors(names: Names, coefficient: Decimal) -> list[str]:
-        return ([] if abs(coefficient) == 1 else [literal(abs(coefficient))]) + list(names)
-
-    @staticmethod
-    def _fused(plain: Sequence[tuple[bool, str]], products: Sequence[tuple[bool, list[str]]]) -> str:
-        made = _joined(plain, []) if plain else ""
-        for negative, factors in products:
-            *head, last = factors
-            product = f"{'-' if negative else ''}{' * '.join(head)}"
-            made = f"fmaf({product}, {last}, {made})" if made else f"{product} * {last}"
-        return made or "0.0f"
+MOST = {"float": 1e18, "double": 1e150}  # of what has no range: its square is a number, and what comes of it
+LEAST = {"float": ud.LEAST, "double": 1e-280}  # a D below this is 0: its inverse would overflow
+SMALLEST, LARGEST = 1e-30, 1e37  # of a square that a float holds with all its digits
+NEGLIGIBLE = 1e-12  # of a sigma: a gain by which an innovation of one sigma moves a state by less is 0
+STUDENT_STEPS = 3
+Mean = list[tuple[Node, Node]]
+Place = tuple[str, str, str]
 
 
-def _joined(plain: Sequence[tuple[bool, str]], products: Sequence[tuple[bool, list[str]]]) -> str:
-    made = ""
-    for negative, text in [*plain, *((negative, " * ".join(factors)) for negative, factors in products)]:
-        made += (" - " if negative else " + ") + text if made else ("-" if negative else "") + text
-    return made or "0.0f"
+class FloatFilter:
+    """What the shell asks of an arithmetic, in float or double."""
 
+    def __init__(self, given: Request, steady: Optional[Settled]):
+        self.given, self.of = given, given.of.doubles()
+        self.type = "float" if given.options.arithmetic == "f32" else "double"
+        self.words = Floats(self.type)
+        self.steady = steady
+        self.coefficients = coefficients(given, self.type, self.number)
+        self.first = ud.factor(given.of.P0)
+        self._find_entries()
 
-class PairMean:
-    """mean = x + low.  names: of the states"""
+    # ---- which entries there are
 
-    parts = ("", "_low")
-    single = "float"  # a mean in one word
+    def _find_entries(self) -> None:
+        self.form = self._shorter()
+        self.facts = facts(self.first, self._transfers(self.form), self._rounded)
+        self.live: list[ud.Key] = sorted({fact for fact in self.facts.values() if isinstance(fact, tuple)},
+                                         key=lambda key: (key[1], key[0]))
 
-    def __init__(self, words: Floats, names: Sequence[str], controls: Sequence[str]):
-        self.words, self.names, self.controls = words, names, controls
+    @property
+    def operations(self) -> int:
+        """Of the factor, in a predict and an update of all components"""
+        P = self.entries
+        updates = [self.form.update(self.of.H[j], self._variance(j), P)[2] for j in range(self.of.m)]
+        return sum(self._size(one) for one in (self._predicted(self.form, P), *updates))
 
-    def fields(self, i: int) -> list[tuple[str, str]]:
-        return [(f"x_{self.names[i]}{part}", "float") for part in self.parts]
+    def _rounded(self, value: float) -> float:
+        return float(np.float32(value)) if self.type == "float" else value
 
-    def start(self, i: int) -> list[str]:
-        high = Decimal(float(np.float32(float(self.words.of.x0[i]))))
-        return [literal(high), literal(self.words.of.x0[i] - high)]
+    def _shorter(self) -> ud.UD:
+        """Of the two ways to predict the one with fewer operations"""
+        least = min(min(ud.factor(self.given.of.Q)[i, i], self.first[i, i]) for i in range(self.of.n))
+        guards = least <= 0 or self.given.options.tunable
+        forms = [ud.UD(rotates, guards, LEAST[self.type]) for rotates in (True, False)]
+        P = {key: symbol(entry(key)) for key in self.first}
+        return min(forms, key=lambda form: self._size(self._predicted(form, P)))
 
-    def predict(self, lines: Lines, x: Mean, controls: Sequence[Sum]) -> Mean:
-        A, B, n, name = self.words.of.A, self.words.of.B, self.words.of.n, self.words.name
-        whole = [name(lines, f"v_{self.names[i]}", x[i][0] + x[i][1], None, "the whole mean")
-                 if any(A[r][i] != (r == i) for r in range(n)) else Sum() for i in range(n)]
-        made = []
-        for i in range(n):
-            change = x[i][1]
-            for k in range(n):
-                change = change + whole[k] * (A[i][k] - (i == k))
-            for k, u in enumerate(controls):
-                change = change + u * B[i][k]
-            change = name(lines, f"d_{self.names[i]}", change)
-            high = name(lines, f"x_{self.names[i]}", x[i][0] + change)
-            left = name(lines, f"e_{self.names[i]}", high - x[i][0])
-            made.append([high, name(lines, f"x_{self.names[i]}_low", change - left, None, "what x could not take")])
+    def _size(self, P: ud.Entries) -> int:
+        body = Body(self.words)
+        body.assign([(entry(key), one) for key, one in P.items()])
+        return body.count
+
+    def _predicted(self, form: ud.UD, P: ud.Entries) -> ud.Entries:
+        return form.predict(self.coefficients.A, self.coefficients.noise(), dict(P))
+
+    def _transfers(self, form: ud.UD) -> list[Callable[[ud.Entries], ud.Entries]]:
+        return [lambda P: self._predicted(form, P),
+                *(lambda P, j=j: form.update(self.of.H[j], self._variance(j), dict(P))[2] for j in range(self.of.m))]
+
+    def _variance(self, j: int) -> Node:
+        return symbol("r") if self.given.options.student else self.coefficients.R[j]
+
+    @property
+    def entries(self) -> ud.Entries:
+        return entries_of(self.facts, entry)
+
+    # ---- fields and locals
+
+    @property
+    def fields(self) -> list[str]:
+        n = self.of.n
+        return [f"{self.type} x[{n}], low[{n}]; /* mean = x + low */",
+                f"{self.type} P[{max(len(self.live), 1)}]; /* U and D of the covariance U D U' */", *self.coefficients.fields]
+
+    def start(self) -> list[str]:
+        return [*(f"f->x[{i}] = {self.number(value)};" for i, value in enumerate(self.of.x0)),
+                *(f"f->low[{i}] = {self.number(0)};" for i in range(self.of.n)),
+                *(f"f->P[{slot}] = {self.number(self.first[key])};" for slot, key in enumerate(self.live)),
+                *self.coefficients.start]
+
+    def start_at(self) -> list[str]:
+        """From mean[n] and sigma[n]; of states that share a variance the largest sigma is taken."""
+        lines = [f"for (int i = 0; i < {self.of.n}; i++) {{", "    f->x[i] = mean[i];", f"    f->low[i] = {self.number(0)};", "}"]
+        for slot, (i, j) in enumerate(self.live):
+            shared = [key[0] for key, fact in self.facts.items() if fact == (i, j)] if i == j else []
+            text = f"sigma[{shared[0]}]" if shared else self.number(0)
+            for k in shared[1:]:
+                text = f"({text} > sigma[{k}] ? {text} : sigma[{k}])"
+            lines.append(f"f->P[{slot}] = {f'{text} * {text}' if shared else text};")
+        return [*lines, *self.coefficients.start]
+
+    def number(self, value: float) -> str:
+        return self.words.number(float(value))
+
+    def places(self, mean: bool = True, factor: bool = True) -> list[Place]:
+        """Type, local and field of what a function takes from the filter"""
+        made = [(self.type, f"{local}{i}", f"f->{field}[{i}]") for i in range(self.of.n)
+                for local, field in (("x", "x"), ("l", "low"))] if mean else []
+        return made + ([(self.type, entry(key), f"f->P[{slot}]") for slot, key in enumerate(self.live)] if factor else [])
+
+    def steady_literals(self) -> list[list[str]]:
+        """The factor when settled: updated, predicted"""
+        assert self.steady is not None
+        factors = [ud.factor(P) for P in (self.steady.filtered, self.steady.predicted)]
+        return [[self.number(one[key]) for key in self.live] for one in factors]
+
+    # ---- what is done
+
+    @property
+    def mean(self) -> Mean:
+        return [(symbol(f"x{i}"), symbol(f"l{i}")) for i in range(self.of.n)]
+
+    def _moved(self, x: Mean) -> Mean:
+        """A x + B u: the change in the low part, then the low part goes over to x as far as it can."""
+        made, sums = [], [high + low for high, low in x]
+        for i, (high, low) in enumerate(x):
+            change = dot(((self.coefficients.A_less_one[i][k], sums[k]) for k in range(self.of.n)), low)
+            change = dot(((self.of.B[i, k], symbol(f"u{k}")) for k in range(self.of.l)), change)
+            total = high + change
+            made.append((total, change - make("sub", total, high) if total is not high else low))
         return made
 
-    def innovation(self, lines: Lines, x: Mean, j: int, z: Sum, base: str, note: str, settled: bool = False) -> Sum:
-        H, name = self.words.of.H, self.words.name
-        y = z
+    def innovation(self, x: Mean, j: int, z: Node) -> Node:
         for part in (0, 1):
-            for i in range(self.words.of.n):
-                y = y - x[i][part] * H[j][i]
-            y = name(lines, base, y, None, note if part else "")
-        return y
+            for h, one in zip(self.of.H[j], x):
+                z = z - node(h) * one[part]
+        return z
 
-    def correct(self, lines: Lines, i: int, x: list[Sum], change: Sum) -> list[Sum]:
-        return [x[0], self.words.name(lines, f"x_{self.names[i]}_low", x[1] + change)]
+    def _written(self, x: Mean) -> list[Target]:
+        return [one for i, (high, low) in enumerate(x) for one in ((f"x{i}", high), (f"l{i}", low))]
 
-    def value(self, i: int) -> tuple[str, str]:
-        """Two doubles whose sum is the mean"""
-        return f"(double)f->x_{self.names[i]}", f"(double)f->x_{self.names[i]}_low"
+    def predict_mean(self) -> list[str]:
+        return Body(self.words).assign(self._written(self._moved(self.mean)))
 
-    def whole(self, i: int) -> str:
-        return f"f->x_{self.names[i]} + f->x_{self.names[i]}_low"
+    def predict_factor(self) -> list[str]:
+        after = self._predicted(self.form, self.entries)
+        return Body(self.words).assign([(entry(key), after[key]) for key in self.live])
 
-    def corrected(self, i: int, mean: str, change: Sum) -> str:
-        return self.words.text(Sum.named(mean) + change)
+    def update(self, j: int) -> list[str]:
+        """Component j, whose value is z<j>"""
+        options, P = self.given.options, self.entries
+        y = self.innovation(self.mean, j, symbol(f"z{j}"))
+        spread = self._spread(j, P)
+        r = self._student(y, spread, j) if options.student else self.coefficients.R[j]
+        products, weight, after = self.form.update(self.of.H[j], r, P)
+        weighed = y * weight
+        targets = self._written([(high, low + one * weighed) for (high, low), one in zip(self.mean, products)])
+        targets += [(entry(key), after[key]) for key in self.live]
+        nominal = inverse(spread + self.coefficients.R[j]) if options.student else weight
+        if options.nis:
+            targets += [("f->nis", symbol("f->nis") + y * y * nominal), (f"f->s[{j}]", inverse(nominal))]
+        body = Body(self.words, hints={id(y): "y", id(r): "r"} if options.student else {id(y): "y"})
+        if options.gate is None:
+            return body.assign(targets)
+        passes = make("or", y * y * weight <= options.gate**2, symbol(f"f->rejected[{j}] >= {RUN}"))
+        return body.assign(targets, passes, [f"f->rejected[{j}] = 0;"],
+                           [f"f->rejected[{j}]++;", f"f->events |= {self.given.upper}_GATED;", f"taken &= ~{1 << j}u;"])
 
-    def reading(self, i: int) -> tuple[str, str]:
-        """Type and text of the mean"""
-        return "float", self.whole(i)
+    def _spread(self, j: int, P: ud.Entries) -> Node:
+        """H P H'"""
+        h = self.of.H[j]
+        parts = [node(h[c]) + dot((h[i], P[i, c]) for i in range(c)) for c in range(self.of.n)]
+        return dot((f, P[c, c] * f) for c, f in enumerate(parts))
 
-    def lagged(self, i: int, mean: str) -> tuple[str, str]:
-        return "float", mean
+    def _student(self, y: Node, spread: Node, j: int) -> Node:
+        """The variance that a measurement with the noise of Student is taken with (Lange, Little and Taylor 1989)"""
+        nu, r = float(self.given.options.student or 0), self.coefficients.R[j]
+        made = r
+        for _ in range(STUDENT_STEPS):
+            share = made * inverse(spread + made)
+            residual = y * share
+            made = r * (nu / (nu + 1)) + (residual * residual + spread * share) * (1 / (nu + 1))
+        return made
+
+    # ---- settled
+
+    @property
+    def gain(self) -> np.ndarray:
+        assert self.steady is not None
+        gain, sigma = self.steady.gain.astype(float), np.sqrt(np.diag(self.steady.filtered).astype(float).clip(1e-300))
+        moved = np.abs(gain) * np.sqrt(self.steady.variances.astype(float)) / sigma[:, None]
+        return np.where(moved < NEGLIGIBLE, 0, gain)
+
+    def settled(self, predicts: bool, then: Sequence[str]) -> list[str]:
+        """The mean by the constant gain, from z0, z1, ..., and `then`; predicts: A x + B u before.  With gates nothing
+        is done where a component is beyond its gate."""
+        x = self._moved(self.mean) if predicts else self.mean
+        y = [self.innovation(x, j, symbol(f"z{j}")) for j in range(self.of.m)]
+        targets = self._written([(high, dot(zip(row, y), low)) for (high, low), row in zip(x, self.gain)])
+        body = Body(self.words, hints={id(one): f"y{j}" for j, one in enumerate(y)})
+        apart, variances = self._apart(y), self.steady.variances.astype(float)
+        if self.given.options.nis:
+            targets += [("f->nis", dot((one * one, 1 / s) for one, s in zip(apart, variances)))]
+            targets += [(f"f->s[{j}]", constant(s)) for j, s in enumerate(variances)]
+        if self.given.options.lag:
+            targets += [(f"f->y[{j}]", one) for j, one in enumerate(y)]
+        if self.given.options.gate is None:
+            return [*body.assign(targets), *then]
+        passes = [one * one <= self.given.options.gate**2 * s for one, s in zip(apart, variances)]
+        return body.assign(targets, reduce(lambda one, other: make("and", one, other), passes), then)
+
+    def _apart(self, y: Sequence[Node]) -> list[Node]:
+        """Each innovation given the components before it"""
+        lower, made = self.steady.lower.astype(float), []
+        for j, one in enumerate(y):
+            made.append(one - dot((lower[j, k], made[k]) for k in range(j)))
+        return made
+
+    # ---- what is given and read
+
+    def accepts(self, j: int) -> str:
+        """C: is z[j] a number within its range?"""
+        return self._within(f"z[{j}]", self.given.model.measurements[j].range or MOST[self.type])
+
+    def _within(self, text: str, most: float) -> str:
+        square = most * most
+        if SMALLEST < square < LARGEST:
+            return f"{text} * {text} <= {self.number(square)}"
+        return f"{text} >= {self.number(-most)} && {text} <= {self.number(most)}"
+
+    def most_control(self, k: int) -> str:
+        return self.number(self.given.model.controls[k].range or MOST[self.type])
+
+    def mixed(self, j: int) -> str:
+        """What is taken of component j: where noises are correlated, less what the components before it say of it"""
+        mixing = self.given.mixing
+        terms = [f" {'-' if mixing[j, k] < 0 else '+'} {self.number(abs(mixing[j, k]))} * z[{k}]" for k in range(j)
+                 if self.given.together[j] >> k & 1 and mixing[j, k]]
+        return f"z[{j}]{''.join(terms)}"
+
+    def mean_text(self, i: int) -> str:
+        return f"f->x[{i}] + f->low[{i}]"
+
+    def covariance(self) -> list[str]:
+        """A loop over the columns of U, from the entries that are carried and those that are constant"""
+        n = self.of.n
+        constants = sorted({fact for fact in self.facts.values() if not isinstance(fact, tuple)})
+        slots = {key: slot for slot, key in enumerate(self.live)}
+        place = [slots[fact] if isinstance(fact, tuple) else len(slots) + constants.index(fact)
+                 for fact in (self.facts[key] for key in ud.keys(n))]
+        lines, value = [], f"{{}} < {len(slots)} ? P[{{}}] : constants[{{}} - {len(slots)}]"
+        if constants:
+            lines = [f"static const {self.type} constants[{len(constants)}] = {{"
+                     f"{', '.join(self.number(one) for one in constants)}}};"]
+        is_plain = not constants and place == list(range(len(place)))
+        if not is_plain:
+            lines.append(f"static const uint8_t place[{len(place)}] = {{{', '.join(map(str, place))}}}; /* of U, D */")
+
+        def at(index: str) -> str:
+            if is_plain:
+                return f"P[{index}]"
+            where = f"place[{index}]"
+            return f"({value.format(where, where, where)})" if constants else f"P[{where}]"
+
+        one = self.number(1)
+        return [*lines, f"{self.type} sum = {self.number(0)};", f"for (int k = i > j ? i : j; k < {n}; k++) {{",
+                "    const int column = k * (k + 1) / 2;",
+                f"    const {self.type} a = i == k ? {one} : {at('column + i')}, b = j == k ? {one} : {at('column + j')};",
+                f"    sum += a * b * {at('column + k')};", "}", "return sum;"]
+
+    def functions(self) -> list[str]:
+        return [*self.coefficients.functions(),
+                *(lag.functions(self.given, self.steady, self.type, self.number) if self.steady else [])]
+
+    def routines(self, text: str) -> str:
+        return ""
+
+    def likelihood(self, given: Request) -> list[str]:
+        """Of the components that the last update took"""
+        logarithm, m = ("logf" if self.type == "float" else "log"), self.of.m
+        return [f"/** Logarithm of the likelihood of the last update; `taken`: what it returned. */",
+                f"static inline {self.type} {given.name}_log_likelihood(const {given.type} *f, unsigned taken)", "{",
+                f"    {self.type} sum = f->nis;",
+                f"    for (int j = 0; j < {m}; j++)",
+                f"        if (taken >> j & 1u) sum += {self.number(np.log(2 * np.pi))} + {logarithm}(f->s[j]);",
+                f"    return {self.number(-0.5)} * sum;", "}", ""]
+
+    # ---- for programs on the host
+
+    @property
+    def arrays(self) -> list[str]:
+        """Fields, each an array without padding"""
+        return ["x", "low", "P"]
+
+    def raw(self, which: str, k: int, value: float) -> float:
+        return value
+
+    def literal(self, value: float) -> str:
+        return self.number(value)
+
+    def from_double(self, which: str, k: int, text: str) -> str:
+        return f"({self.type}){text}"
+
+    def mean_double(self, i: int) -> str:
+        return f"(double)f.x[{i}] + (double)f.low[{i}]"
+
+    def covariance_double(self, i: str, j: str) -> str:
+        return f"(double){self.given.name}_covariance(&f, {i}, {j})"
+
+
+def entry(key: ud.Key) -> str:
+    i, j = key
+    gap = "_" if max(key) > 9 else ""
+    return f"d{j}" if i == j else f"u{i}{gap}{j}"

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import secrets
 import shutil
 import tempfile
 from contextlib import contextmanager
@@ -38,6 +39,17 @@ def refuse_output(path: Path, inputs: Sequence[Any] = ()) -> None:
 def _refuse_input(path: Path, inputs: Sequence[Any]) -> None:
     if any(path.exists() and one.exists() and path.samefile(one) for one in inputs):
         raise KalmanqError(f"{path}: is an input; write to another file")
+
+
+@contextmanager
+def own_folder(prefix: str) -> Iterator[Path]:
+    """A folder that is gone afterwards.  It has its name before it is made: an interrupt in between leaves none."""
+    path = Path(tempfile.gettempdir()) / f"{prefix}{secrets.token_hex(8)}"
+    try:
+        path.mkdir(mode=0o700)
+        yield path
+    finally:
+        shutil.rmtree(path, ignore_errors=True)
 
 
 @contextmanager

@@ -9,7 +9,7 @@ from typing import Optional
 
 import numpy as np
 
-from kalmanq.compiler.offers import COLUMNS, offers
+from kalmanq.compiler.proven.offers import COLUMNS, offers
 from kalmanq.firmware import costs
 from kalmanq.firmware.ranges import widened
 from kalmanq.firmware.reach import Record

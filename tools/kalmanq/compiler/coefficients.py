@@ -1,0 +1,128 @@
+"""A, Q and R of a filter: numbers of its C, or (--tunable) fields that a program may change while it runs.
+
+Entries that are 0, and ones on the diagonal of A, are part of the structure and stay: they fold.
+"""
+
+from __future__ import annotations
+
+from typing import Callable, Sequence
+
+import numpy as np
+
+from kalmanq.compiler import ud
+from kalmanq.compiler.graph import Node, constant, node, symbol
+from kalmanq.compiler.request import Request
+
+
+class Constant:
+    """All numbers are of the model."""
+
+    fields: Sequence[str] = ()
+    start: Sequence[str] = ()
+
+    def __init__(self, given: Request):
+        self.given, of = given, given.of.doubles()
+        self.A = [[constant(value) for value in row] for row in of.A]
+        self.A_less_one = [[constant(float(value - (i == k))) for k, value in enumerate(row)]
+                           for i, row in enumerate(given.of.A)]
+        self.R = [constant(value) for value in of.R]
+
+    def noise(self) -> list[ud.Column]:
+        return ud.columns_of_noise(self.given.of.Q)
+
+    def enumerators(self) -> list[str]:
+        return []
+
+    def calls(self) -> list[str]:
+        return []
+
+    def functions(self) -> list[str]:
+        return []
+
+
+class Tunable(Constant):
+    """Fields A[], q[], g[], r[]: entries of A, the factor of Q, the variances of R"""
+
+    def __init__(self, given: Request, type_: str, number: Callable[[float], str]):
+        super().__init__(given)
+        self.type, self.number, of = type_, number, given.of.doubles()
+        self.places = [(i, k) for i, row in enumerate(of.A) for k, value in enumerate(row)
+                       if value and not (i == k and value == 1)]
+        for slot, (i, k) in enumerate(self.places):
+            self.A[i][k] = symbol(f"f->A[{slot}]")
+            self.A_less_one[i][k] = self.A[i][k] - float(i == k)
+        self.R = [symbol(f"f->r[{j}]") for j in range(of.m)]
+        self.q = ud.factor(given.of.Q)
+        self.columns = [c for c in range(of.n) if self.q[c, c]]
+        self.rows = [(i, c) for c in self.columns for i in range(c) if self.q[i, c]]
+        sizes = (("A", len(self.places)), ("q", len(self.columns)), ("g", len(self.rows)), ("r", of.m))
+        self.fields = [f"{type_} {', '.join(f'{name}[{size}]' for name, size in sizes if size)}; /* A, U and D of Q, R */"]
+        values = [*((f"A[{s}]", of.A[place]) for s, place in enumerate(self.places)),
+                  *((f"q[{s}]", self.q[c, c]) for s, c in enumerate(self.columns)),
+                  *((f"g[{s}]", self.q[place]) for s, place in enumerate(self.rows)),
+                  *((f"r[{j}]", value) for j, value in enumerate(of.R))]
+        self.start = [f"f->{name} = {number(float(value))};" for name, value in values]
+
+    def noise(self) -> list[ud.Column]:
+        n = self.given.of.n
+        return [ud.Column(symbol(f"f->q[{slot}]"), [self._entry(i, c) for i in range(n)])
+                for slot, c in enumerate(self.columns)]
+
+    def _entry(self, i: int, c: int) -> Node:
+        return symbol(f"f->g[{self.rows.index((i, c))}]") if (i, c) in self.rows else node(float(i == c))
+
+    def enumerators(self) -> list[str]:
+        """Which field an entry of A is"""
+        if not self.places:
+            return []
+        states, upper = self.given.states, self.given.upper
+        lines = [f"    {upper}_A_{states[i]}_{states[k]}".upper() + f" = {slot}" for slot, (i, k) in enumerate(self.places)]
+        return ["/* f->A[...]: the entry of A in the row of the first state and the column of the second one */", "enum {",
+                *(f"{line}," for line in lines[:-1]), lines[-1], "};", ""]
+
+    def calls(self) -> list[str]:
+        name, n = self.given.name, self.given.of.n
+        return ["/** Sets Q: n x n, by rows.  f->A[] and f->r[] (the variances of measurements) you may write yourself.",
+                " *  Returns 0 and changes nothing where Q is no covariance, or has an entry that the factor of the",
+                " *  model's Q has not. */",
+                f"int {name}_noise({self.given.type} *f, const {self.type} Q[{n * n}]);", ""]
+
+    def functions(self) -> list[str]:
+        """U and D of Q, from the last column on"""
+        given, n, type_ = self.given, self.given.of.n, self.type
+        zero, tiny = self.number(0), self.number(1e-6)
+        slots = {key: slot for slot, key in enumerate(self.rows)}
+        place = [self.columns.index(j) if i == j and j in self.columns else slots.get((i, j), NONE)
+                 for i, j in ud.keys(n)]
+        lines = [
+            f"static const uint8_t place[{len(place)}] = {{{', '.join(map(str, place))}}}; /* in q and g */",
+            f"{type_} U[{n * n}];",
+            f"for (int i = 0; i < {n * n}; i++) U[i] = Q[i];",
+            f"for (int j = {n - 1}; j >= 0; j--) {{",
+            f"    const {type_} d = U[{n} * j + j];",
+            f"    const {type_} least = {tiny} * Q[{n} * j + j];",
+            f"    if (!(d >= -least && d <= {self.number(1e30)})) return 0;",
+            f"    if (place[j * (j + 1) / 2 + j] == {NONE} && d > least) return 0;",
+            "    for (int i = 0; i < j; i++) {",
+            f"        const {type_} u = d > least ? U[{n} * i + j] / d : {zero};",
+            f"        if (place[j * (j + 1) / 2 + i] == {NONE} && u * u * d > {tiny} * Q[{n} * i + i]) return 0;",
+            f"        for (int k = 0; k <= i; k++) U[{n} * k + i] -= u * U[{n} * k + j];",
+            "    }",
+            f"    for (int i = 0; i < j; i++) U[{n} * i + j] = d > least ? U[{n} * i + j] / d : {zero};",
+            "}",
+            f"for (int j = 0; j < {n}; j++) {{",
+            "    for (int i = 0; i <= j; i++) {",
+            "        const unsigned at = place[j * (j + 1) / 2 + i];",
+            f"        if (at == {NONE}) continue;",
+            f"        if (i == j) f->q[at] = U[{n} * j + j] > {zero} ? U[{n} * j + j] : {zero};",
+            *([f"        else f->g[at] = U[{n} * i + j];"] if self.rows else []),
+            "    }", "}", "return 1;"]
+        return [f"int {given.name}_noise({given.type} *restrict f, const {type_} Q[{n * n}])", "{",
+                *(f"    {line}" for line in lines), "}", ""]
+
+
+NONE = 255  # no field
+
+
+def coefficients(given: Request, type_: str, number: Callable[[float], str]) -> Constant:
+    return Tunable(given, type_, number) if given.options.tunable else Constant(given)

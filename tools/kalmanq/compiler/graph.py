@@ -1,0 +1,192 @@
+"""Formulas as a graph: equal formulas are one node, and 0, 1 and constants fold while an algorithm runs over them.
+
+An algorithm is written with ordinary Python arithmetic.  Its numbers are nodes, and what it returns are nodes again,
+from which `printing` makes C.  `fresh()` begins a graph: the C of a model does not depend on what was compiled before.
+"""
+
+from __future__ import annotations
+
+import math
+from contextlib import contextmanager
+from typing import Iterable, Iterator, Union
+
+Given = Union["Node", float, int]
+
+
+class Node:
+    """An operation and its arguments.  The argument of a constant is a number, the argument of a symbol its name."""
+
+    __slots__ = ("op", "args", "order")
+
+    op: str
+    args: tuple
+    order: int
+
+    def __add__(self, other: Given) -> Node: return add(self, other)
+    def __radd__(self, other: Given) -> Node: return add(other, self)
+    def __sub__(self, other: Given) -> Node: return sub(self, other)
+    def __rsub__(self, other: Given) -> Node: return sub(other, self)
+    def __mul__(self, other: Given) -> Node: return mul(self, other)
+    def __rmul__(self, other: Given) -> Node: return mul(other, self)
+    def __neg__(self) -> Node: return sub(0.0, self)
+    def __lt__(self, other: Given) -> Node: return compare("lt", self, other)
+    def __le__(self, other: Given) -> Node: return compare("le", self, other)
+
+    def __repr__(self) -> str:
+        return f"{self.op}{self.args}"
+
+    @property
+    def is_constant(self) -> bool:
+        return self.op == "constant"
+
+    @property
+    def value(self) -> float:
+        return self.args[0]
+
+    def equals(self, number: float) -> bool:
+        return self.is_constant and self.value == number
+
+
+_table: dict[tuple, Node] = {}
+
+
+@contextmanager
+def fresh() -> Iterator[None]:
+    """A graph of its own: the order of nodes begins anew."""
+    global _table
+    before, _table = _table, {}
+    try:
+        yield
+    finally:
+        _table = before
+
+
+def make(op: str, *args: object) -> Node:
+    """The node of an operation, as it is: nothing is folded."""
+    key = (op, *(id(one) if isinstance(one, Node) else (type(one), one) for one in args))
+    found = _table.get(key)
+    if found is None:
+        found = object.__new__(Node)
+        found.op, found.args, found.order = op, args, len(_table)
+        _table[key] = found
+    return found
+
+
+def constant(value: float) -> Node:
+    return make("constant", 0.0 if value == 0 else float(value))
+
+
+def symbol(name: str) -> Node:
+    return make("symbol", name)
+
+
+def node(given: Given) -> Node:
+    return given if isinstance(given, Node) else constant(float(given))
+
+
+def _ordered(op: str, a: Node, b: Node) -> Node:
+    return make(op, *sorted((a, b), key=lambda one: (not one.is_constant, one.order)))
+
+
+def negated(a: Node) -> Union[Node, None]:
+    """b, where a is -b"""
+    if a.op == "sub" and a.args[0].equals(0):
+        return a.args[1]
+    return constant(-a.value) if a.is_constant and a.value < 0 else None
+
+
+def add(one: Given, other: Given) -> Node:
+    a, b = node(one), node(other)
+    if a.is_constant and b.is_constant:
+        return constant(a.value + b.value)
+    if a.equals(0) or b.equals(0):
+        return b if a.equals(0) else a
+    for first, second in ((a, b), (b, a)):
+        less = negated(second)
+        if less is not None:
+            return sub(first, less)
+    return make("add", a, b)
+
+
+def sub(one: Given, other: Given) -> Node:
+    a, b = node(one), node(other)
+    if a.is_constant and b.is_constant:
+        return constant(a.value - b.value)
+    if b.equals(0):
+        return a
+    if a is b:
+        return constant(0)
+    more = negated(b)
+    return make("sub", a, b) if more is None else add(a, more)
+
+
+def mul(one: Given, other: Given) -> Node:
+    a, b = node(one), node(other)
+    if a.is_constant and b.is_constant:
+        return constant(a.value * b.value)
+    for first, second in ((a, b), (b, a)):
+        if first.equals(0) or second.equals(1):
+            return first
+    for first, second in ((a, b), (b, a)):
+        less = negated(first)
+        if less is not None:
+            return sub(0.0, mul(less, second))
+        if first.is_constant and second.op == "mul" and second.args[0].is_constant:
+            return mul(first.value * second.args[0].value, second.args[1])
+    return _ordered("mul", a, b)
+
+
+def inverse(given: Given) -> Node:
+    a = node(given)
+    if a.op == "inverse":
+        return a.args[0]
+    if a.is_constant:
+        return constant(1 / a.value if a.value else math.nan)
+    return make("inverse", a)
+
+
+def compare(op: str, one: Given, other: Given) -> Node:
+    a, b = node(one), node(other)
+    if a.is_constant and b.is_constant:
+        return constant(a.value < b.value if op == "lt" else a.value <= b.value)
+    return make(op, a, b)
+
+
+def select(condition: Node, yes: Given, no: Given) -> Node:
+    """condition ? yes : no"""
+    first, second = node(yes), node(no)
+    if condition.is_constant:
+        return first if condition.value else second
+    return first if first is second else make("select", condition, first, second)
+
+
+def dot(pairs: Iterable[tuple[Given, Given]], start: Given = 0.0) -> Node:
+    """start + the sum of products"""
+    total = node(start)
+    for a, b in pairs:
+        total = total + node(a) * b
+    return total
+
+
+def needed(roots: Iterable[Node]) -> tuple[list[Node], dict[int, int]]:
+    """Every node that the roots need, arguments first, and how often each is used (a root once more)"""
+    order: list[Node] = []
+    uses: dict[int, int] = {}
+    seen: set[int] = set()
+    waiting = [(root, False) for root in roots]
+    for root, _ in waiting:
+        uses[id(root)] = uses.get(id(root), 0) + 1
+    waiting.reverse()
+    while waiting:
+        one, is_done = waiting.pop()
+        if is_done:
+            order.append(one)
+            continue
+        if id(one) in seen:
+            continue
+        seen.add(id(one))
+        waiting.append((one, True))
+        for argument in reversed([a for a in one.args if isinstance(a, Node)]):
+            uses[id(argument)] = uses.get(id(argument), 0) + 1
+            waiting.append((argument, False))
+    return order, uses

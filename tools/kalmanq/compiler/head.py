@@ -1,0 +1,125 @@
+"""NAME.h of a filter: what it is of, its calls, its events and its readings."""
+
+from __future__ import annotations
+
+from kalmanq.compiler import lag
+from kalmanq.compiler.emit import Arithmetic, Text, comment
+from kalmanq.compiler.printing import indented
+from kalmanq.compiler.request import RUN, Request
+from kalmanq.firmware.c_source import plain
+
+
+def header(given: Request, a: Arithmetic, text: Text) -> str:
+    return Header(given, a, text).text()
+
+
+class Header:
+    def __init__(self, given: Request, a: Arithmetic, text: Text):
+        self.given, self.a, self.name = given, a, given.name
+        self.c = text
+        self.filter = f"{given.type} *f"
+
+    def text(self) -> str:
+        guard = f"{self.given.upper}_H"
+        return "\n".join([
+            *comment([*self._what(), "", *self._usage(), "", *self._quantities()]), f"#ifndef {guard}",
+            f"#define {guard}", "", *self._includes(), "#include <stdint.h>", "", "#ifdef __cplusplus",
+            'extern "C" {', "#endif", "", *self._events(), *self._points(), *self._tuned("enumerators"), *self._fields(),
+            *self._calls(), *self._tuned("calls"), *self._readings(), *lag.calls(self.given, self.a.type), "#ifdef __cplusplus", "}", "#endif", "", f"#endif /* {guard} */", ""])
+
+    def _what(self) -> list[str]:
+        model, options = self.given.model, self.given.options
+        return [f"{self.name}: a Kalman filter of {count(model.n, 'state')}, {count(model.m, 'measurement')} and "
+                f"{count(model.l, 'control')} in {options.arithmetic}.", "Written by kalmanq compile."]
+
+    def _usage(self) -> list[str]:
+        u = ", u" if self.given.of.l else ""
+        rows = [(f"static {self.given.type} f;", ""), (f"{self.name}_start(&f);", "once"),
+                (f"{self.name}_update(&f, z);", "the first sample"),
+                (f"{self.name}_step(&f{u}, z);", "each next sample"),
+                (f"{self.name}_predict(&f{u});", "a sample that is missing"),
+                (f"{self.name}_mean_{self.given.states[0]}(&f)", "the estimate")]
+        width = max(len(call) for call, _ in rows) + 4
+        return [f"    {call:<{width}}{what}".rstrip() for call, what in rows]
+
+    def _quantities(self) -> list[str]:
+        fractions, model = getattr(self.a, "fraction", None), getattr(self.a, "model", self.given.model)
+        rows = [("", "name", "unit", "range", *(["format"] if fractions else []))]
+        for which in ("states", "measurements", "controls"):
+            for k, one in enumerate(getattr(model, which)):
+                rows.append((f"{which[:-1]} {k}", plain(one.name), plain(one.unit), f"{one.range:g}" if one.range else "",
+                             *([f"Q{31 - fractions(which, k)}.{fractions(which, k)}"] if fractions else [])))
+        widths = [max(len(row[k]) for row in rows) for k in range(len(rows[0]))]
+        return ["    " + "  ".join(f"{cell:<{width}}" for cell, width in zip(row, widths)).rstrip() for row in rows]
+
+    def _includes(self) -> list[str]:
+        return ["#include <math.h>"] if self.given.options.nis and self.a.type != "int32_t" else []
+
+    def _events(self) -> list[str]:
+        """They stay set until f->events is set to 0."""
+        rows = [("REFUSED", "a measurement was NaN, infinite or outside its range: it was not taken")]
+        rows += [("CONTROL_REFUSED", "a control was outside its range: the nearer end was taken; NaN: 0")] \
+            if self.given.of.l else []
+        rows += [("GATED", "a measurement was too far off: it was not taken")] \
+            if self.given.options.gate is not None else []
+        rows += list(getattr(self.a, "events", ()))
+        lines = [f"{self.given.upper}_{name} = {1 << bit}{',' if bit < len(rows) - 1 else ''} /* {what} */"
+                 for bit, (name, what) in enumerate(rows)]
+        return ["/* f->events: bits that stay set until you clear them */", "enum {", *indented(lines), "};", ""]
+
+    def _points(self) -> list[str]:
+        points = getattr(self.a, "points", None)
+        return points() if points else []
+
+    def _tuned(self, which: str) -> list[str]:
+        coefficients = getattr(self.a, "coefficients", None)
+        return getattr(coefficients, which)() if coefficients else []
+
+    def _fields(self) -> list[str]:
+        options, m = self.given.options, self.given.of.m
+        lines = [*self.a.fields, "uint32_t calls; /* predict and full update in turn */", f"uint16_t {self.c.counter[0]};",
+                 "uint16_t events;"]
+        lines += [f"{self.a.type if self.a.type != 'int32_t' else 'int64_t'} nis;",
+                  f"{self.a.type} s[{m}]; /* variance of each innovation, given the components before it */"] \
+            if options.nis else []
+        lines += [f"uint8_t rejected[{m}]; /* in a row, by the gate */"] if options.gate is not None else []
+        lines += [f"{self.a.type} y[{m}]; /* innovations of the last sample, once settled */"] if options.lag else []
+        return ["typedef struct {", *indented(lines), f"}} {self.given.type};", "", *lag.struct(self.given, self.a.type)]
+
+    def _calls(self) -> list[str]:
+        n, z, u = self.given.of.n, self.c.z, self.c.u
+        lines = [
+            "/** Before the first sample. */", f"void {self.name}_start({self.filter});", "",
+            "/** The same from a mean and a sigma of each state that you give. */",
+            f"void {self.name}_start_at({self.filter}, const {self.a.type} mean[{n}], const {self.a.type} sigma[{n}]);",
+            "", "/** To the next sample.  A sample that is missing is a predict without an update; any number may be",
+            " *  missing. */", f"void {self.name}_predict({self.filter}{u});", "",
+            "/** Takes a sample.  Returns a bit for each component that it took; it refuses NaN, infinity and what is",
+            f" *  outside its range, with {self.given.upper}_REFUSED.  A second update is one more measurement. */",
+            f"unsigned {self.name}_update({self.filter}, {z});", ""]
+        if self.given.of.m > 1:
+            lines += ["/** Takes the components of a sample whose bits are set in `present`. */",
+                      f"unsigned {self.name}_update_some({self.filter}, {z}, unsigned present);", ""]
+        lines += ["/** Predict and update: the same result in fewer instructions. */",
+                  f"unsigned {self.name}_step({self.filter}{u}, {z});", "",
+                  "/** Entry i, j of the covariance. */",
+                  f"{getattr(self.a, 'covariance_type', self.a.type)} {self.name}_covariance(const {self.given.type} *f, int i, int j);", ""]
+        return lines
+
+    def _readings(self) -> list[str]:
+        lines: list[str] = []
+        for i, state in enumerate(self.given.states):
+            lines += self._reading(f"mean_{state}", self.a.mean_text(i))
+            lines += [] if self.a.type == "int32_t" else \
+                self._reading(f"variance_{state}", f"{self.name}_covariance(f, {i}, {i})")
+        if self.given.options.nis and self.a.type != "int32_t":
+            lines += self.a.likelihood(self.given)
+        return lines
+
+    def _reading(self, name: str, text: str) -> list[str]:
+        return [f"static inline {self.a.type} {self.name}_{name}(const {self.given.type} *f)", "{", f"    return {text};",
+                "}", ""]
+
+
+def count(number: int, what: str) -> str:
+    return f"{number or 'no'} {what}{'' if number == 1 else 's'}"

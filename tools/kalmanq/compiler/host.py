@@ -1,0 +1,154 @@
+"""The emitted C on this machine: compiled, loaded and run over arrays.  So a simulation is of the firmware itself."""
+
+from __future__ import annotations
+
+import ctypes
+import os
+import shutil
+import subprocess
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import Mapping, Optional, Sequence
+
+import numpy as np
+
+from kalmanq.compiler.product import Product
+from kalmanq.data.files import own_folder, telling_where
+from kalmanq.errors import KalmanqError
+
+FLAGS = ("-std=c11", "-O2", "-ffp-contract=off", "-w")
+PREDICTS, UPDATES = 1, 2  # of a row
+DRIVER = """\
+#include <math.h>
+#include <stdint.h>
+#include "{name}.h"
+
+static uint32_t hash(uint32_t h, const void *field, unsigned size)
+{{
+    for (unsigned i = 0; i < size; i++) h = (h ^ ((const unsigned char *)field)[i]) * UINT32_C(16777619);
+    return h;
+}}
+
+void run(int rows, const unsigned char *what, const unsigned *present, const double *z, const double *u, double *mean,
+         double *reading, double *covariance, unsigned *taken, unsigned *events, unsigned *digest);
+
+void run(int rows, const unsigned char *what, const unsigned *present, const double *z, const double *u, double *mean,
+         double *reading, double *covariance, unsigned *taken, unsigned *events, unsigned *digest)
+{{
+    static {name}_filter f;
+    uint32_t h = UINT32_C(2166136261);
+    {name}_start(&f);
+    for (int t = 0; t < rows; t++, z += {m}, u += {l}) {{
+        {type} v[{m}], w[{l} + 1];
+        const unsigned all = {all}u;
+        (void)w;
+{given}
+        taken[t] = 0;
+        if (what[t] == {both} && present[t] == all) taken[t] = {name}_step(&f{u}, v);
+        else {{
+            if (what[t] & {predicts}) {name}_predict(&f{u});
+            if (what[t] & {updates}) taken[t] = {some};
+        }}
+{digests}
+        events[t] = f.events;
+        f.events = 0;
+{read}
+        for (int i = 0; i < {n}; i++)
+            for (int j = 0; j < {n}; j++) covariance[(t * {n} + i) * {n} + j] = {entry};
+    }}
+    *digest = h;
+}}
+"""
+
+
+@dataclass(frozen=True)
+class Ran:
+    """rows x n, rows x n, rows x n x n; bits of the components taken and of events, of each row"""
+
+    mean: np.ndarray
+    reading: np.ndarray  # rows x n, as NAME_mean_... gives it
+    covariance: np.ndarray
+    taken: np.ndarray
+    events: np.ndarray
+    digest: int = 0  # of the bits of the filter's fields
+
+
+class Host:
+    """A context: the filter's C as a library in a folder that ends with it."""
+
+    def __init__(self, product: Product, flags: Sequence[str] = ()):
+        self.product, self.flags = product, flags
+
+    def __enter__(self) -> Host:
+        self._own = own_folder("kalmanq-compile-")
+        self.folder = self._own.__enter__()
+        try:
+            name = self.product.given.name
+            files = {**self.product.sources(), "driver.c": driver(self.product)}
+            with telling_where(self.folder):
+                for file, text in files.items():
+                    (self.folder / file).write_text(text, encoding="utf-8")
+            library = build(self.folder, [f"{name}.c", "driver.c"], "filter.so", (*self.flags, "-shared", "-fPIC"))
+            self._run = ctypes.CDLL(str(library)).run
+        except BaseException:
+            self.__exit__()
+            raise
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self._own.__exit__(None, None, None)
+
+    def run(self, z: np.ndarray, u: Optional[np.ndarray] = None, present: Optional[np.ndarray] = None,
+            what: Optional[np.ndarray] = None) -> Ran:
+        """z: rows x m, NaN where missing unless `present` has bits; u: rows x l, of the step that leads to the row;
+        what: PREDICTS and UPDATES of each row, by default both, the first row no predict"""
+        of, rows = self.product.given.of, len(z)
+        z = np.asarray(z, float).reshape(rows, of.m)
+        if present is None:
+            present = (~np.isnan(z)) @ (1 << np.arange(of.m))
+        if what is None:
+            what = PREDICTS * (np.arange(rows) > 0) + UPDATES * (present > 0)
+        given = [np.ascontiguousarray(what, np.uint8), np.ascontiguousarray(present, np.uint32),
+                 np.ascontiguousarray(z), np.ascontiguousarray(np.zeros((rows, of.l)) if u is None else u, np.float64)]
+        made = Ran(np.zeros((rows, of.n)), np.zeros((rows, of.n)), np.zeros((rows, of.n, of.n)), np.zeros(rows, np.uint32),
+                   np.zeros(rows, np.uint32))
+        arrays = [*given, made.mean, made.reading, made.covariance, made.taken, made.events, np.zeros(1, np.uint32)]
+        self._run(rows, *(ctypes.c_void_p(one.ctypes.data) for one in arrays))
+        return replace(made, digest=int(arrays[-1][0]))
+
+
+def driver(product: Product) -> str:
+    given, a = product.given, product.arithmetic
+    of, name = given.of, given.name
+    convert = [f"v[{j}] = {a.from_double('measurements', j, f'z[{j}]')};" for j in range(of.m)]
+    convert += [f"w[{k}] = {a.from_double('controls', k, f'u[{k}]')};" for k in range(of.l)]
+    read = [f"mean[t * {of.n} + {i}] = {a.mean_double(i)};" for i in range(of.n)]
+    read += [f"reading[t * {of.n} + {i}] = (double){name}_mean_{state}(&f);" for i, state in enumerate(given.states)]
+    digests = [f"        h = hash(h, f.{field}, sizeof f.{field});" for field in a.arrays]
+    some = f"present[t] == all ? {name}_update(&f, v) : {name}_update_some(&f, v, present[t])" if of.m > 1 else \
+        f"{name}_update(&f, v)"
+    return DRIVER.format(name=name, type=a.type, n=of.n, m=of.m, l=of.l, all=given.all, u=", w" if of.l else "",
+                         given="\n".join(f"        {line}" for line in convert), some=some, digests="\n".join(digests),
+                         read="\n".join(f"        {line}" for line in read), predicts=PREDICTS, updates=UPDATES,
+                         both=PREDICTS | UPDATES, entry=a.covariance_double("i", "j"))
+
+
+def build(folder: Path, sources: Sequence[str], target: str, flags: Sequence[str]) -> Path:
+    command = [compiler(), *FLAGS, *flags, *(str(folder / one) for one in sources), "-lm", "-o", str(folder / target)]
+    done = subprocess.run(command, capture_output=True, text=True)
+    if done.returncode:
+        lines = done.stderr.strip().splitlines() or ["no reason given"]
+        said = next((line for line in lines if "error" in line), lines[0])
+        raise KalmanqError(f"this machine's C compiler refused the filter: {said}")
+    return folder / target
+
+
+class NoCompiler(KalmanqError):
+    """The emitted C cannot run here."""
+
+
+def compiler(environment: Mapping[str, str] = os.environ) -> str:
+    for name in (environment.get("CC", ""), "cc", "gcc", "clang"):
+        if name and shutil.which(name):
+            return name
+    raise NoCompiler("the filter is tried on this machine, and that needs a C compiler (cc, gcc, clang or CC)")

@@ -1,0 +1,150 @@
+"""The factor of a large model in loops: a kilobyte in the place of tens, for more instructions.
+
+The same UD algorithms as in ud.py, over arrays: Thornton's predict and Bierman's update.  The mean stays in straight
+lines, because A and H are sparse.
+"""
+
+from __future__ import annotations
+
+from typing import Sequence
+
+from kalmanq.compiler import ud
+from kalmanq.compiler.floats import FloatFilter
+from kalmanq.compiler.graph import dot, symbol
+from kalmanq.compiler.printing import Body
+from kalmanq.compiler.request import RUN
+
+MOST_OPERATIONS = 4000  # of a predict and an update in straight lines: about 20 kB
+
+PREDICT = """\
+/* U D U' becomes A U D U' A' + G q G' (Thornton): the rows of [A U, G] are made orthogonal, from the last one on. */
+static void predict_factor({type} *restrict P)
+{{
+    {type} W[{n}][{columns}], weight[{columns}];
+    for (int c = 0; c < {n}; c++) weight[c] = P[c * (c + 1) / 2 + c];
+    for (int c = 0; c < {r}; c++) weight[{n} + c] = {q}[c];
+    for (int i = 0; i < {n}; i++) {{
+        for (int c = 0; c < {columns}; c++) W[i][c] = c < {n} ? {zero} : noise[i][c - {n}];
+        for (int a = a_first[i]; a < a_first[i + 1]; a++) {{
+            const int k = a_column[a];
+            W[i][k] += a_value[a];
+            for (int c = k + 1; c < {n}; c++) W[i][c] += a_value[a] * P[c * (c + 1) / 2 + k];
+        }}
+    }}
+    for (int l = {n} - 1; l >= 0; l--) {{
+        {type} d = {zero}, v[{columns}];
+        for (int c = 0; c < {columns}; c++) {{
+            v[c] = weight[c] * W[l][c];
+            d += v[c] * W[l][c];
+        }}
+        const {type} over = d < {least} ? {zero} : {one} / d;
+        P[l * (l + 1) / 2 + l] = d;
+        for (int i = 0; i < l; i++) {{
+            {type} u = {zero};
+            for (int c = 0; c < {columns}; c++) u += v[c] * W[i][c];
+            u *= over;
+            P[l * (l + 1) / 2 + i] = u;
+            for (int c = 0; c < {columns}; c++) W[i][c] -= u * W[l][c];
+        }}
+    }}
+}}
+"""
+SPREAD = """\
+/* H P H' of a row of H */
+static {type} spread(const {type} *restrict P, const {type} *restrict h)
+{{
+    {type} sum = {zero};
+    for (int c = 0; c < {n}; c++) {{
+        {type} f = h[c];
+        for (int i = 0; i < c; i++) f += h[i] * P[c * (c + 1) / 2 + i];
+        sum += f * f * P[c * (c + 1) / 2 + c];
+    }}
+    return sum;
+}}
+"""
+UPDATE = """\
+/* Takes a component with the row h of H and the variance r (Bierman).  b: P H'.  Returns 1 / (H P H' + r). */
+static {type} update_factor({type} *restrict P, const {type} *restrict h, {type} r, {type} *restrict b)
+{{
+    {type} variance = r, before = {one} / r;
+    for (int c = 0; c < {n}; c++) {{
+        {type} *const u = &P[c * (c + 1) / 2];
+        {type} f = h[c];
+        for (int i = 0; i < c; i++) f += h[i] * u[i];
+        const {type} v = u[c] * f, total = variance + f * v, weight = {one} / total, share = f * before;
+        u[c] *= variance * weight;
+        for (int i = 0; i < c; i++) {{
+            const {type} old = u[i];
+            u[i] = old - share * b[i];
+            b[i] += old * v;
+        }}
+        b[c] = v;
+        variance = total;
+        before = weight;
+    }}
+    return before;
+}}
+"""
+
+
+class LoopedFilter(FloatFilter):
+    """As FloatFilter; all entries of the factor are carried."""
+
+    def _find_entries(self) -> None:
+        self.live = ud.keys(self.of.n)
+        self.facts = {key: key for key in self.live}
+
+    def _table(self, values: Sequence[float]) -> str:
+        return f"{{{', '.join(self.number(value) for value in values)}}}"
+
+    def predict_factor(self) -> list[str]:
+        return ["predict_factor(f->P);"]
+
+    def update(self, j: int) -> list[str]:
+        options, m, n = self.given.options, self.of.m, self.of.n
+        body = Body(self.words)
+        y = body.text(self.innovation(self.mean, j, symbol(f"z{j}")))
+        lines = [f"const {self.type} y = {y};"]
+        r = self.number(self.of.R[j])
+        if options.student or options.gate is not None or options.nis:
+            lines.append(f"const {self.type} s = spread(f->P, H[{j}]);")
+        if options.student:
+            made = Body(self.words)
+            text = made.assign([("r", self._student(symbol("y"), symbol("s"), j))])
+            lines += [*text[:-1], f"const {self.type} {text[-1]}"]
+            r = "r"
+        taken = [f"{self.type} b[{n}];", f"const {self.type} moved = y * update_factor(f->P, H[{j}], {r}, b);",
+                 *(f"l{i} += b[{i}] * moved;" for i in range(n))]
+        if options.nis:
+            taken += [f"f->s[{j}] = s + {self.number(self.of.R[j])};", f"f->nis += y * y / f->s[{j}];"]
+        if options.gate is None:
+            return [*lines, *taken]
+        passes = f"y * y <= {self.number(options.gate**2)} * (s + {r}) || f->rejected[{j}] >= {RUN}"
+        return [*lines, f"if ({passes}) {{", *(f"    {line}" for line in (*taken, f"f->rejected[{j}] = 0;")), "} else {",
+                f"    f->rejected[{j}]++;", f"    f->events |= {self.given.upper}_GATED;", f"    taken &= ~{1 << j}u;", "}"]
+
+    def routines(self, text: str) -> str:
+        given = dict(type=self.type, n=self.of.n, zero=self.number(0), one=self.number(1), least=self.number(ud.LEAST))
+        parts = [*self._matrices(), self._predict(given)]
+        parts += [SPREAD.format(**given)] if "spread(f->P" in text else []
+        return "\n".join([*parts, UPDATE.format(**given), ""])
+
+    def _predict(self, given: dict) -> str:
+        r = len(self.coefficients.noise())
+        text = PREDICT.format(columns=self.of.n + r, r=r, q="q", **given)
+        return text
+
+    def _matrices(self) -> list[str]:
+        """A by its entries that are not 0, the factor of Q, H"""
+        of, n = self.of, self.of.n
+        places = [(i, k) for i in range(n) for k in range(n) if of.A[i, k]]
+        first = [sum(i < row for i, _ in places) for row in range(n + 1)]
+        noise = self.coefficients.noise()
+        lines = [f"static const uint16_t a_first[{n + 1}] = {{{', '.join(map(str, first))}}}; /* rows of A */",
+                 f"static const uint8_t a_column[{len(places)}] = {{{', '.join(str(k) for _, k in places)}}};",
+                 f"static const {self.type} a_value[{len(places)}] = {self._table([of.A[one] for one in places])};",
+                 f"static const {self.type} q[{max(len(noise), 1)}] = {self._table([one.weight.value for one in noise] or [0])};",
+                 f"static const {self.type} noise[{n}][{max(len(noise), 1)}] = {{",
+                 *(f"    {self._table([one.entries[i].value for one in noise] or [0])}," for i in range(n)), "};",
+                 f"static const {self.type} H[{of.m}][{n}] = {{", *(f"    {self._table(row)}," for row in of.H), "};", ""]
+        return lines

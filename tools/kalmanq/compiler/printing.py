@@ -1,0 +1,149 @@
+"""C of formulas: a formula that is used more than once gets a name, in the order in which it is needed."""
+
+from __future__ import annotations
+
+import re
+from dataclasses import dataclass, field
+from typing import Iterable, Mapping, Optional, Protocol, Sequence
+
+import numpy as np
+
+from kalmanq.compiler.graph import Node, needed
+
+WORD = re.compile(r"\b[A-Za-z_]\w*\b")
+Target = tuple[str, Node]  # what is assigned to, and its formula
+ATOM = 9  # rank of a name, a literal and a call: never in brackets
+
+
+class Operations(Protocol):
+    """How an arithmetic writes its operations"""
+
+    def type_of(self, one: Node) -> str:
+        """The C type of a formula's value"""
+
+    def literal(self, one: Node) -> str:
+        """A constant"""
+
+    def text(self, one: Node, argument: Argument) -> tuple[str, int]:
+        """The C text, and the rank of its outermost operator"""
+
+
+class Argument(Protocol):
+    def __call__(self, one: Node, rank: int = 0) -> str:
+        """The text of an argument, in brackets where its rank is below"""
+
+
+@dataclass
+class Body:
+    """The lines of a block.
+
+    names   of symbols in C, where they are not the symbol's own
+    hints   what formulas are called, by id(node); others are t0, t1, ...
+    """
+
+    operations: Operations
+    names: Mapping[str, str] = field(default_factory=dict)
+    hints: Mapping[int, str] = field(default_factory=dict)
+    lines: list[str] = field(default_factory=list)
+    count: int = 0  # operations
+    known: dict[int, str] = field(default_factory=dict)
+    used: dict[str, int] = field(default_factory=dict)
+
+    def assign(self, targets: Sequence[Target], under: Optional[Node] = None, then: Sequence[str] = (),
+               otherwise: Sequence[str] = ()) -> list[str]:
+        """All formulas are worked out before the first target is written.  under: a condition of the writes and of
+        `then`"""
+        targets = [(name, one) for name, one in targets if not (one.op == "symbol" and one.args[0] == name)]
+        self._name_shared([one for _, one in targets] + ([] if under is None else [under]))
+        written = [(name, self.text(one)) for name, one in targets]
+        if _clash(written):
+            types = [self.operations.type_of(one) for _, one in targets]
+            self.lines += [f"const {type_} new_{_plain(name)} = {text};" for type_, (name, text) in zip(types, written)]
+            written = [(name, f"new_{_plain(name)}") for name, _ in written]
+        writes = [f"{name} = {text};" for name, text in written]
+        if under is not None:
+            rest = ["} else {", *indented(otherwise)] if otherwise else []
+            writes = [f"if ({self.text(under)}) {{", *indented([*writes, *then]), *rest, "}"]
+        self.lines += writes
+        return self.lines
+
+    def _name_shared(self, roots: Sequence[Node]) -> None:
+        order, uses = needed(roots)
+        for one in order:
+            is_shared = uses[id(one)] > 1 or id(one) in self.hints
+            if one.op not in ("constant", "symbol") and id(one) not in self.known and is_shared:
+                self._name(one)
+
+    def _name(self, one: Node) -> None:
+        text, hint = self.text(one), self.hints.get(id(one))
+        name = self._fresh(hint) if hint else f"t{len(self.known)}"
+        self.lines.append(f"const {self.operations.type_of(one)} {name} = {text};")
+        self.known[id(one)] = name
+
+    def _fresh(self, hint: str) -> str:
+        count = self.used[hint] = self.used.get(hint, 0) + 1
+        return hint if count == 1 else f"{hint}_{count}"
+
+    def text(self, one: Node, rank: int = 0) -> str:
+        if id(one) in self.known:
+            return self.known[id(one)]
+        if one.op == "constant":
+            text = self.operations.literal(one)
+            return f"({text})" if text[0] == "-" and rank else text
+        if one.op == "symbol":
+            return self.names.get(one.args[0], one.args[0])
+        self.count += 1
+        text, mine = self.operations.text(one, self.text)
+        return f"({text})" if mine < rank else text
+
+
+def indented(lines: Iterable[str], by: str = "    ") -> list[str]:
+    return [f"{by}{line}" if line else line for line in lines]
+
+
+def _clash(written: Sequence[tuple[str, str]]) -> bool:
+    """Does a formula read what another one writes?"""
+    return any(set(WORD.findall(text)) & {WORD.findall(other)[-1] for other, _ in written if other != name}
+               for name, text in written)
+
+
+def _plain(name: str) -> str:
+    return re.sub(r"\W+", "_", name.removeprefix("f->")).strip("_")
+
+
+@dataclass(frozen=True)
+class Floats:
+    """float or double, in C's own operators"""
+
+    type: str
+
+    RANKS = {"select": 0, "or": 1, "and": 2, "lt": 3, "le": 3, "add": 4, "sub": 4, "mul": 5, "inverse": 5}
+
+    def type_of(self, one: Node) -> str:
+        return "int" if one.op in ("lt", "le", "or", "and") else self.type
+
+    def literal(self, one: Node) -> str:
+        return self.number(one.value)
+
+    def number(self, value: float) -> str:
+        """With the fewest digits that give the same number"""
+        if self.type == "double":
+            text = repr(float(value))
+        else:
+            text = np.format_float_positional(np.float32(value), unique=True, trim="0") \
+                if value == 0 or 1e-4 <= abs(value) < 1e7 else \
+                np.format_float_scientific(np.float32(value), unique=True, trim="0", exp_digits=1)
+        text = text if "." in text or "e" in text else f"{text}.0"
+        return text if self.type == "double" else f"{text}f"
+
+    def text(self, one: Node, argument: Argument) -> tuple[str, int]:
+        rank, args = self.RANKS[one.op], one.args
+        if one.op == "select":
+            return f"{argument(args[0], 1)} ? {argument(args[1], 1)} : {argument(args[2], 0)}", rank
+        if one.op == "inverse":
+            return f"{self.number(1)} / {argument(args[0], rank + 1)}", rank
+        if one.op == "sub" and args[0].equals(0):
+            return f"-{argument(args[1], 6)}", 4
+        sign = {"add": "+", "sub": "-", "mul": "*", "lt": "<", "le": "<=", "or": "||", "and": "&&"}[one.op]
+        right = rank if one.op in ("add", "and", "or") else rank + 1
+        return f"{argument(args[0], rank)} {sign} {argument(args[1], right)}", rank

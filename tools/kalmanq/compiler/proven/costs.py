@@ -1,0 +1,73 @@
+"""What a compiled filter costs on a core: sums over the operations of its C, with factors that were measured.
+
+costs.csv has a row for each core, arithmetic, level and measure: the factors of operations.KINDS, which
+tools/cost/compiled_fit.py fits to filters on emulated cores, and how far off the sums were at most (`off`, a share),
+for those and for others.  A measure that has no row there is not estimated.
+"""
+
+from __future__ import annotations
+
+import csv
+from dataclasses import dataclass
+from functools import lru_cache
+from importlib import resources
+from typing import Mapping, Optional
+
+from kalmanq.compiler.proven.operations import KINDS, operations
+from kalmanq.compiler.proven.plan import Plan
+from kalmanq.compiler.proven.text import code
+
+MEASURES = ("two_calls", "step_settled", "flash")
+NOT_ESTIMATED = "not estimated"
+
+
+@dataclass(frozen=True)
+class Cost:
+    """Instructions of a row in two calls before it has settled, of one step after; bytes of the file; None: not
+    estimated.  off: how far off an estimate of each was at most, a share"""
+
+    two_calls: Optional[int]
+    step_settled: Optional[int]
+    flash: Optional[int]
+    off: Mapping[str, float]
+
+    @property
+    def cells(self) -> list[str]:
+        return [f"{getattr(self, measure)} ±{100 * self.off[measure]:.0f} %" if measure in self.off else NOT_ESTIMATED
+                for measure in MEASURES]
+
+
+@dataclass(frozen=True)
+class Factors:
+    of: Mapping[str, float]
+    off: float
+
+
+def operations_of(plan: Plan) -> dict[str, dict[str, int]]:
+    return operations(code(plan), plan.name, plan.subject.words.is_fixed)
+
+
+@lru_cache(maxsize=None)
+def factors() -> Mapping[tuple[str, str, str, str], Factors]:
+    """By core, arithmetic, level and measure"""
+    text = resources.files("kalmanq.compiler.proven").joinpath("costs.csv").read_text(encoding="utf-8")
+    rows = csv.DictReader(line for line in text.splitlines() if not line.startswith("#"))
+    return {(row["core"], row["arithmetic"], row["level"], row["measure"]):
+            Factors({kind: float(row[kind]) for kind in KINDS if row[kind]}, float(row["off"])) for row in rows}
+
+
+def estimates(plan: Plan) -> dict[tuple[str, str], Cost]:
+    """On the cores that were measured in its arithmetic, by core and level; of no filter with options, since none was
+    measured"""
+    if plan.nis or plan.lag or plan.partial or not plan.carries_covariance:
+        return {}
+    counted, arithmetic = operations_of(plan), "q31" if plan.subject.words.is_fixed else "f32"
+    places = dict.fromkeys((core, level) for core, of, level, _ in factors() if of == arithmetic)
+    return {(core, level): _cost({measure: factors().get((core, arithmetic, level, measure)) for measure in MEASURES},
+                                 counted) for core, level in places}
+
+
+def _cost(by: Mapping[str, Optional[Factors]], counted: Mapping[str, Mapping[str, int]]) -> Cost:
+    sums = {measure: round(sum(one * counted[measure][kind] for kind, one in factor.of.items())) if factor else None
+            for measure, factor in by.items()}
+    return Cost(**sums, off={measure: factor.off for measure, factor in by.items() if factor})

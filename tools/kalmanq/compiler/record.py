@@ -1,0 +1,123 @@
+"""Records that a compiled filter is tried with, and the same filter in long double beside it."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from kalmanq.compiler.host import PREDICTS, UPDATES, Host, Ran
+from kalmanq.compiler.request import GAP, Request, due
+
+LONG = np.longdouble
+FADES = 0.98  # the largest eigenvalue of what is drawn, so that nothing leaves its range for ever
+FADED = 1e-12  # of its largest sigma: a state without noise that fades away is known, and no error is told of it
+PUSHED = 0.2  # of a control's range
+
+
+@dataclass(frozen=True)
+class Record:
+    """what, present: of each row, as Host.run takes them; z: rows x m; u: rows x l"""
+
+    what: np.ndarray
+    present: np.ndarray
+    z: np.ndarray
+    u: np.ndarray
+
+
+@dataclass(frozen=True)
+class Accuracy:
+    """The largest errors of a record: of a mean in sigma, of a covariance in sigma_i sigma_j; settled: of a mean in the
+    rows with the constant gain"""
+
+    mean: float
+    covariance: float
+    events: int
+    taken: float  # share of the components that were given
+
+
+def drawn(given: Request, rows: int, seed: int, longest: int = 0) -> Record:
+    """Samples of the model with what happens in the field: gaps, components that are missing, second updates."""
+    draws, longest = np.random.default_rng(seed), longest or 2 * max(given.model.gaps.max_gap, GAP)
+    what, present = _events(given, rows, longest, draws)
+    z, u = _samples(given, rows, draws)
+    return Record(what, present, z, u)
+
+
+def _events(given: Request, rows: int, longest: int, draws: np.random.Generator) -> tuple[np.ndarray, np.ndarray]:
+    what = np.full(rows, PREDICTS | UPDATES, np.uint8)
+    present = np.full(rows, given.all, np.uint32)
+    what[0], t = UPDATES, 1
+    while t < rows:
+        kind = draws.random()
+        if kind < 0.01:
+            gap = int(draws.integers(1, longest + 1))
+            what[t:t + gap], present[t:t + gap] = PREDICTS, 0
+            t += gap
+        elif kind < 0.02:
+            what[t] = UPDATES
+        elif kind < 0.05:
+            present[t] = draws.integers(0, given.all + 1)
+            what[t] = what[t] if present[t] else PREDICTS
+        t += 1
+    if given.options.every:
+        present &= np.array([due(given.options.every, row) for row in range(rows)], np.uint32)
+        what = np.where(present > 0, what, what & PREDICTS).astype(np.uint8)
+    return what, present
+
+
+def _samples(given: Request, rows: int, draws: np.random.Generator) -> tuple[np.ndarray, np.ndarray]:
+    model, of = given.model, given.of.doubles()
+    largest = np.abs(np.linalg.eigvals(of.A)).max()
+    A = of.A * min(1.0, FADES / max(largest, 1e-9))
+    root, noise = _root(of.Q), _root(np.asarray(model.R))
+    pushes = np.array([PUSHED * (one.range or 1.0) for one in model.controls])
+    u = draws.standard_normal((rows, of.l)).clip(-3, 3) * pushes
+    stays = of.x0 if np.allclose(of.A @ of.x0, of.x0, rtol=1e-6, atol=0) else np.zeros(of.n)  # far from 0 at rest
+    x, z = of.x0 - stays, np.empty((rows, of.m))
+    for t in range(rows):
+        x = A @ x + root @ draws.standard_normal(of.n) + of.B @ u[t]
+        z[t] = model.H @ (stays + x) + noise @ draws.standard_normal(of.m)
+    return z.astype(np.float32).astype(float), u.astype(np.float32).astype(float)
+
+
+def _root(P: np.ndarray) -> np.ndarray:
+    values, vectors = np.linalg.eigh(P)
+    return vectors * np.sqrt(values.clip(0))
+
+
+def exact(given: Request, record: Record, taken: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Means and covariances in long double, by Joseph's form; taken: the components that the filter took"""
+    A, B, H, Q, R, x, P = (getattr(given.of, name).astype(float).astype(LONG)
+                           for name in ("A", "B", "H", "Q", "R", "x0", "P0"))
+    mixed = record.z.astype(LONG) @ given.mixing.astype(LONG).T
+    means, covariances = np.empty((len(taken), len(A)), LONG), np.empty((len(taken), *A.shape), LONG)
+    eye = np.eye(len(A), dtype=LONG)
+    for t, bits in enumerate(taken):
+        if record.what[t] & PREDICTS:
+            x, P = A @ x + B @ record.u[t].astype(LONG), A @ P @ A.T + Q
+        for j in (j for j in range(len(H)) if int(bits) >> j & 1):
+            row = P @ H[j]
+            k = row / (H[j] @ row + R[j])
+            left = eye - np.outer(k, H[j])
+            x, P = x + k * (mixed[t, j] - H[j] @ x), left @ P @ left.T + R[j] * np.outer(k, k)
+            P = (P + P.T) / 2
+        means[t], covariances[t] = x, P
+    return means, covariances
+
+
+def accuracy(given: Request, record: Record, ran: Ran) -> Accuracy:
+    means, covariances = exact(given, record, ran.taken)
+    sigma = np.sqrt(np.einsum("tii->ti", covariances)).clip(1e-300)
+    sigma = np.maximum(sigma, FADED * sigma.max(axis=0))
+    apart = np.abs(ran.mean - means) / sigma
+    spread = np.abs(ran.covariance - covariances) / (sigma[:, :, None] * sigma[:, None, :])
+    count = sum(int(one).bit_count() for one in ran.taken)
+    given_ = sum(int(one).bit_count() for one, what in zip(record.present, record.what) if what & UPDATES)
+    return Accuracy(float(apart.max()), float(spread.max()), int(np.bitwise_or.reduce(ran.events)),
+                    count / max(given_, 1))
+
+
+def tried(given: Request, host: Host, rows: int, seed: int, longest: int = 0) -> Accuracy:
+    record = drawn(given, rows, seed, longest)
+    return accuracy(given, record, host.run(record.z, record.u, record.present, record.what))

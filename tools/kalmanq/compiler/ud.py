@@ -1,0 +1,150 @@
+"""P = U D U', U unit upper triangular, as an algorithm over nodes: it cannot lose positive definiteness.
+
+Predict makes the columns of [A U, G] triangular by rotations without square roots (Gentleman 1973), or by Gram and
+Schmidt with weights (Thornton 1976), whichever is shorter.  Update is Bierman's (1977).  There is no difference in D.
+Entry (i, j) with i < j is U_ij; entry (j, j) is D_j.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Callable, Optional, Sequence
+
+import numpy as np
+
+from kalmanq.compiler.exact import decimals, root
+from kalmanq.compiler.graph import Given, Node, constant, dot, inverse, node, select
+
+Key = tuple[int, int]
+Entries = dict[Key, Node]
+Row = Sequence[Given]
+ZERO, ONE = 0.0, 1.0
+LEAST = 1e-36  # a D below this is 0: its inverse would overflow a float
+
+
+def keys(n: int) -> list[Key]:
+    return [(i, j) for j in range(n) for i in range(j + 1)]
+
+
+def factor(P: np.ndarray) -> dict[Key, float]:
+    """U and D of a covariance, which may be singular"""
+    S = root(P if P.dtype == object else decimals(P))
+    return {(i, j): float(S[j, j]**2 if i == j else S[i, j] / S[j, j] if S[j, j] else 0) for i, j in keys(len(P))}
+
+
+@dataclass
+class Column:
+    """weight * entries * entries', a part of a covariance"""
+
+    weight: Node
+    entries: list[Node]
+
+
+@dataclass(frozen=True)
+class UD:
+    """rotates: predict by rotations where a column allows it; guards: D may become 0, so no inverse is taken of a D
+    below `least`"""
+
+    rotates: bool = True
+    guards: bool = False
+    least: float = LEAST
+
+    def predict(self, A: Sequence[Row], noise: Sequence[Column], P: Entries) -> Entries:
+        return self._triangular([*_times(A, P), *(Column(one.weight, list(one.entries)) for one in noise)], len(A))
+
+    def update(self, h: Row, r: Given, P: Entries) -> tuple[list[Node], Node, Entries]:
+        """Of one component with variance r: P H', the inverse of its innovation's variance, and P afterwards"""
+        n, after = len(h), {}
+        variance, weight = node(r), inverse(r)
+        before, products = weight, [constant(0)] * n
+        for c in range(n):
+            f = node(h[c]) + dot((h[i], P[i, c]) for i in range(c))
+            if f.equals(0):
+                after.update({(i, c): P[i, c] for i in range(c + 1)})
+                continue
+            v = P[c, c] * f
+            total = variance + f * v
+            weight = inverse(total)
+            after[c, c] = P[c, c] * (variance * weight)
+            share = f * before
+            for i in range(c):
+                after[i, c] = P[i, c] - share * products[i]
+                products[i] = products[i] + P[i, c] * v
+            products[c] = v
+            variance, before = total, weight
+        return products, weight, after
+
+    def _triangular(self, columns: list[Column], n: int) -> Entries:
+        after: Entries = {}
+        for row in range(n - 1, -1, -1):
+            parts = [one for one in columns if not one.entries[row].equals(0)]
+            pivot = next((one for one in parts if one.entries[row].equals(1) and self.rotates), None)
+            if not parts:
+                after.update({(i, row): constant(0) for i in range(row + 1)})
+            elif pivot is not None:
+                columns = [one for one in columns if one is not pivot]
+                after.update(self._rotated(pivot, [one for one in parts if one is not pivot], row))
+            elif len(parts) == 1 and all(entry.equals(0) for entry in parts[0].entries[:row]):
+                columns = [one for one in columns if one is not parts[0]]
+                last = parts[0].entries[row]
+                after.update({(i, row): constant(0) for i in range(row)})
+                after[row, row] = parts[0].weight * last * last
+            else:
+                after.update(self._projected(parts, row))
+        return after
+
+    def _rotated(self, pivot: Column, others: Sequence[Column], row: int) -> Entries:
+        """The pivot's entry is 1, so nothing is divided by an entry that may be small."""
+        d, u, is_sure = pivot.weight, pivot.entries, _is_noise(pivot, row)
+        for one in others:
+            f = one.entries[row]
+            total = d + one.weight * f * f
+            is_sure = is_sure or _is_noise(one, row)
+            if row or one is not others[-1]:
+                w = self._inverse(total, is_sure)
+                turn = one.weight * f * w
+                one.weight = one.weight * (d * w)
+                for i in range(row):
+                    one.entries[i] = one.entries[i] - f * u[i]
+                    u[i] = u[i] + turn * one.entries[i]
+            one.entries[row] = constant(0)
+            d = total
+        return {(row, row): d, **{(i, row): u[i] for i in range(row)}}
+
+    def _projected(self, parts: Sequence[Column], row: int) -> Entries:
+        """Gram and Schmidt: no column less"""
+        weighed = [one.weight * one.entries[row] for one in parts]
+        d = dot((v, one.entries[row]) for v, one in zip(weighed, parts))
+        if not row:
+            return {(0, 0): d}
+        w = self._inverse(d, any(_is_noise(one, row) for one in parts))
+        u = [dot((v, one.entries[i]) for v, one in zip(weighed, parts)) * w for i in range(row)]
+        for one in parts:
+            for i in range(row):
+                one.entries[i] = one.entries[i] - one.entries[row] * u[i]
+            one.entries[row] = constant(0)
+        return {(row, row): d, **{(i, row): u[i] for i in range(row)}}
+
+    def _inverse(self, d: Node, is_sure: bool) -> Node:
+        """1 / d, or 0 where d may be 0: without noise a state that decays has D = 0 one day"""
+        return inverse(d) if is_sure or not self.guards else select(d < self.least, ZERO, inverse(d))
+
+
+def _is_noise(one: Column, row: int) -> bool:
+    """A part of D that is always there"""
+    entry = one.entries[row]
+    return one.weight.is_constant and entry.is_constant and one.weight.value * entry.value**2 > LEAST
+
+
+def columns_of_noise(Q: np.ndarray) -> list[Column]:
+    q = factor(Q)
+    n = len(Q)
+    return [Column(node(q[c, c]), [node(q[i, c] if i < c else float(i == c)) for i in range(n)])
+            for c in range(n) if q[c, c]]
+
+
+def _times(A: Sequence[Row], P: Entries) -> list[Column]:
+    """The columns of A U, with their weights D"""
+    n = len(A)
+    return [Column(P[c, c], [dot((row[k], ONE if k == c else P[k, c]) for k in range(c + 1)) for row in A])
+            for c in range(n)]

@@ -1,0 +1,322 @@
+"""q31: what the shell asks of an arithmetic, in words of 32 bits; the mean has 64.
+
+The factor is carried as the root S of P = S S' (word_factor.py), whose states may be in another order than the model's:
+one that makes the C shorter.  Binary points are constants (word_formats.py).
+"""
+
+from __future__ import annotations
+
+import math
+from itertools import permutations
+from typing import Optional, Sequence
+
+import numpy as np
+
+from kalmanq.compiler import word_routines
+from kalmanq.compiler.enclosure import Settled
+from kalmanq.compiler.printing import indented
+from kalmanq.compiler.request import RUN, Request
+from kalmanq.compiler.word_factor import Entries, Factor, Key, keys
+from kalmanq.compiler.word_formats import BITS, formats, gap_of, largest_sigmas, ranged
+from kalmanq.compiler.word_mean import Mean
+from kalmanq.compiler.word_text import Lines, Value, living
+from kalmanq.errors import KalmanqError
+
+NEGLIGIBLE = 1e-12  # of a sigma: a gain by which an innovation of one sigma moves a state by less is 0
+GAIN_ERROR = 4e-6
+ALL_ORDERS = 4  # states, of which all orders are tried
+Place = tuple[str, str, str]
+
+
+class WordFilter:
+    type = "int32_t"
+    covariance_type = "int64_t"
+    arrays = ("x", "P")  # without padding
+    coefficients = None
+    events = (("SIGMA_SATURATED", "a sigma would be beyond its format: the covariance was not predicted"),
+              ("MEAN_SATURATED", "a mean or an innovation was beyond its format: the nearer end was taken"))
+
+    def __init__(self, given: Request, steady: Optional[Settled]):
+        for option in ("student", "tunable", "lag"):
+            if getattr(given.options, option):
+                raise KalmanqError(f"--{option}: is for f32 and f64")
+        sigma = largest_sigmas(given.of, gap_of(given.model))
+        self.model = ranged(given.model, sigma)
+        self.given, self.of, self.steady = given, given.of.doubles(), steady
+        self.formats = formats(given, self.model, steady, sigma)
+        self.mean = Mean(given.of, self.formats, self.event("MEAN_SATURATED"))
+        made = [self._in_order(order) for order in self._orders()]
+        self.factor, self.live, _ = min(made, key=lambda one: one[2])
+
+    # ---- the order of states, and which entries there are
+
+    def _orders(self) -> list[tuple[int, ...]]:
+        n = self.of.n
+        if n <= ALL_ORDERS:
+            return list(permutations(range(n)))
+        seen = np.any(self.of.H != 0, axis=0)
+        last = sorted(range(n), key=lambda i: bool(seen[i]))
+        back = sorted(reversed(range(n)), key=lambda i: bool(seen[i]))
+        return list(dict.fromkeys((tuple(range(n)), tuple(reversed(range(n))), tuple(last), tuple(back))))
+
+    def _in_order(self, order: Sequence[int]) -> tuple[Factor, list[Key], int]:
+        """Its factor, what of it is carried, and what a row costs"""
+        factor = Factor(self.given.of, self.formats, order)
+        there = {key for key, word in factor.words(factor.exact.P0).items() if word}
+        while True:
+            S: Entries = {key: entry(key) for key in there}
+            lines = Lines()
+            predicted = factor.predict(lines, dict(S))
+            factor.too_long(lines, predicted)
+            after = [predicted, *(factor.update(lines, dict(S), j)[0] for j in range(self.of.m))]
+            more = there | {key for one in after for key, value in one.items() if value is not None}
+            if more == there:
+                return factor, sorted(there, key=lambda key: (key[1], key[0])), lines.cost
+            there = more
+
+    @property
+    def entries(self) -> Entries:
+        return {key: entry(key) for key in self.live}
+
+    # ---- fields and locals
+
+    def event(self, name: str) -> str:
+        return f"f->events |= {self.given.upper}_{name};"
+
+    @property
+    def fields(self) -> list[str]:
+        return [f"int64_t x[{self.of.n}]; /* mean */",
+                f"int32_t P[{max(len(self.live), 1)}]; /* S of the covariance S S' */"]
+
+    def start(self) -> list[str]:
+        first = self.factor.words(self.factor.exact.P0)
+        return [*(f"f->x[{i}] = INT64_C({round(math.ldexp(x, self.formats.x[i]))});"
+                  for i, x in enumerate(self.of.x0)),
+                *(f"f->P[{slot}] = {first[key]};" for slot, key in enumerate(self.live))]
+
+    def start_at(self) -> list[str]:
+        """From mean[n] and sigma[n]"""
+        f, lines = self.formats, []
+        for i in range(self.of.n):
+            by = f.x[i] - f.read[i]
+            text = f"mean[{i}]"
+            lines.append(f"f->x[{i}] = {f'((int64_t){text} >> {-by})' if by < 0 else f'{text} * (INT64_C(1) << {by})'};")
+        for slot, (i, j) in enumerate(self.live):
+            state = self.factor.order[i]
+            most = 1 << BITS - self.factor.exponent[i] + self.factor.held[i]
+            lines.append(f"f->P[{slot}] = 0;" if i != j else
+                         f"f->P[{slot}] = sigma[{state}] < 0 ? 0 : sigma[{state}] > {most} ? {most} : sigma[{state}];")
+        return lines
+
+    def places(self, mean: bool = True, factor: bool = True) -> list[Place]:
+        made = [("int64_t", f"x{i}", f"f->x[{i}]") for i in range(self.of.n)] if mean else []
+        return made + [("int32_t", entry(key), f"f->P[{slot}]") for slot, key in enumerate(self.live) if factor]
+
+    def steady_literals(self) -> list[list[str]]:
+        assert self.steady is not None
+        factors = [self.factor.words_of(P) for P in (self.steady.filtered, self.steady.predicted)]
+        return [[str(one[key]) for key in self.live] for one in factors]
+
+    # ---- what is done
+
+    def predict_mean(self) -> list[str]:
+        lines, moved = self.mean.predicted([False] * self.of.n)
+        return [*lines, *self.mean.stored(moved)]
+
+    def predict_factor(self) -> list[str]:
+        lines = Lines()
+        after = self.factor.predict(lines, self.entries)
+        beyond = self.factor.too_long(lines, after)
+        return living([*lines.lines, f"if ({beyond}) {self.event('SIGMA_SATURATED')}", "else {",
+                       *indented(self._stored(after)), "}"])
+
+    def _stored(self, after: Entries) -> list[str]:
+        return [f"{entry(key)} = {number_of(after.get(key))};" for key in self.live if after.get(key) != entry(key)]
+
+    def update(self, j: int) -> list[str]:
+        """Component j, whose value is z<j>"""
+        f, lines = self.formats, Lines()
+        after, b, last = self.factor.update(lines, self.entries, j)
+        if last is None:
+            return []
+        more, shift = f.more[j], f.wide[j] + f.row[j] - f.weighed[j] - f.more[j]
+        made = [f"const int64_t y = {self.mean.wide_innovation(j)};", *lines.lines,
+                f"const int64_t weighed = shifted(wide({last}.over, y), {shift} - {last}.half);",
+                f"const int32_t v = narrow(weighed{f' >> {more}' if more else ''});"]
+        made += [f"const int32_t rest = (int32_t)(weighed & {(1 << more) - 1});"] if more else []
+        writes = [f"if (v != {f'weighed >> {more}' if more else 'weighed'}) {self.event('MEAN_SATURATED')}"]
+        writes += self._nis(j, "v", f"word({last})")
+        moved = [(self.factor.order[i], one) for i, one in enumerate(b) if one is not None]
+        for i, one in sorted(moved):
+            by = f.weighed[j] + BITS - f.exponent[i] - f.x[i]
+            text = f"product({one}, v)" + (f" + (product({one}, rest) >> {more})" if more else "")
+            writes.append(f"x{i} += {f'shifted({text}, {by})' if by else text};")
+        writes += [*self.mean.stops(sorted(i for i, _ in moved)), *self._stored(after)]
+        if self.given.options.gate is None:
+            return [*made, *writes]
+        most = self._gate(j)
+        return [*made, f"if ((v >= -{most} && v <= {most}) || f->rejected[{j}] >= {RUN}) {{",
+                *indented([*writes, f"f->rejected[{j}] = 0;"]), "} else {",
+                *indented([f"f->rejected[{j}]++;", self.event("GATED"), f"taken &= ~{1 << j}u;"]), "}"]
+
+    def _gate(self, j: int) -> int:
+        assert self.given.options.gate is not None
+        return min(round(math.ldexp(self.given.options.gate, self.formats.weighed[j])), 2**31 - 2)
+
+    def _nis(self, j: int, v: str, sigma: str) -> list[str]:
+        """Squares at the fraction of the coarsest"""
+        if not self.given.options.nis:
+            return []
+        by = 2 * (self.formats.weighed[j] - min(self.formats.weighed))
+        square = f"product({v}, {v})"
+        return [f"f->nis += {f'{square} >> {by}' if by else square};", f"f->s[{j}] = {sigma};"]
+
+    # ---- settled
+
+    @property
+    def gain(self) -> np.ndarray:
+        assert self.steady is not None
+        gain, sigma = self.steady.gain.astype(float), np.sqrt(np.diag(self.steady.filtered).astype(float).clip(1e-300))
+        moved = np.abs(gain) * np.sqrt(self.steady.variances.astype(float)) / sigma[:, None]
+        return np.where(moved < NEGLIGIBLE, 0, gain)
+
+    @property
+    def resolution(self) -> np.ndarray:
+        """What a gain may be off by: an innovation of one sigma moves the state by as much less than its own"""
+        sigma = np.sqrt(np.diag(self.steady.filtered).astype(float))
+        return GAIN_ERROR * np.outer(sigma, 1 / np.sqrt(self.steady.variances.astype(float)))
+
+    def settled(self, predicts: bool, then: Sequence[str]) -> list[str]:
+        """The mean by the constant gain, from z0, z1, ..., and `then`"""
+        lines, x = self.mean.predicted(np.any(self.of.H != 0, axis=0)) if predicts else ([], {})
+        lines += [f"const int32_t y{j} = {self.mean.innovation(j, x)};" for j in range(self.of.m)]
+        x = {i: x.get(i, f"x{i}") + self.mean.corrected(i, self.gain[i], self.resolution[i]) for i in range(self.of.n)}
+        options = self.given.options
+        writes = ["f->nis = 0;"] if options.nis else []
+        if options.nis or options.gate is not None:
+            lines += self._apart()
+            for j in range(self.of.m):
+                sigma = math.sqrt(float(self.steady.variances[j]))
+                writes += self._nis(j, f"v{j}", str(round(math.ldexp(sigma, BITS - self.formats.row[j]))))
+        writes += [*self.mean.stored({i: text for i, text in x.items() if text != f"x{i}"}), *then]
+        if options.gate is None:
+            return [*lines, *writes]
+        passes = " && ".join(f"v{j} >= -{self._gate(j)} && v{j} <= {self._gate(j)}" for j in range(self.of.m))
+        return [*lines, f"if ({passes}) {{", *indented(writes), "}"]
+
+    def _apart(self) -> list[str]:
+        """Each innovation given the components before it, over its sigma: v<j>"""
+        f, lines = self.formats, []
+        lower = np.linalg.inv(self.steady.lower.astype(float))
+        for j in range(self.of.m):
+            sigma, text = math.sqrt(float(self.steady.variances[j])), ""
+            for k in range(j + 1):
+                c = lower[j, k] / sigma
+                if abs(c) > NEGLIGIBLE / sigma:
+                    text += self.mean.scaled(c, f"y{k}", f.weighed[j] - f.y[k])
+            lines.append(f"const int32_t v{j} = narrow({text.removeprefix(' + ')});")
+        return lines
+
+    # ---- what is given and read
+
+    def accepts(self, j: int) -> str:
+        """C: is z[j] within its range?  INT32_MIN is not."""
+        most = self.formats.z_most[j]
+        return f"(uint32_t)z[{j}] + {most}u <= {2 * most}u"
+
+    def most_control(self, k: int) -> str:
+        return str(self.formats.u_most[k])
+
+    def mixed(self, j: int) -> str:
+        mixing, text = self.given.mixing, f"z[{j}]"
+        for k in range(j):
+            if self.given.together[j] >> k & 1 and mixing[j, k]:
+                more = self.mean.scaled(float(mixing[j, k]), f"z[{k}]", self.formats.z[j] - self.formats.z[k])
+                text += f" + (int32_t){more.removeprefix(' + ')}"
+        return text
+
+    def fraction(self, which: str, k: int) -> int:
+        return {"states": self.formats.read, "measurements": self.formats.z, "controls": self.formats.u}[which][k]
+
+    def sigma_fraction(self, i: int) -> int:
+        return BITS - self.formats.exponent[i]
+
+    def points(self) -> list[str]:
+        """The header's fractions"""
+        given, upper = self.given, self.given.upper
+        rows = [(name, "states", i) for i, name in enumerate(given.states)]
+        rows += [(f"z_{name}", "measurements", j) for j, name in enumerate(given.measurements)]
+        rows += [(f"u_{name}", "controls", k) for k, name in enumerate(given.controls)]
+        lines = [f"{upper}_{name.upper()}_FRACTION = {self.fraction(which, k)}" for name, which, k in rows]
+        lines += [f"{upper}_SIGMA_{name.upper()}_FRACTION = {self.sigma_fraction(i)}"
+                  for i, name in enumerate(given.states)]
+        if given.options.nis:
+            lines += [f"{upper}_NIS_FRACTION = {2 * min(self.formats.weighed)}"]
+            lines += [f"{upper}_S_{name.upper()}_FRACTION = {BITS - self.formats.row[j]}"
+                      for j, name in enumerate(given.measurements)]
+        return ["/* value = raw value 2^-FRACTION; a covariance has the sum of two fractions of sigmas */", "enum {",
+                *indented([f"{one}," for one in lines[:-1]] + lines[-1:]), "};", ""]
+
+    def mean_text(self, i: int) -> str:
+        f = self.formats
+        by = f.x[i] - f.read[i]
+        if by <= 0:
+            return f"(int32_t)(f->x[{i}] * (INT64_C(1) << {-by}))"
+        return f"(int32_t)((f->x[{i}] + (INT64_C(1) << {by - 1})) >> {by})"
+
+    def covariance(self) -> list[str]:
+        """A loop over the columns of S"""
+        n, slots = self.of.n, {key: slot for slot, key in enumerate(self.live)}
+        place = [slots.get(key, 255) for key in keys(n)]
+        row = [self.factor.order.index(i) for i in range(n)]
+        lines, a, b, at = [], "i", "j", "P[{}]"
+        if row != list(range(n)):
+            lines.append(f"static const uint8_t row[{n}] = {{{', '.join(map(str, row))}}}; /* of a state, in S */")
+            lines.append("const int a = row[i], b = row[j];")
+            a, b = "a", "b"
+        if place != list(range(len(place))):
+            lines.append(f"static const uint8_t place[{len(place)}] = {{{', '.join(map(str, place))}}}; /* 255: 0 */")
+            at = "(place[{0}] < 255 ? P[place[{0}]] : 0)"
+        column = "k * (k + 1) / 2"
+        return [*lines, "int64_t sum = 0;", f"for (int k = {a} > {b} ? {a} : {b}; k < {n}; k++)",
+                f"    sum += product({at.format(f'{column} + {a}')}, {at.format(f'{column} + {b}')});", "return sum;"]
+
+    def functions(self) -> list[str]:
+        return []
+
+    def routines(self, text: str) -> str:
+        stop = "\n".join(self.mean.stop(self.given.type)) if "stop(f)" in text else ""
+        return word_routines.routines(text + stop) + "\n" + stop + "\n"
+
+    # ---- for a program on the host, and for a test
+
+    def raw(self, which: str, k: int, value: float) -> int:
+        """Of a value; a measurement that is beyond its word is missing."""
+        word = math.floor(math.ldexp(value, self.fraction(which, k)) + 0.5) if math.isfinite(value) else 2**31
+        is_there = abs(word) < 2**31
+        return word if is_there else -2**31 if which == "measurements" or value < 0 else 2**31 - 1
+
+    def literal(self, value: float) -> str:
+        return str(int(value)) if value > -2**31 else "INT32_MIN"
+
+    def from_double(self, which: str, k: int, text: str) -> str:
+        f = self.fraction(which, k)
+        beyond = "INT32_MIN" if which == "measurements" else f"({text} < 0 ? INT32_MIN : INT32_MAX)"
+        return f"fabs({text}) < ldexp(0x7fffffff, {-f}) ? (int32_t)floor(ldexp({text}, {f}) + 0.5) : {beyond}"
+
+    def mean_double(self, i: int) -> str:
+        return f"ldexp((double)f.x[{i}], {-self.formats.x[i]})"
+
+    def covariance_double(self, i: str, j: str) -> str:
+        points = ", ".join(str(self.sigma_fraction(k)) for k in range(self.of.n))
+        sum_ = " - ".join(f"((const int[]){{{points}}})[{one}]" for one in (i, j))
+        return f"ldexp((double){self.given.name}_covariance(&f, {i}, {j}), -{sum_})"
+
+
+def entry(key: Key) -> str:
+    i, j = key
+    return f"s{i}{'_' if max(key) > 9 else ''}{j}"
+
+
+def number_of(value: Value) -> str:
+    return "0" if value is None else str(value)
