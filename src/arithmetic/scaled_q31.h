@@ -20,10 +20,29 @@ static inline uint32_t scaled_bits(scaled a)
 
 static const scaled scaled_one = {INT32_C(1) << 30, -30};
 
+/* What is large is called, and is two functions: of words, and of numbers.  Which of them is there and which is inlined
+   into it or into its callers is the core's: Arm passes a number, a struct, through memory, words and 64 bits not. */
+#if defined(__arm__)
+#define KQ_OF_WORDS KQ_SHARED
+#define KQ_OF_NUMBERS KQ_INLINE
+typedef uint64_t packed;
+
+KQ_INLINE packed pack(scaled a) { return (uint64_t)(uint32_t)a.exponent << 32 | (uint32_t)a.mantissa; }
+
+KQ_INLINE scaled unpack(packed a) { return (scaled){(int32_t)(uint32_t)a, (int32_t)(uint32_t)(a >> 32)}; }
+#else
+#define KQ_OF_WORDS KQ_INLINE
+#define KQ_OF_NUMBERS KQ_SHARED
+typedef scaled packed;
+
+#define pack(number) (number)
+#define unpack(number) (number)
+#endif
+
 static inline scaled scaled_negative(scaled a) { return (scaled){-a.mantissa, a.exponent}; }
 
 /* a 2^exponent, rounded, a > 0 */
-KQ_SHARED scaled scaled_of_positive(uint64_t a, int32_t exponent)
+KQ_OF_WORDS packed packed_of_positive(uint64_t a, int32_t exponent)
 {
     const int zeros = leading_zeros_wide(a);
     const uint32_t top = upper_word_raised(a, zeros);
@@ -33,16 +52,23 @@ KQ_SHARED scaled scaled_of_positive(uint64_t a, int32_t exponent)
         mantissa >>= 1;
         exponent++;
     }
-    return (scaled){(int32_t)mantissa, exponent};
+    return pack(((scaled){(int32_t)mantissa, exponent}));
+}
+
+KQ_OF_NUMBERS scaled scaled_of_positive(uint64_t a, int32_t exponent)
+{
+    return unpack(packed_of_positive(a, exponent));
 }
 
 /* a 2^exponent, rounded */
-KQ_SHARED scaled scaled_of(int64_t a, int32_t exponent)
+KQ_OF_WORDS packed packed_of_wide(int64_t a, int32_t exponent)
 {
-    if (a == 0) return (scaled){0, 0};
-    if (a > 0) return scaled_of_positive((uint64_t)a, exponent);
-    return scaled_negative(scaled_of_positive(0 - (uint64_t)a, exponent));
+    if (a == 0) return pack(((scaled){0, 0}));
+    if (a > 0) return pack(scaled_of_positive((uint64_t)a, exponent));
+    return pack(scaled_negative(scaled_of_positive(0 - (uint64_t)a, exponent)));
 }
+
+KQ_OF_NUMBERS scaled scaled_of(int64_t a, int32_t exponent) { return unpack(packed_of_wide(a, exponent)); }
 
 /* a with a normalised mantissa */
 static inline scaled scaled_normal(scaled a) { return scaled_of(a.mantissa, a.exponent); }
@@ -63,13 +89,18 @@ static inline scaled scaled_shift(scaled a, int32_t shift)
 }
 
 /* a b 2^exponent for normalised mantissas, or 0: the product is in [2^60, 2^62) */
-KQ_SHARED scaled scaled_of_product(int32_t a, int32_t b, int32_t exponent)
+KQ_OF_WORDS packed packed_of_product(int32_t a, int32_t b, int32_t exponent)
 {
     const int64_t p = product(a, b);
     const int32_t long_one = round_to_word(p, 31, 31);
-    if (p == 0) return (scaled){0, 0};
-    if (magnitude(long_one) >> 30) return (scaled){long_one, exponent + 31};
-    return (scaled){round_to_word(p, 30, 31), exponent + 30};
+    if (p == 0) return pack(((scaled){0, 0}));
+    if (magnitude(long_one) >> 30) return pack(((scaled){long_one, exponent + 31}));
+    return pack(((scaled){round_to_word(p, 30, 31), exponent + 30}));
+}
+
+KQ_OF_NUMBERS scaled scaled_of_product(int32_t a, int32_t b, int32_t exponent)
+{
+    return unpack(packed_of_product(a, b, exponent));
 }
 
 static inline scaled scaled_times(scaled a, scaled b)
@@ -78,55 +109,72 @@ static inline scaled scaled_times(scaled a, scaled b)
 }
 
 /* b != 0.  1 / |b| = reciprocal(2 |b|) 2^-62 */
-KQ_SHARED scaled scaled_over(scaled a, scaled b)
+KQ_OF_WORDS packed packed_over(int32_t a, int32_t b, int32_t exponent)
 {
-    const int32_t inverse = (int32_t)(reciprocal(magnitude(b.mantissa) << 1) >> 1);
-    return scaled_of_product(b.mantissa < 0 ? -a.mantissa : a.mantissa, inverse,
-                             a.exponent - b.exponent - 61);
+    const int32_t inverse = (int32_t)(reciprocal(magnitude(b) << 1) >> 1);
+    return pack(scaled_of_product(b < 0 ? -a : a, inverse, exponent - 61));
 }
 
-KQ_SHARED scaled scaled_plus(scaled a, scaled b)
+KQ_OF_NUMBERS scaled scaled_over(scaled a, scaled b)
 {
-    if (scaled_is_zero(a)) return b;
-    if (scaled_is_zero(b)) return a;
-    if (a.exponent < b.exponent) {
-        const scaled larger = b;
-        b = a;
-        a = larger;
+    return unpack(packed_over(a.mantissa, b.mantissa, a.exponent - b.exponent));
+}
+
+KQ_OF_WORDS packed packed_plus(int32_t a, int32_t p, int32_t b, int32_t q)
+{
+    if (a == 0) return pack(((scaled){b, q}));
+    if (b == 0) return pack(((scaled){a, p}));
+    if (p < q) {
+        const int32_t larger = b, exponent = q;
+        b = a, q = p;
+        a = larger, p = exponent;
     }
-    const int64_t high = shift_up_wide(a.mantissa, 30, 61), low = shift_up_wide(b.mantissa, 30, 61);
-    const int32_t down = a.exponent - b.exponent;
-    return scaled_of(sum_of(high, down < 63 ? low >> down : 0, 62), a.exponent - 30);
+    const int64_t high = shift_up_wide(a, 30, 61), low = shift_up_wide(b, 30, 61);
+    const int32_t down = p - q;
+    return pack(scaled_of(sum_of(high, down < 63 ? low >> down : 0, 62), p - 30));
+}
+
+KQ_OF_NUMBERS scaled scaled_plus(scaled a, scaled b)
+{
+    return unpack(packed_plus(a.mantissa, a.exponent, b.mantissa, b.exponent));
 }
 
 static inline scaled scaled_minus(scaled a, scaled b) { return scaled_plus(a, scaled_negative(b)); }
 
 /* a b + c d, rounded once; the mantissas need not be normalised */
-KQ_SHARED scaled scaled_products(scaled a, scaled b, scaled c, scaled d)
+KQ_OF_WORDS packed packed_products(int32_t a, int32_t b, int32_t exponent, int32_t c, int32_t d, int32_t other)
 {
-    int64_t high = product(a.mantissa, b.mantissa), low = product(c.mantissa, d.mantissa);
-    int32_t exponent = a.exponent + b.exponent, down = exponent - c.exponent - d.exponent;
+    int64_t high = product(a, b), low = product(c, d);
+    int32_t down = exponent - other;
     if (high == 0 || (low != 0 && down < 0)) {
-        const int64_t other = high;
+        const int64_t first = high;
         high = low;
-        low = other;
+        low = first;
         exponent -= down;
         down = -down;
     }
     if (low != 0) high = sum_of(high, down < 63 ? low >> down : 0, 63);
-    return scaled_of(high, exponent);
+    return pack(scaled_of(high, exponent));
+}
+
+KQ_OF_NUMBERS scaled scaled_products(scaled a, scaled b, scaled c, scaled d)
+{
+    return unpack(packed_products(a.mantissa, b.mantissa, a.exponent + b.exponent, c.mantissa, d.mantissa,
+                                  c.exponent + d.exponent));
 }
 
 /* a >= 0: sqrt(m 2^e) = sqrt(v) 2^((e - odd) / 2), v = m or, for e odd, 2 m: in [2^30, 2^32) */
-KQ_SHARED scaled scaled_root(scaled a)
+KQ_OF_WORDS packed packed_root(int32_t a, int32_t exponent)
 {
-    if (a.mantissa <= 0) return (scaled){0, 0};
-    const int odd = a.exponent & 1;
-    const uint32_t v = (uint32_t)a.mantissa << odd;
+    if (a <= 0) return pack(((scaled){0, 0}));
+    const int odd = exponent & 1;
+    const uint32_t v = (uint32_t)a << odd;
     const uint32_t root = root_by_inverse(v, inverse_root(v)); /* sqrt(v) 2^15 < 2^31 */
     const uint32_t least = UINT32_C(1) << 30;                  /* 1 is held just below */
-    return (scaled){(int32_t)(root < least ? least : root), (a.exponent - odd) / 2 - 15};
+    return pack(((scaled){(int32_t)(root < least ? least : root), (exponent - odd) / 2 - 15}));
 }
+
+KQ_OF_NUMBERS scaled scaled_root(scaled a) { return unpack(packed_root(a.mantissa, a.exponent)); }
 
 static inline scaled scaled_of_word(int32_t a) { return scaled_of(a, 0); }
 

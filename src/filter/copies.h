@@ -11,14 +11,18 @@
 /* Of nothing: all readings are NaN.  Answers the status. */
 KQ_COLD static kq_status view_nothing(filter *view, kq_status status)
 {
-    *view = (filter){0};
+    clear_bytes(view, sizeof *view);
     return status;
 }
 
 /* Of all components of a state: what is VIEW_OF_MEAN or VIEW_OF_STATE */
 KQ_COLD static void view_state(filter *view, num *state, int n, int what, unsigned events)
 {
-    *view = (filter){.states = (uint8_t)n, .plain = (uint8_t)what, .events = (uint16_t)events, .memory = state};
+    clear_bytes(view, sizeof *view);
+    view->states = (uint8_t)n;
+    view->plain = (uint8_t)what;
+    view->events = (uint16_t)events;
+    view->memory = state;
     view->known = (uint16_t)filter_all_known(view);
     likelihood_clear(&view->last); /* what a copy begins with */
     likelihood_run_clear(&view->run);

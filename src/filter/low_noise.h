@@ -266,7 +266,11 @@ KQ_COLD KQ_NOINLINE static void take_scalar_to_16(filter *f, low_noise_scalar *m
 KQ_COLD KQ_NOINLINE static void take_with_care(filter *f, const reading *z, int c, const scaled *h, scaled e,
                                                int watched)
 {
-    low_noise_scalar m = {.z = z, .component = c, .h = h, .watched = watched};
+    low_noise_scalar m; /* the rest of it is found on the way */
+    m.z = z;
+    m.component = c;
+    m.h = h;
+    m.watched = watched;
     m.r = scalar_noise(z, c);
     m.e = filter_is_wide(f) ? scalar_innovation(f, z, c) : e;
     if (f->states <= 2) take_scalar_to_2(f, &m);

@@ -19,12 +19,13 @@ KQ_COLD kq_status T(kq_process_init)(process *p, const kq_process_table_q31 *tab
     if (!status) status = root_check(table->noise_root, n);
     if (!status) status = transition_check(table->transition, table->control, n, l, range_error);
     if (status) return status;
-    *p = (process){.states = (uint8_t)n,
-                   .controls = (uint8_t)l,
-                   .state_format = table->state_format,
-                   .control_format = table->control_format,
-                   .control = l ? table->control : 0,
-                   .noise_root = table->noise_root};
+    clear_bytes(p, sizeof *p);
+    p->states = (uint8_t)n;
+    p->controls = (uint8_t)l;
+    p->state_format = table->state_format;
+    p->control_format = table->control_format;
+    p->control = l ? table->control : 0;
+    p->noise_root = table->noise_root;
     process_set_transition(p, table->transition);
     say_all_fit(range_error);
     return KQ_OK;

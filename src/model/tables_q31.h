@@ -101,7 +101,9 @@ KQ_COLD static kq_status rows_check(const scaled *M, int rows, int n, kq_quantit
 /* What was found of a table that is taken */
 static void say_all_fit(kq_range_error_q31 *range_error)
 {
-    if (range_error) *range_error = (kq_range_error_q31){.quantity = KQ_NO_RANGE_ERROR};
+    if (!range_error) return;
+    clear_bytes(range_error, sizeof *range_error);
+    range_error->quantity = KQ_NO_RANGE_ERROR;
 }
 
 /* ------------------------------------------------------------------ process */
@@ -170,13 +172,14 @@ KQ_COLD static kq_status sensor_init_table(sensor *s, const kq_sensor_table_q31 
     if (!status) status = noise_check(table->noise, m, table->correlated == 1);
     if (!status) status = measurement_check(table->measurement, m, n, range_error);
     if (status) return status;
-    *s = (sensor){.states = (uint8_t)n,
-                  .components = (uint8_t)m,
-                  .correlated = (uint8_t)table->correlated,
-                  .state_format = table->state_format,
-                  .measurement_format = table->measurement_format,
-                  .noise = table->noise,
-                  .kind = kind};
+    clear_bytes(s, sizeof *s);
+    s->states = (uint8_t)n;
+    s->components = (uint8_t)m;
+    s->correlated = (uint8_t)table->correlated;
+    s->state_format = table->state_format;
+    s->measurement_format = table->measurement_format;
+    s->noise = table->noise;
+    s->kind = kind;
     sensor_set_measurement(s, table->measurement);
     sensor_set_plain(s);
     say_all_fit(range_error);

@@ -23,6 +23,13 @@ static inline uint32_t seal_address(uint32_t seal, const void *at)
     return seal_join(seal, (uint32_t)(address ^ address >> 32));
 }
 
+/* An object <- 0.  Not by assignment: for that a compiler calls memset, which may be larger than all else is. */
+KQ_COLD KQ_NOINLINE static void clear_bytes(void *object, size_t count)
+{
+    unsigned char *byte = object;
+    for (; count > 0; count--) *byte++ = 0;
+}
+
 /* 129 .. 255: neither 0, which is none, nor one bit from it */
 KQ_SHARED uint8_t seal_close(uint32_t seal)
 {

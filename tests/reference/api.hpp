@@ -6,6 +6,7 @@
 #ifndef KALMANQ_TESTS_REFERENCE_API_HPP
 #define KALMANQ_TESTS_REFERENCE_API_HPP
 
+#include <cmath>
 #include <cstddef>
 #include <cstdint>
 #include <limits>
@@ -13,6 +14,7 @@
 #include <string>
 
 #include "kalmanq/kalmanq.h"
+#include "kalmanq/prepare.h"
 
 namespace kq
 {
@@ -20,6 +22,13 @@ namespace kq
 /// Stands for the fixed-point arithmetic, which has no number type of its own.
 struct Q31 {
 };
+
+inline void require(kq_status status, const char *what)
+{
+    if (status != KQ_OK) {
+        throw std::runtime_error(std::string(what) + ": " + kq_status_text(status));
+    }
+}
 
 template <class T> struct Api;
 
@@ -30,242 +39,156 @@ template <class T> constexpr double epsilon()
 }
 template <> constexpr double epsilon<Q31>() { return 0x1p-29; }
 
+/// What all arithmetics have; lengths are of sizes that are not negative.
+#define KALMANQ_API(suffix, SUFFIX, word)                                                          \
+    using Word = word;                                                                             \
+    using Process = kq_process_##suffix;                                                           \
+    using Sensor = kq_sensor_##suffix;                                                             \
+    using Filter = kq_filter_##suffix;                                                             \
+    using History = kq_history_##suffix;                                                           \
+    using Extras = kq_smooth_extras_##suffix;                                                      \
+    using Start = kq_diffuse_##suffix;                                                             \
+    using Lag = kq_lag_##suffix;                                                                   \
+    using Instant = kq_instant_##suffix;                                                           \
+    using Loss = kq_loss_##suffix;                                                                 \
+    using Adaptation = kq_adaptation_##suffix;                                                     \
+    using Rule = kq_adaptation_rule_##suffix;                                                      \
+    using LeastSquares = kq_least_squares_##suffix;                                                \
+    using Consistency = kq_consistency_##suffix;                                                   \
+    static constexpr const char *name = #suffix;                                                   \
+    static constexpr std::size_t filterLength(int n)                                               \
+    {                                                                                              \
+        return static_cast<std::size_t>(KQ_FILTER_LEN_##SUFFIX(n));                                \
+    }                                                                                              \
+    static constexpr std::size_t historyLength(std::size_t n, std::size_t m, std::size_t steps,    \
+                                               std::size_t changes)                                \
+    {                                                                                              \
+        return static_cast<std::size_t>(KQ_HISTORY_LEN_##SUFFIX(n, m, steps, changes));            \
+    }                                                                                              \
+    static constexpr std::size_t startLength(std::size_t n, std::size_t early)                     \
+    {                                                                                              \
+        return static_cast<std::size_t>(KQ_DIFFUSE_LEN_##SUFFIX(n, early));                        \
+    }                                                                                              \
+    static constexpr std::size_t lagLength(std::size_t n, std::size_t m, std::size_t L)            \
+    {                                                                                              \
+        return static_cast<std::size_t>(KQ_LAG_LEN_##SUFFIX(n, m, L));                             \
+    }                                                                                              \
+    static constexpr std::size_t instantLength(std::size_t n, std::size_t m)                       \
+    {                                                                                              \
+        return static_cast<std::size_t>(KQ_INSTANT_LEN_##SUFFIX(n, m));                            \
+    }                                                                                              \
+    static constexpr std::size_t adaptationLength(std::size_t n, std::size_t m)                    \
+    {                                                                                              \
+        return static_cast<std::size_t>(KQ_ADAPTATION_LEN_##SUFFIX(n, m));                         \
+    }                                                                                              \
+    static constexpr std::size_t consistencyLength(std::size_t m, std::size_t window)              \
+    {                                                                                              \
+        return static_cast<std::size_t>(KQ_CONSISTENCY_LEN_##SUFFIX(m, window));                   \
+    }                                                                                              \
+    static constexpr auto processInit = kq_process_init_##suffix;                                  \
+    static constexpr auto processChangeTransition = kq_process_change_transition_##suffix;         \
+    static constexpr auto sensorInit = kq_sensor_init_##suffix;                                    \
+    static constexpr auto sensorChangeMeasurement = kq_sensor_change_measurement_##suffix;         \
+    static constexpr auto filterAssign = kq_filter_assign_##suffix;                                \
+    static constexpr auto filterInit = kq_filter_init_##suffix;                                    \
+    static constexpr auto predict = kq_predict_##suffix;                                           \
+    static constexpr auto update = kq_update_##suffix;                                             \
+    static constexpr auto updateSubset = kq_update_subset_##suffix;                                \
+    static constexpr auto step = kq_step_##suffix;                                                 \
+    static constexpr auto mean = kq_mean_##suffix;                                                 \
+    static constexpr auto meanLow = kq_mean_low_##suffix;                                          \
+    static constexpr auto sigma = kq_sigma_##suffix;                                               \
+    static constexpr auto covariance = kq_covariance_##suffix;                                     \
+    static constexpr auto measurement = kq_measurement_##suffix;                                   \
+    static constexpr auto innovation = kq_innovation_##suffix;                                     \
+    static constexpr auto gain = kq_gain_##suffix;                                                 \
+    static constexpr auto nis = kq_nis_##suffix;                                                   \
+    static constexpr auto taken = kq_taken_##suffix;                                               \
+    static constexpr auto logLikelihoodLast = kq_log_likelihood_last_##suffix;                     \
+    static constexpr auto logLikelihood = kq_log_likelihood_##suffix;                              \
+    static constexpr auto events = kq_events_##suffix;                                             \
+    static constexpr auto eventsClear = kq_events_clear_##suffix;                                  \
+    static constexpr auto forecast = kq_forecast_##suffix;                                         \
+    static constexpr auto processCheck = kq_process_check_##suffix;                                \
+    static constexpr auto sensorCheck = kq_sensor_check_##suffix;                                  \
+    static constexpr auto filterCheck = kq_filter_check_##suffix;                                  \
+    static constexpr auto historyAssign = kq_history_assign_##suffix;                              \
+    static constexpr auto attach = kq_attach_##suffix;                                             \
+    static constexpr auto historySteps = kq_history_steps_##suffix;                                \
+    static constexpr auto smooth = kq_smooth_##suffix;                                             \
+    static constexpr auto smoothStates = kq_smooth_states_##suffix;                                \
+    static constexpr auto smoothStep = kq_smooth_step_##suffix;                                    \
+    static constexpr auto smoothedMeasurementNoise = kq_smoothed_measurement_noise_##suffix;       \
+    static constexpr auto smoothed = kq_smoothed_##suffix;                                         \
+    static constexpr auto startAssign = kq_diffuse_assign_##suffix;                                \
+    static constexpr auto startInit = kq_diffuse_init_##suffix;                                    \
+    static constexpr auto startCount = kq_diffuse_count_##suffix;                                  \
+    static constexpr auto startSteps = kq_diffuse_steps_##suffix;                                  \
+    static constexpr auto startSmooth = kq_diffuse_smooth_##suffix;                                \
+    static constexpr auto startSmoothed = kq_diffuse_smoothed_##suffix;                            \
+    static constexpr auto lagAssign = kq_lag_assign_##suffix;                                      \
+    static constexpr auto lagSteps = kq_lag_steps_##suffix;                                        \
+    static constexpr auto lagged = kq_lagged_##suffix;                                             \
+    static constexpr auto laggedStates = kq_lagged_states_##suffix;                                \
+    static constexpr auto instantAssign = kq_instant_assign_##suffix;                              \
+    static constexpr auto instantSmooth = kq_instant_smooth_##suffix;                              \
+    static constexpr auto updateRobust = kq_update_robust_##suffix;                                \
+    static constexpr auto chiSquareLimit = kq_chi_square_limit_##suffix;                           \
+    static constexpr auto adaptationInit = kq_adaptation_init_##suffix;                            \
+    static constexpr auto adaptationScales = kq_adaptation_scales_##suffix;                        \
+    static constexpr auto leastSquaresAdd = kq_least_squares_add_##suffix;                         \
+    static constexpr auto leastSquaresResidual = kq_least_squares_residual_##suffix;               \
+    static constexpr auto forget = kq_forget_##suffix;                                             \
+    static constexpr auto consistencyAssign = kq_consistency_assign_##suffix;                      \
+    static constexpr auto consistencyClear = kq_consistency_clear_##suffix;                        \
+    static constexpr auto consistencyWatch = kq_consistency_watch_##suffix;                        \
+    static constexpr auto consistencyRecord = kq_consistency_record_##suffix;                      \
+    static constexpr auto consistencyNis = kq_consistency_nis_##suffix;                            \
+    static constexpr auto consistencyInnovation = kq_consistency_innovation_##suffix;              \
+    static constexpr const auto *gate = &kq_loss_gate_##suffix;                                    \
+    static constexpr const auto *huber = &kq_loss_huber_##suffix;                                  \
+    static constexpr const auto *student = &kq_loss_student_##suffix;                              \
+    static constexpr const auto *jump = &kq_loss_jump_##suffix;
+
+/// What floating point alone has
+#define KALMANQ_FLOAT_API(suffix)                                                                  \
+    static constexpr auto processAssign = kq_process_assign_##suffix;                              \
+    static constexpr auto processInitFactor = kq_process_init_factor_##suffix;                     \
+    static constexpr auto sensorAssign = kq_sensor_assign_##suffix;                                \
+    static constexpr auto sensorInitDiagonal = kq_sensor_init_diagonal_##suffix;
+
 template <> struct Api<float> {
-    using Word = float;
     using Coefficient = float;
     using Score = float;
-    using Process = kq_process_f32;
-    using Sensor = kq_sensor_f32;
-    using Filter = kq_filter_f32;
-    using History = kq_history_f32;
-    using Extras = kq_smooth_extras_f32;
-    using Start = kq_diffuse_f32;
-    static constexpr const char *name = "f32";
-
-    static constexpr std::size_t filterLength(int n)
-    {
-        return static_cast<std::size_t>(KQ_FILTER_LEN_F32(n));
-    }
-    static constexpr std::size_t historyLength(int n, int m, std::size_t steps, std::size_t changes)
-    {
-        const auto width = static_cast<std::size_t>(n), depth = static_cast<std::size_t>(m);
-        return KQ_HISTORY_LEN_F32(width, depth, steps, changes);
-    }
-
-    static constexpr auto processAssign = kq_process_assign_f32;
-    static constexpr auto processInit = kq_process_init_f32;
-    static constexpr auto processInitFactor = kq_process_init_factor_f32;
-    static constexpr auto processChangeTransition = kq_process_change_transition_f32;
-
-    static constexpr auto sensorAssign = kq_sensor_assign_f32;
-    static constexpr auto sensorInit = kq_sensor_init_f32;
-    static constexpr auto sensorInitDiagonal = kq_sensor_init_diagonal_f32;
-    static constexpr auto sensorChangeMeasurement = kq_sensor_change_measurement_f32;
-
-    static constexpr auto filterAssign = kq_filter_assign_f32;
-    static constexpr auto filterInit = kq_filter_init_f32;
-    static constexpr auto predict = kq_predict_f32;
-    static constexpr auto update = kq_update_f32;
-    static constexpr auto updateSubset = kq_update_subset_f32;
-    static constexpr auto step = kq_step_f32;
-    static constexpr auto mean = kq_mean_f32;
-    static constexpr auto meanLow = kq_mean_low_f32;
-    static constexpr auto sigma = kq_sigma_f32;
-    static constexpr auto covariance = kq_covariance_f32;
-    static constexpr auto measurement = kq_measurement_f32;
-    static constexpr auto innovation = kq_innovation_f32;
-    static constexpr auto gain = kq_gain_f32;
-    static constexpr auto nis = kq_nis_f32;
-    static constexpr auto taken = kq_taken_f32;
-    static constexpr auto logLikelihoodLast = kq_log_likelihood_last_f32;
-    static constexpr auto logLikelihood = kq_log_likelihood_f32;
-    static constexpr auto events = kq_events_f32;
-    static constexpr auto eventsClear = kq_events_clear_f32;
-    static constexpr auto forecast = kq_forecast_f32;
-    static constexpr auto processCheck = kq_process_check_f32;
-    static constexpr auto sensorCheck = kq_sensor_check_f32;
-    static constexpr auto filterCheck = kq_filter_check_f32;
-
-    static constexpr auto historyAssign = kq_history_assign_f32;
-    static constexpr auto attach = kq_attach_f32;
-    static constexpr auto historySteps = kq_history_steps_f32;
-    static constexpr auto smooth = kq_smooth_f32;
-    static constexpr auto smoothStates = kq_smooth_states_f32;
-    static constexpr auto smoothStep = kq_smooth_step_f32;
-    static constexpr auto smoothedMeasurementNoise = kq_smoothed_measurement_noise_f32;
-    static constexpr auto smoothed = kq_smoothed_f32;
-
-    static std::size_t startLength(int n, std::size_t early)
-    {
-        const auto width = static_cast<std::size_t>(n);
-        return KQ_DIFFUSE_LEN_F32(width, early);
-    }
-    static constexpr auto startAssign = kq_diffuse_assign_f32;
-    static constexpr auto startInit = kq_diffuse_init_f32;
-    static constexpr auto startCount = kq_diffuse_count_f32;
-    static constexpr auto startSteps = kq_diffuse_steps_f32;
-    static constexpr auto startSmooth = kq_diffuse_smooth_f32;
-    static constexpr auto startSmoothed = kq_diffuse_smoothed_f32;
+    KALMANQ_API(f32, F32, float)
+    KALMANQ_FLOAT_API(f32)
+    static float number(double a) { return static_cast<float>(a); }
+    static double value(float a) { return static_cast<double>(a); }
 };
 
 template <> struct Api<double> {
-    using Word = double;
     using Coefficient = double;
     using Score = double;
-    using Process = kq_process_f64;
-    using Sensor = kq_sensor_f64;
-    using Filter = kq_filter_f64;
-    using History = kq_history_f64;
-    using Extras = kq_smooth_extras_f64;
-    using Start = kq_diffuse_f64;
-    static constexpr const char *name = "f64";
-
-    static constexpr std::size_t filterLength(int n)
-    {
-        return static_cast<std::size_t>(KQ_FILTER_LEN_F64(n));
-    }
-    static constexpr std::size_t historyLength(int n, int m, std::size_t steps, std::size_t changes)
-    {
-        const auto width = static_cast<std::size_t>(n), depth = static_cast<std::size_t>(m);
-        return KQ_HISTORY_LEN_F64(width, depth, steps, changes);
-    }
-
-    static constexpr auto processAssign = kq_process_assign_f64;
-    static constexpr auto processInit = kq_process_init_f64;
-    static constexpr auto processInitFactor = kq_process_init_factor_f64;
-    static constexpr auto processChangeTransition = kq_process_change_transition_f64;
-
-    static constexpr auto sensorAssign = kq_sensor_assign_f64;
-    static constexpr auto sensorInit = kq_sensor_init_f64;
-    static constexpr auto sensorInitDiagonal = kq_sensor_init_diagonal_f64;
-    static constexpr auto sensorChangeMeasurement = kq_sensor_change_measurement_f64;
-
-    static constexpr auto filterAssign = kq_filter_assign_f64;
-    static constexpr auto filterInit = kq_filter_init_f64;
-    static constexpr auto predict = kq_predict_f64;
-    static constexpr auto update = kq_update_f64;
-    static constexpr auto updateSubset = kq_update_subset_f64;
-    static constexpr auto step = kq_step_f64;
-    static constexpr auto mean = kq_mean_f64;
-    static constexpr auto meanLow = kq_mean_low_f64;
-    static constexpr auto sigma = kq_sigma_f64;
-    static constexpr auto covariance = kq_covariance_f64;
-    static constexpr auto measurement = kq_measurement_f64;
-    static constexpr auto innovation = kq_innovation_f64;
-    static constexpr auto gain = kq_gain_f64;
-    static constexpr auto nis = kq_nis_f64;
-    static constexpr auto taken = kq_taken_f64;
-    static constexpr auto logLikelihoodLast = kq_log_likelihood_last_f64;
-    static constexpr auto logLikelihood = kq_log_likelihood_f64;
-    static constexpr auto events = kq_events_f64;
-    static constexpr auto eventsClear = kq_events_clear_f64;
-    static constexpr auto forecast = kq_forecast_f64;
-    static constexpr auto processCheck = kq_process_check_f64;
-    static constexpr auto sensorCheck = kq_sensor_check_f64;
-    static constexpr auto filterCheck = kq_filter_check_f64;
-
-    static constexpr auto historyAssign = kq_history_assign_f64;
-    static constexpr auto attach = kq_attach_f64;
-    static constexpr auto historySteps = kq_history_steps_f64;
-    static constexpr auto smooth = kq_smooth_f64;
-    static constexpr auto smoothStates = kq_smooth_states_f64;
-    static constexpr auto smoothStep = kq_smooth_step_f64;
-    static constexpr auto smoothedMeasurementNoise = kq_smoothed_measurement_noise_f64;
-    static constexpr auto smoothed = kq_smoothed_f64;
-
-    static std::size_t startLength(int n, std::size_t early)
-    {
-        const auto width = static_cast<std::size_t>(n);
-        return KQ_DIFFUSE_LEN_F64(width, early);
-    }
-    static constexpr auto startAssign = kq_diffuse_assign_f64;
-    static constexpr auto startInit = kq_diffuse_init_f64;
-    static constexpr auto startCount = kq_diffuse_count_f64;
-    static constexpr auto startSteps = kq_diffuse_steps_f64;
-    static constexpr auto startSmooth = kq_diffuse_smooth_f64;
-    static constexpr auto startSmoothed = kq_diffuse_smoothed_f64;
+    KALMANQ_API(f64, F64, double)
+    KALMANQ_FLOAT_API(f64)
+    static double number(double a) { return a; }
+    static double value(double a) { return a; }
 };
 
 template <> struct Api<Q31> {
-    using Word = std::int32_t;
     using Coefficient = kq_scaled_q31;
     using Score = std::int64_t;
-    using Process = kq_process_q31;
-    using Sensor = kq_sensor_q31;
-    using Filter = kq_filter_q31;
-    using History = kq_history_q31;
-    using Extras = kq_smooth_extras_q31;
-    using Start = kq_diffuse_q31;
-    static constexpr const char *name = "q31";
-
-    static constexpr std::size_t filterLength(int n)
+    KALMANQ_API(q31, Q31, std::int32_t)
+    /// To the nearest of 31 bits
+    static kq_scaled_q31 number(double a)
     {
-        return static_cast<std::size_t>(KQ_FILTER_LEN_Q31(n));
+        const kq_format_q31 whole = {1, 0};
+        kq_scaled_q31 result;
+        require(kq_matrix_prepare_q31(&result, &a, 1, 1, &whole, &whole), "number");
+        return result;
     }
-    static constexpr std::size_t historyLength(int n, int m, std::size_t steps, std::size_t changes)
-    {
-        const auto width = static_cast<std::size_t>(n), depth = static_cast<std::size_t>(m);
-        return KQ_HISTORY_LEN_Q31(width, depth, steps, changes);
-    }
-
-    static constexpr auto processInit = kq_process_init_q31;
-    static constexpr auto processChangeTransition = kq_process_change_transition_q31;
-
-    static constexpr auto sensorInit = kq_sensor_init_q31;
-    static constexpr auto sensorChangeMeasurement = kq_sensor_change_measurement_q31;
-
-    static constexpr auto filterAssign = kq_filter_assign_q31;
-    static constexpr auto filterInit = kq_filter_init_q31;
-    static constexpr auto predict = kq_predict_q31;
-    static constexpr auto update = kq_update_q31;
-    static constexpr auto updateSubset = kq_update_subset_q31;
-    static constexpr auto step = kq_step_q31;
-    static constexpr auto mean = kq_mean_q31;
-    static constexpr auto meanLow = kq_mean_low_q31;
-    static constexpr auto sigma = kq_sigma_q31;
-    static constexpr auto covariance = kq_covariance_q31;
-    static constexpr auto measurement = kq_measurement_q31;
-    static constexpr auto innovation = kq_innovation_q31;
-    static constexpr auto gain = kq_gain_q31;
-    static constexpr auto nis = kq_nis_q31;
-    static constexpr auto taken = kq_taken_q31;
-    static constexpr auto logLikelihoodLast = kq_log_likelihood_last_q31;
-    static constexpr auto logLikelihood = kq_log_likelihood_q31;
-    static constexpr auto events = kq_events_q31;
-    static constexpr auto eventsClear = kq_events_clear_q31;
-    static constexpr auto forecast = kq_forecast_q31;
-    static constexpr auto processCheck = kq_process_check_q31;
-    static constexpr auto sensorCheck = kq_sensor_check_q31;
-    static constexpr auto filterCheck = kq_filter_check_q31;
-
-    static constexpr auto historyAssign = kq_history_assign_q31;
-    static constexpr auto attach = kq_attach_q31;
-    static constexpr auto historySteps = kq_history_steps_q31;
-    static constexpr auto smooth = kq_smooth_q31;
-    static constexpr auto smoothStates = kq_smooth_states_q31;
-    static constexpr auto smoothStep = kq_smooth_step_q31;
-    static constexpr auto smoothedMeasurementNoise = kq_smoothed_measurement_noise_q31;
-    static constexpr auto smoothed = kq_smoothed_q31;
-
-    static std::size_t startLength(int n, std::size_t early)
-    {
-        const auto width = static_cast<std::size_t>(n);
-        return KQ_DIFFUSE_LEN_Q31(width, early);
-    }
-    static constexpr auto startAssign = kq_diffuse_assign_q31;
-    static constexpr auto startInit = kq_diffuse_init_q31;
-    static constexpr auto startCount = kq_diffuse_count_q31;
-    static constexpr auto startSteps = kq_diffuse_steps_q31;
-    static constexpr auto startSmooth = kq_diffuse_smooth_q31;
-    static constexpr auto startSmoothed = kq_diffuse_smoothed_q31;
+    static double value(kq_scaled_q31 a) { return std::ldexp(a.mantissa, a.exponent); }
 };
-
-inline void require(kq_status status, const char *what)
-{
-    if (status != KQ_OK) {
-        throw std::runtime_error(std::string(what) + ": " + kq_status_text(status));
-    }
-}
 
 } // namespace kq
 

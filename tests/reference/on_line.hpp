@@ -13,36 +13,9 @@
 namespace reference
 {
 
-template <class T> struct OnLine;
-
-#define KALMANQ_ON_LINE(T, suffix, SUFFIX)                                                         \
-    template <> struct OnLine<T> {                                                                 \
-        using Lag = kq_lag_##suffix;                                                               \
-        using Instant = kq_instant_##suffix;                                                       \
-        static constexpr std::size_t lagLength(std::size_t n, std::size_t m, std::size_t L)        \
-        {                                                                                          \
-            return KQ_LAG_LEN_##SUFFIX(n, m, L);                                                   \
-        }                                                                                          \
-        static constexpr std::size_t instantLength(std::size_t n, std::size_t m)                   \
-        {                                                                                          \
-            return KQ_INSTANT_LEN_##SUFFIX(n, m);                                                  \
-        }                                                                                          \
-        static constexpr auto lagAssign = kq_lag_assign_##suffix;                                  \
-        static constexpr auto attach = kq_attach_##suffix;                                         \
-        static constexpr auto lagSteps = kq_lag_steps_##suffix;                                    \
-        static constexpr auto lagged = kq_lagged_##suffix;                                         \
-        static constexpr auto laggedStates = kq_lagged_states_##suffix;                            \
-        static constexpr auto instantAssign = kq_instant_assign_##suffix;                          \
-        static constexpr auto instantSmooth = kq_instant_smooth_##suffix;                          \
-    }
-
-KALMANQ_ON_LINE(float, f32, F32);
-KALMANQ_ON_LINE(double, f64, F64);
-KALMANQ_ON_LINE(Q31, q31, Q31);
-
 template <class T> class LagOwner : NotCopied
 {
-    using Api = OnLine<T>;
+    using Api = kq::Api<T>;
 
   public:
     LagOwner(const Formats<T> &states, int m, int L)
@@ -63,27 +36,27 @@ template <class T> class LagOwner : NotCopied
 
     Belief<Wide<T>> smooth(int k)
     {
-        typename kq::Api<T>::Filter view;
+        typename Api::Filter view;
         kq::require(Api::lagged(&handle_, k, &view), "lagged");
         return readView(states_, view);
     }
 
     Vector<Wide<T>> smoothStates(int k)
     {
-        typename kq::Api<T>::Filter view;
+        typename Api::Filter view;
         kq::require(Api::laggedStates(&handle_, k, &view), "lagged states");
         return readViewMean(states_, view);
     }
 
   private:
     const Formats<T> &states_;
-    std::vector<typename kq::Api<T>::Word> memory_;
+    std::vector<typename Api::Word> memory_;
     typename Api::Lag handle_{};
 };
 
 template <class T> class InstantOwner : NotCopied
 {
-    using Api = OnLine<T>;
+    using Api = kq::Api<T>;
 
   public:
     InstantOwner(const Formats<T> &states, int m)
@@ -101,14 +74,14 @@ template <class T> class InstantOwner : NotCopied
 
     Belief<Wide<T>> smooth()
     {
-        typename kq::Api<T>::Filter view;
+        typename Api::Filter view;
         kq::require(Api::instantSmooth(&handle_, &view), "instant smooth");
         return readView(states_, view);
     }
 
   private:
     const Formats<T> &states_;
-    std::vector<typename kq::Api<T>::Word> memory_;
+    std::vector<typename Api::Word> memory_;
     typename Api::Instant handle_{};
 };
 

@@ -161,7 +161,8 @@ template <class T> class HistoryOwner : NotCopied
   public:
     /// Room for `steps` steps of at most m scalar measurements and `changes` changes of process.
     HistoryOwner(const Formats<T> &states, int m, std::size_t steps, std::size_t changes)
-        : states_(states), memory_(Api::historyLength(states.count(), m, steps, changes))
+        : states_(states), memory_(Api::historyLength(static_cast<std::size_t>(states.count()), static_cast<std::size_t>(m), steps,
+                                     changes))
     {
         kq::require(Api::historyAssign(&handle_, states.count(), memory_.data(), memory_.size()),
                     "history assign");

@@ -20,66 +20,36 @@ using namespace reference;
 namespace
 {
 
-template <class T> struct Adaptation;
-
-template <> struct Adaptation<float> {
-    using Object = kq_adaptation_f32;
-    using Rule = kq_adaptation_rule_f32;
-    using Number = float;
-    static constexpr auto init = kq_adaptation_init_f32;
-    static constexpr auto attach = kq_attach_f32;
-    static constexpr auto scales = kq_adaptation_scales_f32;
-    std::vector<float> memory;
-    void assign(Object &a, int n, int m)
-    {
-        memory.resize(static_cast<std::size_t>(KQ_ADAPTATION_LEN_F32(n, m)));
-        kq::require(kq_adaptation_assign_f32(&a, n, m, memory.data(), memory.size()), "assign");
-    }
-    static float number(double a) { return static_cast<float>(a); }
-    static double value(float a) { return static_cast<double>(a); }
-};
-
-template <> struct Adaptation<double> {
-    using Object = kq_adaptation_f64;
-    using Rule = kq_adaptation_rule_f64;
-    using Number = double;
-    static constexpr auto init = kq_adaptation_init_f64;
-    static constexpr auto attach = kq_attach_f64;
-    static constexpr auto scales = kq_adaptation_scales_f64;
-    std::vector<double> memory;
-    void assign(Object &a, int n, int m)
-    {
-        memory.resize(static_cast<std::size_t>(KQ_ADAPTATION_LEN_F64(n, m)));
-        kq::require(kq_adaptation_assign_f64(&a, n, m, memory.data(), memory.size()), "assign");
-    }
-    static double number(double a) { return a; }
-    static double value(double a) { return a; }
-};
-
-template <> struct Adaptation<Q31> {
-    using Object = kq_adaptation_q31;
-    using Rule = kq_adaptation_rule_q31;
-    using Number = kq_scaled_q31;
-    static constexpr auto init = kq_adaptation_init_q31;
-    static constexpr auto attach = kq_attach_q31;
-    static constexpr auto scales = kq_adaptation_scales_q31;
-    std::vector<kq_scaled_q31> memory;
+/// With its memory, which in q31 has a root, too
+template <class T> struct Adaptation {
+    typename kq::Api<T>::Adaptation object{};
+    std::vector<typename kq::Api<T>::Coefficient> memory;
     std::vector<std::int32_t> root;
-    void assign(Object &a, int n, int m)
+    Adaptation(int n, int m)
+        : memory(kq::Api<T>::adaptationLength(static_cast<std::size_t>(n), static_cast<std::size_t>(m))),
+          root(rootLength(n))
     {
-        memory.resize(static_cast<std::size_t>(KQ_ADAPTATION_LEN_Q31(n, m)));
-        root.resize(rootLength(n));
-        kq::require(kq_adaptation_assign_q31(&a, n, m, memory.data(), memory.size(), root.data()),
-                    "assign");
+        kq::require(assign(n, m), "assign");
     }
-    static kq_scaled_q31 number(double a)
-    {
-        int exponent = 0;
-        const double m = std::frexp(a, &exponent);
-        return {static_cast<std::int32_t>(m * 0x1p30) * 2, exponent - 31};
-    }
-    static double value(kq_scaled_q31 a) { return std::ldexp(a.mantissa, a.exponent); }
+    Adaptation(const Adaptation &) = delete;
+    Adaptation &operator=(const Adaptation &) = delete;
+
+  private:
+    kq_status assign(int n, int m);
 };
+
+template <> kq_status Adaptation<float>::assign(int n, int m)
+{
+    return kq_adaptation_assign_f32(&object, n, m, memory.data(), memory.size());
+}
+template <> kq_status Adaptation<double>::assign(int n, int m)
+{
+    return kq_adaptation_assign_f64(&object, n, m, memory.data(), memory.size());
+}
+template <> kq_status Adaptation<Q31>::assign(int n, int m)
+{
+    return kq_adaptation_assign_q31(&object, n, m, memory.data(), memory.size(), root.data());
+}
 
 // ------------------------------------------------------------------ the plants
 
@@ -205,7 +175,7 @@ using Errors = std::array<double, 2>;
 
 template <class T> class Run
 {
-    using Tool = Adaptation<T>;
+    using Api = kq::Api<T>;
 
   public:
     Run(const Plant &plant, const Truth &truth, const Rule &rule, std::uint64_t seed)
@@ -218,35 +188,35 @@ template <class T> class Run
                   SensorModel{plant.H, plant.R / truth.r,
                               Vector<double>::Constant(plant.H.rows(), 1 << 20)},
                   Noise::covariance),
-          filter_(states_), simulation_(plant, seed)
+          filter_(states_), simulation_(plant, seed),
+          tool_(static_cast<int>(plant.A.rows()), static_cast<int>(plant.H.rows()))
     {
         const Index n = plant.A.rows();
-        const auto number = Tool::number;
+        const auto number = Api::number;
         kq::require(filter_.init(Vector<double>::Zero(n), 16 * Matrix<double>::Identity(n, n)),
                     "filter init");
-        tool_.assign(adaptation_, static_cast<int>(n), static_cast<int>(plant.H.rows()));
-        const typename Tool::Rule of{rule.scales,     rule.memory,    number(0.1),
+        const typename Api::Rule of{rule.scales,     rule.memory,    number(0.1),
                                      number(0x1p-10), number(0x1p10), number(0x1p-10),
                                      number(0x1p10)};
-        kq::require(Tool::init(&adaptation_, process_.get(), sensor_.get(), &of), "init");
-        kq::require(Tool::attach(filter_.get(), &adaptation_.attached), "attach");
+        kq::require(Api::adaptationInit(&tool_.object, process_.get(), sensor_.get(), &of), "init");
+        kq::require(Api::attach(filter_.get(), &tool_.object.attached), "attach");
     }
 
     void step()
     {
         const auto z = sensor_.components().words(simulation_.measure());
-        kq::require(kq::Api<T>::updateSubset(filter_.get(), sensor_.get(), z.data(),
+        kq::require(Api::updateSubset(filter_.get(), sensor_.get(), z.data(),
                                              simulation_.present()),
                     "update");
-        kq::require(kq::Api<T>::predict(filter_.get(), process_.get(), nullptr), "predict");
+        kq::require(Api::predict(filter_.get(), process_.get(), nullptr), "predict");
         simulation_.advance();
     }
 
     Errors errors() const
     {
-        typename Tool::Number q{}, r{};
-        kq::require(Tool::scales(&adaptation_, &q, &r), "scales");
-        return {std::log(Tool::value(q) / truth_.q), std::log(Tool::value(r) / truth_.r)};
+        typename Api::Coefficient q{}, r{};
+        kq::require(Api::adaptationScales(&tool_.object, &q, &r), "scales");
+        return {std::log(Api::value(q) / truth_.q), std::log(Api::value(r) / truth_.r)};
     }
 
   private:
@@ -256,8 +226,7 @@ template <class T> class Run
     SensorOwner<T> sensor_;
     FilterOwner<T> filter_;
     Simulation simulation_;
-    Tool tool_;
-    typename Tool::Object adaptation_{};
+    Adaptation<T> tool_;
 };
 
 // ------------------------------------------------------------------ how soon

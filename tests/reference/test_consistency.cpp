@@ -18,46 +18,8 @@ using namespace reference;
 namespace
 {
 
-template <class T> struct Statistics;
-
-template <> struct Statistics<float> {
-    using Object = kq_consistency_f32;
-    using Score = float;
-    static constexpr auto assign = kq_consistency_assign_f32;
-    static constexpr auto clear = kq_consistency_clear_f32;
-    static constexpr auto watch = kq_consistency_watch_f32;
-    static constexpr auto record = kq_consistency_record_f32;
-    static constexpr auto nis = kq_consistency_nis_f32;
-    static constexpr auto innovation = kq_consistency_innovation_f32;
-    static std::size_t length(int m, int window) { return KQ_CONSISTENCY_LEN_F32(m, window); }
-    static float quantile(double q) { return static_cast<float>(q); }
-};
-
-template <> struct Statistics<double> {
-    using Object = kq_consistency_f64;
-    using Score = double;
-    static constexpr auto assign = kq_consistency_assign_f64;
-    static constexpr auto clear = kq_consistency_clear_f64;
-    static constexpr auto watch = kq_consistency_watch_f64;
-    static constexpr auto record = kq_consistency_record_f64;
-    static constexpr auto nis = kq_consistency_nis_f64;
-    static constexpr auto innovation = kq_consistency_innovation_f64;
-    static std::size_t length(int m, int window) { return KQ_CONSISTENCY_LEN_F64(m, window); }
-    static double quantile(double q) { return q; }
-};
-
-template <> struct Statistics<Q31> {
-    using Object = kq_consistency_q31;
-    using Score = std::int64_t;
-    static constexpr auto assign = kq_consistency_assign_q31;
-    static constexpr auto clear = kq_consistency_clear_q31;
-    static constexpr auto watch = kq_consistency_watch_q31;
-    static constexpr auto record = kq_consistency_record_q31;
-    static constexpr auto nis = kq_consistency_nis_q31;
-    static constexpr auto innovation = kq_consistency_innovation_q31;
-    static std::size_t length(int m, int window) { return KQ_CONSISTENCY_LEN_Q31(m, window); }
-    static std::int64_t quantile(double q) { return std::llround(q * 0x1p24); }
-};
+template <class T> typename kq::Api<T>::Score scoreOf(double q) { return static_cast<T>(q); }
+template <> std::int64_t scoreOf<Q31>(double q) { return std::llround(q * 0x1p24); }
 
 // ------------------------------------------------------------------ the plant and the filter's
 // model
@@ -128,12 +90,13 @@ struct Outside {
 
 template <class T> class Watch
 {
-    using Score = typename Statistics<T>::Score;
+    using Api = kq::Api<T>;
+    using Score = typename Api::Score;
 
   public:
-    Watch(int m, int window) : m_(m), memory_(Statistics<T>::length(m, window))
+    Watch(int m, int window) : m_(m), memory_(Api::consistencyLength(static_cast<std::size_t>(m), static_cast<std::size_t>(window)))
     {
-        kq::require(Statistics<T>::assign(&handle_, m, window, memory_.data(), memory_.size()),
+        kq::require(Api::consistencyAssign(&handle_, m, window, memory_.data(), memory_.size()),
                     "consistency assign");
     }
 
@@ -142,25 +105,25 @@ template <class T> class Watch
     {
         const auto words = sensor.components().words(z);
         kq::require(
-            Statistics<T>::watch(&handle_, filter.get(), sensor.get(), words.data(), present),
+            Api::consistencyWatch(&handle_, filter.get(), sensor.get(), words.data(), present),
             "watch");
-        kq::require(kq::Api<T>::updateSubset(filter.get(), sensor.get(), words.data(), present),
+        kq::require(Api::updateSubset(filter.get(), sensor.get(), words.data(), present),
                     "update");
-        kq::require(Statistics<T>::record(&handle_, filter.get()), "record");
+        kq::require(Api::consistencyRecord(&handle_, filter.get()), "record");
     }
 
     /// Of the window as it is; then it begins anew.
     void count(Outside &outside)
     {
         Score nis, low, high, mean, reach, correlation, spread;
-        const Score q = Statistics<T>::quantile(1.96);
-        kq::require(Statistics<T>::nis(&handle_, q, &nis, &low, &high), "nis");
+        const Score q = scoreOf<T>(1.96);
+        kq::require(Api::consistencyNis(&handle_, q, &nis, &low, &high), "nis");
         bool any = nis < low || nis > high;
         outside.low += nis < low;
         outside.high += nis > high;
         for (int c = 0; c < m_; ++c) {
             kq::require(
-                Statistics<T>::innovation(&handle_, c, q, &mean, &reach, &correlation, &spread),
+                Api::consistencyInnovation(&handle_, c, q, &mean, &reach, &correlation, &spread),
                 "innovation");
             const bool biased = mean < -reach || mean > reach;
             const bool coloured = correlation < -spread || correlation > spread;
@@ -169,13 +132,13 @@ template <class T> class Watch
             any = any || biased || coloured;
         }
         outside.any += any;
-        kq::require(Statistics<T>::clear(&handle_), "clear");
+        kq::require(Api::consistencyClear(&handle_), "clear");
     }
 
   private:
     int m_;
-    std::vector<typename kq::Api<T>::Word> memory_;
-    typename Statistics<T>::Object handle_{};
+    std::vector<typename Api::Word> memory_;
+    typename Api::Consistency handle_{};
 };
 
 template <class T>

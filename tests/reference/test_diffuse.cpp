@@ -98,7 +98,8 @@ template <class T> class StartOwner : NotCopied
     using Api = kq::Api<T>;
 
   public:
-    StartOwner(int n, std::size_t early) : memory_(Api::startLength(n, early))
+    StartOwner(int n, std::size_t early)
+        : memory_(Api::startLength(static_cast<std::size_t>(n), early))
     {
         kq::require(Api::startAssign(&handle_, n, early, memory_.data(), memory_.size()),
                     "start assign");

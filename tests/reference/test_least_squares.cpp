@@ -22,38 +22,6 @@ namespace
 
 // ------------------------------------------------------------------ the library
 
-template <class T> struct Squares;
-
-template <> struct Squares<float> {
-    using Object = kq_least_squares_f32;
-    static constexpr auto add = kq_least_squares_add_f32;
-    static constexpr auto residual = kq_least_squares_residual_f32;
-    static constexpr auto forget = kq_forget_f32;
-    static float number(double a) { return static_cast<float>(a); }
-};
-
-template <> struct Squares<double> {
-    using Object = kq_least_squares_f64;
-    static constexpr auto add = kq_least_squares_add_f64;
-    static constexpr auto residual = kq_least_squares_residual_f64;
-    static constexpr auto forget = kq_forget_f64;
-    static double number(double a) { return a; }
-};
-
-template <> struct Squares<Q31> {
-    using Object = kq_least_squares_q31;
-    static constexpr auto add = kq_least_squares_add_q31;
-    static constexpr auto residual = kq_least_squares_residual_q31;
-    static constexpr auto forget = kq_forget_q31;
-    static kq_scaled_q31 number(double a)
-    {
-        const kq_format_q31 whole = {1, 0};
-        kq_scaled_q31 result;
-        kq::require(kq_matrix_prepare_q31(&result, &a, 1, 1, &whole, &whole), "number");
-        return result;
-    }
-};
-
 /// Begins, and takes rows in physical units.
 template <class T> class Fit
 {
@@ -72,7 +40,7 @@ template <class T> class Fit
 
     double residual() const
     {
-        return static_cast<double>(Formats<T>::score(Squares<T>::residual(&handle_)));
+        return static_cast<double>(Formats<T>::score(kq::Api<T>::leastSquaresResidual(&handle_)));
     }
 
   private:
@@ -80,7 +48,7 @@ template <class T> class Fit
     kq_status take(const Vector<double> &h, typename kq::Api<T>::Word z, double r);
 
     const Formats<T> &states_, &measured_;
-    typename Squares<T>::Object handle_{};
+    typename kq::Api<T>::LeastSquares handle_{};
 };
 
 template <> kq_status Fit<float>::begin(FilterOwner<float> &filter, double lambda)
@@ -93,7 +61,7 @@ template <> kq_status Fit<double>::begin(FilterOwner<double> &filter, double lam
 }
 template <> kq_status Fit<Q31>::begin(FilterOwner<Q31> &filter, double lambda)
 {
-    return kq_least_squares_init_q31(&handle_, filter.get(), Squares<Q31>::number(lambda),
+    return kq_least_squares_init_q31(&handle_, filter.get(), kq::Api<Q31>::number(lambda),
                                      measured_.data());
 }
 template <> kq_status Fit<float>::take(const Vector<double> &h, float z, double r)
@@ -313,7 +281,7 @@ template <class T> Figures fadingRun(Random &random, double lambda)
         now.mean = now.mean + gain * (Quad(z) - now.mean(0));
         now.covariance = now.covariance - gain * gain.transpose() * S;
         compare<T>(figures, now, read(filter));
-        kq::require(Squares<T>::forget(filter.get(), Squares<T>::number(lambda)), "fade");
+        kq::require(kq::Api<T>::forget(filter.get(), kq::Api<T>::number(lambda)), "fade");
         kq::require(kq::Api<T>::predict(filter.get(), process.get(), nullptr), "predict");
         now.mean = AQ * now.mean;
         now.covariance = AQ * now.covariance * AQ.transpose() / Quad(lambda) + Q;

@@ -38,12 +38,9 @@ constexpr double pi = 3.14159265358979324;
 template <class T> struct Arithmetic;
 
 template <class T> struct FloatArithmetic {
-    using Number = T;
     T noiseMemory[1], scaledMemory[1], sensorMemory[1];
     T A[1] = {1}, H[1] = {1};
 
-    static T number(double a) { return static_cast<T>(a); }
-    static double value(T a) { return static_cast<double>(a); }
     static T word(double a) { return static_cast<T>(a); }
     static double wordValue(double a) { return a; }
 
@@ -70,29 +67,17 @@ template <class T> struct FloatArithmetic {
 };
 
 template <> struct Arithmetic<float> : FloatArithmetic<float> {
-    using Loss = kq_loss_f32;
-    static constexpr auto robust = kq_update_robust_f32;
-    static constexpr const kq_loss_kind_f32 *gate = &kq_loss_gate_f32, *huber = &kq_loss_huber_f32,
-                                            *student = &kq_loss_student_f32, *jump = &kq_loss_jump_f32;
-    static constexpr auto limit = kq_chi_square_limit_f32;
     static constexpr auto scaleNoise = kq_process_scale_noise_f32;
     static constexpr auto smoothReweighted = kq_smooth_reweighted_f32;
 };
 
 template <> struct Arithmetic<double> : FloatArithmetic<double> {
-    using Loss = kq_loss_f64;
-    static constexpr auto robust = kq_update_robust_f64;
-    static constexpr const kq_loss_kind_f64 *gate = &kq_loss_gate_f64, *huber = &kq_loss_huber_f64,
-                                            *student = &kq_loss_student_f64, *jump = &kq_loss_jump_f64;
-    static constexpr auto limit = kq_chi_square_limit_f64;
     static constexpr auto scaleNoise = kq_process_scale_noise_f64;
     static constexpr auto smoothReweighted = kq_smooth_reweighted_f64;
 };
 
 /// Words of 2^-7 over +-2^24: an increment may be as large as that.
 template <> struct Arithmetic<Q31> {
-    using Number = kq_scaled_q31;
-    using Loss = kq_loss_q31;
     kq_format_q31 format[1] = {{INT32_MAX, 7}};
     kq_scaled_q31 A[1] = {{1 << 30, -30}}, H[1] = {{1 << 30, -30}}, noise[1];
     int32_t root[KQ_ROOT_LEN_Q31(1)], priorRoot[KQ_ROOT_LEN_Q31(1)], zero[1] = {0};
@@ -101,19 +86,6 @@ template <> struct Arithmetic<Q31> {
     kq_sensor_table_q31 sensorTable{};
     kq_prior_table_q31 prior{};
 
-    static kq_scaled_q31 number(double a)
-    {
-        if (a == 0) return {0, 0};
-        int exponent = 0;
-        const double m = std::frexp(a, &exponent);
-        int64_t mantissa = std::llround(m * 0x1p31);
-        if (std::llabs(mantissa) >> 31) {
-            mantissa /= 2;
-            exponent++;
-        }
-        return {static_cast<int32_t>(mantissa), exponent - 31};
-    }
-    static double value(kq_scaled_q31 a) { return std::ldexp(a.mantissa, a.exponent); }
     static int32_t word(double a) { return static_cast<int32_t>(std::llround(a * 0x1p7)); }
     static double wordValue(double a) { return a * 0x1p-7; }
 
@@ -138,10 +110,6 @@ template <> struct Arithmetic<Q31> {
         kq::require(kq_filter_init_q31(&f, &prior, nullptr), "filter");
     }
 
-    static constexpr auto robust = kq_update_robust_q31;
-    static constexpr const kq_loss_kind_q31 *gate = &kq_loss_gate_q31, *huber = &kq_loss_huber_q31,
-                                            *student = &kq_loss_student_q31, *jump = &kq_loss_jump_q31;
-    static constexpr auto limit = kq_chi_square_limit_q31;
     static kq_status scaleNoise(kq_process_q31 *target, const kq_process_q31 *source,
                                 kq_scaled_q31 q)
     {
@@ -190,8 +158,8 @@ template <class T> class Walk
         arithmetic_.start(filter_, model_.P0);
         loss_ = {};
         loss_.kind = kindOf(method.step);
-        loss_.parameter = Its::number(method.parameter);
-        loss_.limit = Its::limit(1, KQ_LEVEL_9999);
+        loss_.parameter = Api<T>::number(method.parameter);
+        loss_.limit = Api<T>::chiSquareLimit(1, KQ_LEVEL_9999);
         for (std::size_t t = 0; t < z.size(); ++t) {
             const auto word = Its::word(z[t]);
             kq::require(take(word, method, t > 0 || model_.movesFirst), method.name);
@@ -203,7 +171,7 @@ template <class T> class Walk
     /// `passes` of filter and smoother, from q = first everywhere
     Series smoothed(const Series &z, double nu, double first, int passes)
     {
-        std::fill(weights_.begin(), weights_.end(), Its::number(first));
+        std::fill(weights_.begin(), weights_.end(), Api<T>::number(first));
         for (int k = 0; k < passes; ++k) pass(z, nu);
         return readSmoothed(z.size());
     }
@@ -222,16 +190,16 @@ template <class T> class Walk
     {
         if (moves) kq::require(Api<T>::predict(&filter_, &process_, nullptr), "predict");
         if (method.step == Step::plain) return Api<T>::update(&filter_, &sensor_, &z);
-        return Its::robust(&filter_, &sensor_, &z, 1, &loss_);
+        return Api<T>::updateRobust(&filter_, &sensor_, &z, 1, &loss_);
     }
 
     static auto kindOf(Step step)
     {
         switch (step) {
-        case Step::gated: return Its::gate;
-        case Step::huber: return Its::huber;
-        case Step::student: return Its::student;
-        default: return Its::jump;
+        case Step::gated: return Api<T>::gate;
+        case Step::huber: return Api<T>::huber;
+        case Step::student: return Api<T>::student;
+        default: return Api<T>::jump;
         }
     }
 
@@ -253,7 +221,7 @@ template <class T> class Walk
             return &scaled_;
         });
         kq::require(
-            Its::smoothReweighted(&history_, &scaled_, &process_, Its::number(nu), weights_.data()),
+            Its::smoothReweighted(&history_, &scaled_, &process_, Api<T>::number(nu), weights_.data()),
             "smooth");
     }
 
@@ -284,10 +252,10 @@ template <class T> class Walk
     typename Api<T>::Sensor sensor_{};
     typename Api<T>::Filter filter_{};
     typename Api<T>::History history_{};
-    typename Its::Loss loss_{};
+    typename Api<T>::Loss loss_{};
     std::array<typename Api<T>::Word, Api<T>::filterLength(1)> memory_{};
     std::vector<typename Api<T>::Word> tape_;
-    std::vector<typename Its::Number> weights_;
+    std::vector<typename Api<T>::Coefficient> weights_;
 };
 
 // ---------------------------------------------------------------- errors

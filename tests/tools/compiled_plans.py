@@ -1,7 +1,7 @@
-"""compiled_plans.py FOLDER: filters whose cost is measured, in FOLDER/fit what estimates are fitted to, in FOLDER/check
-what they are compared with: the five models, and random ones that were not fitted.
+"""compiled_plans.py FOLDER FORM: filters whose cost is measured, in FOLDER/fit what estimates are fitted to, in
+FOLDER/check what they are compared with: models that were not fitted.
 
-Each is what kalmanq compile would write, without its proof: what that says has nothing to do with the cost.
+FORM: covariance, without its proof: what that says has nothing to do with the cost; factor: what kalmanq compile writes.
 """
 
 from __future__ import annotations
@@ -15,16 +15,20 @@ from typing import Any, Iterable, Iterator
 
 import numpy as np
 from compiled_models import CORRELATED, five, kinematic, random_model
+from five import FIVE
+from products import PRODUCTS
 
 from kalmanq import Model
-from kalmanq.compiler import exact
+from kalmanq.compiler import costs, exact
+from kalmanq.compiler.product import compiled
 from kalmanq.compiler.proven import forms
+from kalmanq.compiler.proven.costs import operations
 from kalmanq.compiler.proven.header import header
-from kalmanq.compiler.proven.operations import operations
 from kalmanq.compiler.proven.product import Maker, Wanted, ram_of
 from kalmanq.compiler.proven.refusals import refuse
 from kalmanq.compiler.proven.roots import Root
 from kalmanq.compiler.proven.text import code
+from kalmanq.compiler.request import Options
 from kalmanq.errors import KalmanqError
 from kalmanq.model import Gaps
 
@@ -33,6 +37,7 @@ FITTED_DOORS, CHECKED_DOORS = range(160, 176), range(25, 33)  # of those in f32 
 ROOTS = 4  # each fourth of them as a square root, too
 AXES = ((1, 1), (1, 2), (1, 3), (2, 2), (3, 2), (2, 3), (3, 3), (3, 1))  # and order
 STEPS = (0.1, 0.25, 0.4)  # not that of the five
+FACTOR_FITTED, FACTOR_SMALL, FACTOR_CHECKED = range(100, 140), range(200, 250), range(10)
 
 
 def fitted(arithmetic: str) -> Iterator[tuple[str, Model, Any]]:
@@ -87,10 +92,13 @@ def write(folder: Path, name: str, model: Model, arithmetic: str, form: Any) -> 
             files = {f"{name}.c": text, f"{name}.h": header(plan), "compiled.json": json.dumps(told)}
     except KalmanqError:
         return False
-    here = folder / f"{name}_{arithmetic}"
+    return written(folder / f"{name}_{arithmetic}", name, files)
+
+
+def written(here: Path, name: str, files: dict[str, str]) -> bool:
     here.mkdir(parents=True)
-    for file, written in files.items():
-        (here / file).write_text(written, encoding="utf-8")
+    for file, text in files.items():
+        (here / file).write_text(text, encoding="utf-8")
     done = subprocess.run(["cc", "-std=c11", "-O1", "-Wconversion", "-Werror", "-c", str(here / f"{name}.c"), "-o",
                            "/dev/null"],
                           capture_output=True)
@@ -101,11 +109,49 @@ def write(folder: Path, name: str, model: Model, arithmetic: str, form: Any) -> 
     return not done.returncode
 
 
+# ------------------------------------------------------------------------------ the factor
+
+
+def factor_fitted(arithmetic: str) -> Iterator[tuple[str, Model]]:
+    for model in (*five(True), *(make() for make in FIVE)):
+        yield model.name, model
+    for name, model in kinematics(STEPS[1], True):
+        yield name, model
+    for seed in FACTOR_FITTED:
+        yield f"random{seed}", random_model(seed, arithmetic == "q31")
+    for seed in FACTOR_SMALL:
+        model = random_model(seed, arithmetic == "q31")
+        if model.n <= 2:
+            yield f"random{seed}", model
+
+
+def factor_checked(arithmetic: str) -> Iterator[tuple[str, Model]]:
+    for make in PRODUCTS:
+        model = make()
+        yield f"product_{model.name}", model
+    for seed in FACTOR_CHECKED:
+        yield f"random{seed}", random_model(seed, arithmetic == "q31")
+
+
+def write_factor(folder: Path, name: str, model: Model, arithmetic: str) -> bool:
+    try:
+        product = compiled(model, name, Options(arithmetic))
+    except KalmanqError:
+        return False
+    if not costs.operations_of(product):
+        return False
+    told = {"name": name, "arithmetic": arithmetic, "n": model.n, "m": model.m, "l": model.l, "ram": product.ram,
+            "calls": product.calls, "operations": costs.operations_of(product)}
+    return written(folder / f"{name}_{arithmetic}", name, {**product.sources(), "compiled.json": json.dumps(told)})
+
+
 def main() -> None:
-    for which, models in (("fit", fitted), ("check", checked)):
-        for arithmetic in ("f32", "q31"):
-            made = [write(Path(sys.argv[1]) / which, name, model, arithmetic, form)
-                    for name, model, form in models(arithmetic)]
+    folder, form = Path(sys.argv[1]), sys.argv[2]
+    for which, models, others in (("fit", fitted, factor_fitted), ("check", checked, factor_checked)):
+        for arithmetic in ("f32", "q31") if form == "covariance" else costs.ARITHMETICS:
+            made = [write(folder / which, name, model, arithmetic, one) for name, model, one in models(arithmetic)] \
+                if form == "covariance" else \
+                [write_factor(folder / which, name, model, arithmetic) for name, model in others(arithmetic)]
             print(f"{which}, {arithmetic}: {sum(made)} filters, {len(made) - sum(made)} refused", flush=True)
 
 

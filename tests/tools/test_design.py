@@ -187,7 +187,7 @@ def test_the_reach_has_what_is_between_components():
     assert 3 < found.states[0] <= 4.5 + 0.1 and found.measurements[0] == 9
 
 
-@pytest.mark.parametrize("models", [40, pytest.param(200, marks=WHOLE)])
+@pytest.mark.parametrize("models", [20, pytest.param(200, marks=WHOLE)])
 def test_random_designs_hold_or_warn(models):
     """Ranges 1.5 times the largest state: on records that were not there when it was designed."""
     random, held, warned = np.random.default_rng(7), 0, 0
@@ -244,14 +244,14 @@ def drawn(model, seed, rows=2000):
     return Record(simulate(model, rows, seed, u)[1], u)
 
 
-@pytest.mark.parametrize("seed", first(1, (1000, 1001, 1002)))
-def test_ranges_of_one_record_hold_others(seed):
-    """640 of 16 products: none saturates, none is refused by a range"""
+@pytest.mark.parametrize("seed, others", first(1, ((1000, 10), (1000, 40), (1001, 40), (1002, 40))))
+def test_ranges_of_one_record_hold_others(seed, others):
+    """640 of 16 products, every day 160: none saturates, none is refused by a range"""
     for make in PRODUCTS:
         model = bare(make())
         ranged, _ = with_ranges(model, [drawn(model, seed)])
         parts = Parts(ranged, "q31")
-        for other in range(40):
+        for other in range(others):
             record = drawn(model, other)
             run = Filter(ranged, "q31", parts=parts).run(record.z, record.u)
             assert not run.events & (lib.KQ_EVENT_SATURATED | lib.KQ_EVENT_OVERFLOW), (make, other)
@@ -434,10 +434,11 @@ def test_why_lean_is_not_offered_is_said(model, why):
     assert ("f32", "init") in [(one.arithmetic, one.way) for one in made.ways]
 
 
-def test_random_lean_designs_come_back_from_their_outage():
+@pytest.mark.parametrize("models", [20, pytest.param(40, marks=WHOLE)])
+def test_random_lean_designs_come_back_from_their_outage(models):
     """What is offered is within 2 % of the full sensor, by another program than the design's."""
     random, offered, coarse = np.random.default_rng(23), 0, 0
-    for k in range(40):
+    for k in range(models):
         n = int(random.integers(1, 5)) if k % 4 else 1
         given = {"q": 10.0 ** random.uniform(-3, 3), "R": 10.0 ** random.uniform(-2, 1)}
         gaps = Gaps(int(10 ** random.uniform(0, 3)), 100)
@@ -449,7 +450,7 @@ def test_random_lean_designs_come_back_from_their_outage():
                 far = sigmas_after(model, arithmetic, found.outage, SOON * n)
                 assert far[found.rows - 1:].max() <= NEAR, (k, arithmetic, found, far)
                 offered, coarse = offered + 1, coarse + (found.rows > 1)
-    assert offered >= 20 and coarse >= 10, (offered, coarse)
+    assert offered >= models / 2 and coarse >= models / 4, (offered, coarse)
 
 
 def test_the_page_the_header_and_json_say_in_how_many_rows_lean_is_back(tmp_path):

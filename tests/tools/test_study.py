@@ -6,8 +6,10 @@ import json
 import signal
 import subprocess
 import sys
+import tempfile
 import time
 from functools import lru_cache
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -21,6 +23,7 @@ from kalmanq.pages.pictures import save
 from kalmanq.run.campaigns import journal_of, run_campaign
 from kalmanq_studies.commands.study import shrink
 from kalmanq_studies.heavy_tails import claims, estimators, population, scores, stable
+from kalmanq_studies.heavy_tails.collected import Collected
 from kalmanq_studies.heavy_tails.figures import figures
 from kalmanq_studies.heavy_tails.grid import Grid, posterior_means
 from kalmanq_studies.heavy_tails.perform import perform
@@ -207,21 +210,31 @@ def test_blocks_differ_and_alphas_have_the_same_numbers():
     assert np.abs(draws[0, 1.999][0] - draws[0, 2.0][0]).max() < 1
 
 
-def test_any_number_of_workers_draws_the_same(tmp_path):
+@lru_cache(None)
+def tiny():
+    """The tasks of a tiny study and their results, by one process"""
     tasks = tasks_of(TINY, 7)
-    one, two = (json.dumps(list(run_campaign(perform, tasks, fingerprint={}, journal=tmp_path / str(workers),
-                                             workers=workers))) for workers in (1, 2))
-    assert one == two and len(tasks) == 2 * (4 + 3 + 2 + 1)
+    with tempfile.TemporaryDirectory() as folder:
+        return tasks, list(run_campaign(perform, tasks, fingerprint={}, journal=Path(folder) / "journal", workers=1))
+
+
+def assert_the_same(results, tasks, journal, **options):
+    made = list(run_campaign(perform, tasks, fingerprint={}, journal=journal, **options))
+    assert json.dumps(made) == json.dumps(results)
+
+
+@pytest.mark.parametrize("every", [2, pytest.param(1, marks=WHOLE)])
+def test_any_number_of_workers_draws_the_same(every, tmp_path):
+    tasks, results = tiny()
+    assert len(tasks) == 2 * (4 + 3 + 2 + 1)
+    assert_the_same(results[::every], tasks[::every], tmp_path / "two", workers=2)
 
 
 def test_a_cluster_draws_the_same(tmp_path):
     distributed = pytest.importorskip("distributed")
-    tasks = tasks_of(TINY, 7)[::3]
+    tasks, results = tiny()
     with distributed.LocalCluster(n_workers=1, threads_per_worker=1, dashboard_address=None) as cluster:
-        made = [json.dumps(list(run_campaign(perform, tasks, fingerprint={}, journal=tmp_path / name,
-                                             workers=1, dask=address)))
-                for name, address in (("here", None), ("there", cluster.scheduler_address))]
-    assert made[0] == made[1]
+        assert_the_same(results[::3], tasks[::3], tmp_path / "there", dask=cluster.scheduler_address)
 
 
 # ------------------------------------------------------------------------------ what it has to show
@@ -257,7 +270,7 @@ def curves(axis):
 
 def test_curves_can_be_told_apart(tmp_path):
     """Each has a colour of its own, in its panel and in the file with its palette."""
-    c = study.collected(TINY, 7)
+    c = Collected(*tiny())
     for name, draw in figures().items():
         picture = draw(c)
         colours = [[np.array(to_rgb(line.get_color())) for line in curves(axis)] for axis in picture.axes]

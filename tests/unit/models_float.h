@@ -40,6 +40,12 @@ static inline num bad_word(const K(sensor) *s, int k)
     return bad[k];
 }
 
+/* What is refused as a parameter or a factor, and how */
+#define NOT_AN_ENTRY KQ_ERR_NOT_FINITE
+#define NO_VARIANCE KQ_ERR_NOT_SEMIDEFINITE
+static inline num bad_entry(int k) { return k == 0 ? (num)NAN : k == 1 ? (num)INFINITY : -(num)INFINITY; }
+static inline num just_above_1(void) { return 1 + (num)EPS; }
+
 static inline int is_nothing(num a) { return isnan(a); }
 static inline int is_no_score(num a) { return isnan(a); }
 
@@ -213,11 +219,12 @@ static inline kq_status read_innovation(const K(filter) * f, const K(sensor) * s
     return K(innovation)(f, s, z, e);
 }
 
-static inline kq_status step_back(K(history) *h, const prior_model *p, num *lag_one, num *mean, num *covariance)
+static inline kq_status step_back(K(history) *h, K(process) *by, const prior_model *p, num *lag_one, num *mean,
+                                  num *covariance)
 {
     const K(smooth_extras) extras = {lag_one, mean, covariance};
     (void)p;
-    return K(smooth_step)(h, NULL, &extras);
+    return K(smooth_step)(h, by, &extras);
 }
 
 static inline kq_status read_noise(const K(history) *h, int k, num *mean, num *variance)

@@ -42,6 +42,17 @@ static inline int32_t bad_word(const kq_sensor_q31 *s, int k)
     return bad[k];
 }
 
+/* What is refused as a parameter or a factor, and how */
+#define NOT_AN_ENTRY KQ_ERR_COEFFICIENT
+#define NO_VARIANCE KQ_ERR_TABLE
+static inline kq_scaled_q31 bad_entry(int k)
+{
+    static const kq_scaled_q31 bad[] = {{1, 0}, {INT32_MIN, -31}, {(1 << 30) - 1, -30}, {0, 1}};
+    return bad[k];
+}
+
+static inline kq_scaled_q31 just_above_1(void) { return (kq_scaled_q31){(1 << 30) + 1, -30}; }
+
 static inline int is_nothing(int32_t a) { return a == KQ_NOT_A_VALUE_Q31; }
 static inline int is_no_score(int64_t a) { return a == KQ_NOT_A_SCORE_Q31; }
 
@@ -248,14 +259,14 @@ static inline kq_status read_innovation(const kq_filter_q31 *f, const kq_sensor_
 }
 
 /* The last step writes no extras: they are read as 0. */
-static inline kq_status step_back(kq_history_q31 *h, const prior_model *p, double *lag_one, double *mean,
-                                  double *covariance)
+static inline kq_status step_back(kq_history_q31 *h, kq_process_q31 *by, const prior_model *p, double *lag_one,
+                                  double *mean, double *covariance)
 {
     kq_scaled_q31 lag[MAX * MAX] = {{0, 0}}, noise[MAX] = {{0, 0}}, spread[MAX * MAX] = {{0, 0}};
     const kq_smooth_extras_q31 extras = {lag, noise, spread};
     const kq_format_q31 *format = p->state_format;
     const int n = h->states;
-    const kq_status status = kq_smooth_step_q31(h, NULL, &extras);
+    const kq_status status = kq_smooth_step_q31(h, by, &extras);
     if (status) return status;
     read_matrix(lag_one, lag, n, n, format, format, 1);
     read_matrix(mean, noise, n, 1, format, format, 0);

@@ -1,21 +1,26 @@
 # The suites of each arithmetic, a file test_SUITE.c each: a line of its own for what takes long or what small cores
 # do not hold.  The kernels of compile-time sizes are a suite that most programs leave out.
 set(KALMANQ_SUITES_f32 status lengths process sensor lean filter update forecast refusals smoother on_line wide numbers
-    laws changed diffuse least_squares consistency adaptation learning robust watch steady freeze em extended sigma_points
-    diffuse_orders diffuse_rank)
+    laws changed diffuse least_squares consistency adaptation learning robust robust_limits watch steady freeze em
+    extended sigma_points diffuse_orders diffuse_rank)
 set(KALMANQ_SUITES_f64 ${KALMANQ_SUITES_f32})
-set(KALMANQ_SUITES_q31 inverse_q31 lengths prepare_q31 model_q31 lean_q31 filter_q31 refusals smoother smoother_q31
-    views_q31 on_line wide numbers laws diffuse_q31 least_squares_q31 consistency consistency_q31 learning adaptation_q31
-    robust_q31 watch_q31 steady_q31 freeze extended_q31 words_q31 diffuse_orders diffuse_rank)
+set(KALMANQ_SUITES_q31 inverse_q31 lengths prepare_q31 model_q31 lean filter_q31 refusals smoother smoother_q31
+    views_q31 on_line wide numbers laws diffuse_q31 least_squares consistency learning robust watch
+    steady_q31 freeze extended_q31 words_q31 diffuse_orders diffuse_rank)
 set(KALMANQ_FIXED_f32 fixed)
 set(KALMANQ_FIXED_f64 fixed)
-set(KALMANQ_FIXED_q31 fixed_q31)
+set(KALMANQ_FIXED_q31 fixed)
 
-# kalmanq_tests(FILE LIST): writes to LIST a function's body that runs every TEST(name), TEST_KIND(name...) of FILE.
-function(kalmanq_tests file list)
+# kalmanq_tests(FILE LIST ARITHMETIC): writes to LIST a function's body that runs every TEST(name) and
+# TEST_KIND(name...) of FILE, but for those of TEST_Q31 and TEST_FLOAT that are not of the arithmetic.
+function(kalmanq_tests file list arithmetic)
   set_property(DIRECTORY APPEND PROPERTY CMAKE_CONFIGURE_DEPENDS "${file}")
-  file(STRINGS "${file}" tests REGEX "^TEST[A-Z_]*[(]")
-  list(TRANSFORM tests REPLACE "^TEST[A-Z_]*[(]([A-Za-z0-9_]+).*" "    RUN_TEST(\\1)$<SEMICOLON>")
+  set(kinds "_[A-Z]+")
+  if(arithmetic STREQUAL q31)
+    set(kinds "_[A-EG-Z][A-Z0-9]+") # not TEST_FLOAT
+  endif()
+  file(STRINGS "${file}" tests REGEX "^TEST(${kinds})?[(]")
+  list(TRANSFORM tests REPLACE "^TEST[A-Z_0-9]*[(]([A-Za-z0-9_]+).*" "    RUN_TEST(\\1)$<SEMICOLON>")
   list(JOIN tests "\n" text)
   string(REPLACE "$<SEMICOLON>" ";" text "${text}")
   file(CONFIGURE OUTPUT "${list}" CONTENT "{\n${text}\n}\n" @ONLY)
@@ -30,7 +35,7 @@ function(kalmanq_suites out_files out_options arithmetic where)
   foreach(suite IN LISTS ARGN)
     set(file "${unit}/test_${suite}.c")
     list(APPEND files "${file}")
-    kalmanq_tests("${file}" "${where}/${suite}.tests")
+    kalmanq_tests("${file}" "${where}/${suite}.tests" ${arithmetic})
     string(APPEND text "SUITE(${suite})\n")
   endforeach()
   file(CONFIGURE OUTPUT "${where}/suites.inc" CONTENT "${text}" @ONLY)

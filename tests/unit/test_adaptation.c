@@ -1,4 +1,4 @@
-/* The scales of the noises learnt on line: beside the formulas in double, in all sizes, and rules that are refused
+/* The scales of the noises learnt on line, in floating point: the formulas, all sizes, ends of the numbers
    (test_learning.c has what holds in q31 as well). */
 #include "adaptation_textbook.h"
 #include "reading.h"
@@ -57,15 +57,7 @@ static num sensor_scale_of(const K(adaptation) *a)
     return r;
 }
 
-static double process_scale(void) { return (double)process_scale_of(&tuner); }
 static double sensor_scale(void) { return (double)sensor_scale_of(&tuner); }
-
-/* Both, by turns one or the other, none */
-static uint32_t present_at(int t)
-{
-    static const uint32_t masks[] = {3, 3, 1, 3, 2, 3, 0};
-    return masks[t % COUNT(masks)];
-}
 
 static void draw(uint32_t *seed)
 {
@@ -84,45 +76,6 @@ static void put_textbook(scale_textbook *t, const num *noise_covariance)
     t->x[0] = (double)x0[0], t->x[1] = (double)x0[1];
     t->q = t->r = 1;
     t->waiting = 2;
-}
-
-static void textbook_takes(scale_textbook *t, uint32_t present)
-{
-    const double wide[] = {(double)z[0], (double)z[1]};
-    textbook_update(t, wide, present, (int)rule.scales, 50, 0.125);
-}
-
-static void follow_the_textbook(const K(sensor) * s, const num *noise_covariance, kq_adapted scales)
-{
-    scale_textbook book;
-    uint32_t seed = 7;
-    rule.scales = scales;
-    put_textbook(&book, noise_covariance);
-    ASSERT_OK(K(filter_init)(&track, x0, P0));
-    ASSERT_OK(K(adaptation_init)(&tuner, &motion, s, &rule));
-    ASSERT_OK(K(attach)(&track, &tuner.attached));
-    for (int t = 0; t < STEPS; t++) {
-        draw(&seed);
-        if (t == 20) z[0] = 30; /* an outlier */
-        ASSERT_OK(K(update_subset)(&track, s, z, present_at(t)));
-        textbook_takes(&book, present_at(t));
-        ASSERT_WITHIN(2048 * EPS * book.q, book.q, process_scale());
-        ASSERT_WITHIN(2048 * EPS * book.r, book.r, sensor_scale());
-        ASSERT_WITHIN(2048 * EPS * 8, book.x[0], K(mean)(&track, 0));
-        ASSERT_OK(K(predict)(&track, &motion, NULL));
-        textbook_predict(&book);
-    }
-    const double learnt = fabs(log(process_scale())) + fabs(log(sensor_scale()));
-    TEST_ASSERT_TRUE(learnt > 0.2);
-}
-
-TEST(scales_follow_the_formulas)
-{
-    static const num diagonal[] = {0.5, 0, 0, 1};
-    for (int scales = KQ_ADAPT_BOTH; scales <= KQ_ADAPT_SENSOR; scales++) {
-        follow_the_textbook(&radar, diagonal, (kq_adapted)scales);
-        follow_the_textbook(&coupled, R, (kq_adapted)scales);
-    }
 }
 
 /* With q e^h from the beginning on: the textbook's score of its last measurement, of one component,
@@ -312,41 +265,6 @@ TEST(refusals_of_init)
     ASSERT_REFUSED_SIZE_OR_MEMORY(K(adaptation_init)(&none, &motion, &radar, &rule));
     ASSERT_REFUSED(KQ_ERR_MEMORY, K(adaptation_init)(&short_one, &motion, &radar, &rule));
     ASSERT_REFUSED(KQ_ERR_MISMATCH, K(adaptation_init)(&tuner, &motion, &single, &rule));
-}
-
-static void assert_bad_number(num *number, num bad, kq_status status)
-{
-    const num good = *number;
-    *number = bad;
-    ASSERT_REFUSED(status, try_init());
-    *number = good;
-}
-
-TEST(refusals_of_a_rule)
-{
-    num *numbers[] = {&rule.step, &rule.process_least, &rule.process_most, &rule.sensor_least,
-                      &rule.sensor_most};
-    for (int k = 0; k < COUNT(numbers); k++) {
-        assert_bad_number(numbers[k], (num)NAN, KQ_ERR_NOT_FINITE);
-        assert_bad_number(numbers[k], (num)INFINITY, KQ_ERR_NOT_FINITE);
-        assert_bad_number(numbers[k], 0, KQ_ERR_RANGE);
-        assert_bad_number(numbers[k], -1, KQ_ERR_RANGE);
-    }
-    assert_bad_number(&rule.step, N(1.5), KQ_ERR_RANGE);
-    assert_bad_number(&rule.process_least, N(1.5), KQ_ERR_RANGE);
-    assert_bad_number(&rule.sensor_least, N(1.5), KQ_ERR_RANGE);
-    assert_bad_number(&rule.process_most, N(0.5), KQ_ERR_RANGE);
-    assert_bad_number(&rule.sensor_most, N(0.5), KQ_ERR_RANGE);
-    static const int32_t lengths[] = {INT32_MIN, 0, 9, 100001, INT32_MAX};
-    for (int k = 0; k < COUNT(lengths); k++) {
-        rule.memory = lengths[k];
-        ASSERT_REFUSED(KQ_ERR_SIZE, try_init());
-    }
-    rule.memory = KQ_ADAPTATION_MEMORY_MAX;
-    rule.scales = (kq_adapted)3;
-    ASSERT_REFUSED(KQ_ERR_RANGE, try_init());
-    rule.scales = KQ_ADAPT_SENSOR;
-    ASSERT_OK(try_init());
 }
 
 /* A noise that a scale would lead out of the numbers */

@@ -23,7 +23,7 @@
 #endif
 
 #define WINDOW 5
-#define STEPS 14
+#define STEPS 40
 #define ALL UINT32_MAX
 
 CONSISTENCY(recent, 2, WINDOW);
@@ -446,6 +446,38 @@ TEST(readings_refuse)
     TEST_ASSERT_EQUAL_INT(0, S(consistency_count)(NULL));
     TEST_ASSERT_EQUAL_INT(0, S(consistency_count)(&blank));
 }
+
+#ifdef KQ_TEST_Q31
+static void step_far(void)
+{
+    set_z(900, -900);
+    step(0, ALL);
+}
+
+/* Held at 128 sigma */
+TEST_Q31(an_innovation_is_held)
+{
+    double a[4];
+    step_far();
+    ASSERT_OK(read_innovations(0, a));
+    ASSERT_WITHIN(1e-6, 128, a[0]);
+    ASSERT_WITHIN(1e-6, 2, a[1]);
+    ASSERT_WITHIN(0, 0, a[2]);
+    ASSERT_WITHIN(0, 0, a[3]); /* not one pair */
+    ASSERT_OK(read_nis(a));
+    TEST_ASSERT_TRUE(a[0] > 128 * 128);
+}
+
+/* A quantile of any size */
+TEST_Q31(bounds_of_any_quantile_are_within_the_numbers)
+{
+    step(0, ALL);
+    ASSERT_OK(kq_consistency_nis_q31(&recent, INT64_MAX, &out[0], &out[1], &out[2]));
+    TEST_ASSERT_TRUE(out[1] == 0 && out[2] == INT64_C(1) << 61);
+    ASSERT_OK(kq_consistency_nis_q31(&recent, 0, &out[0], &out[1], &out[2]));
+    TEST_ASSERT_TRUE(out[1] == out[2]);
+}
+#endif
 
 SUITE(consistency, set_up)
 #include "consistency.tests"

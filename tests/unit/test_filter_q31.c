@@ -114,24 +114,6 @@ TEST(a_component_that_is_missing_is_not_read)
     ASSERT_SAME_Q31(&twin, &track);
 }
 
-/* The sensor of components 0 and 2 alone */
-TEST(a_subset_is_the_sensor_of_its_components)
-{
-    static sensor_model two;
-    static const double rows[] = {1, 0, -1, 0.25}, noise[] = {0.5, -0.125, -0.125, 2};
-    static const double values[] = {3, -1};
-    put_sensor(&two, 2, 2, range, measured_range, rows, noise);
-    ASSERT_OK(kq_update_subset_q31(&track, &radar.sensor, measured, 5));
-    ASSERT_OK(kq_update_q31(&twin, &two.sensor, words_of(values, 2, two.measurement_format)));
-    double P[4], expected[4];
-    covariance_values(&track, start.state_format, P);
-    covariance_values(&twin, start.state_format, expected);
-    for (int i = 0; i < 2; i++) {
-        ASSERT_WITHIN(LIKE, mean_value(&twin, i), mean_value(&track, i));
-    }
-    for (int k = 0; k < 4; k++) ASSERT_WITHIN(LIKE, expected[k], P[k]);
-}
-
 TEST(nothing_present_leaves_the_state)
 {
     ASSERT_OK(kq_update_q31(&track, &radar.sensor, measured));
@@ -163,24 +145,6 @@ TEST(a_forecast_is_its_predicts)
     ASSERT_OK(kq_forecast_q31(&track, &motion.process, NULL, 2, &twin));
     for (int k = 0; k < 2; k++) ASSERT_OK(kq_predict_q31(&track, &motion.process, NULL));
     ASSERT_SAME_Q31(&track, &twin);
-}
-
-TEST(filters_in_turn_are_independent)
-{
-    KQ_FILTER_Q31(alone, 2);
-    ASSERT_OK(kq_filter_init_q31(&alone, &start.table, NULL));
-    for (int step = 0; step < 50; step++) {
-        measured[0] = 1000 * step;
-        ASSERT_OK(kq_step_q31(&alone, &motion.process, drive, &radar.sensor, measured));
-    }
-    for (int step = 0; step < 50; step++) {
-        measured[0] = 1000 * step;
-        ASSERT_OK(kq_step_q31(&track, &motion.process, drive, &radar.sensor, measured));
-        measured[0] = -5000 * step;
-        ASSERT_OK(kq_update_subset_q31(&twin, &radar.sensor, measured, (uint32_t)step));
-        ASSERT_OK(kq_predict_q31(&twin, &motion.process, NULL));
-    }
-    ASSERT_SAME_Q31(&alone, &track);
 }
 
 TEST(gain_and_measurement_are_those_in_double)

@@ -159,7 +159,8 @@ static void smooth_and_read(instance *i, results *out)
 {
     for (int t = STEPS - 1; t >= 0; t--) {
         num *v = out->noise[t];
-        CALL(step_back(&i->tape, &i->prior, out->lag_one[t], out->noise_mean[t], out->noise_covariance[t]));
+        CALL(step_back(&i->tape, NULL, &i->prior, out->lag_one[t], out->noise_mean[t],
+                       out->noise_covariance[t]));
         if (t != 1 && t != 4) CALL(read_noise(&i->tape, 0, v, v + 1));
         read_smoothed_at(&out->smoothed[t], &i->tape, (size_t)t, &i->prior, 2);
     }

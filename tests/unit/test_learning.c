@@ -1,4 +1,5 @@
 /* The scales of the noises learnt on line, in all arithmetics: bounds, the scaled models, and what is attached. */
+#include "adaptation_textbook.h"
 #include "models.h"
 #include "unchanged.h"
 
@@ -8,9 +9,11 @@
 #ifdef KQ_TEST_Q31
 #define FAR 900
 #define EPS_OF_SCALES 0x1p-29
+#define FOLLOWED 200
 #else
 #define FAR 1e4
 #define EPS_OF_SCALES EPS
+#define FOLLOWED 200
 #endif
 
 static process_model motion, another, three, unmade;
@@ -486,6 +489,169 @@ TEST(readings_of_nothing)
     TEST_ASSERT_NULL(S(adaptation_process)(&blank_tuner));
     TEST_ASSERT_NULL(S(adaptation_sensor)(NULL));
 }
+
+/* ------------------------------------------------------------------------------ the formulas */
+
+#ifdef KQ_TEST_Q31
+#define ROUNDING_OF_SCALES 1e-6
+#else
+#define ROUNDING_OF_SCALES (2048 * EPS)
+#endif
+
+static void put_textbook(scale_textbook *t, const num *noise_covariance)
+{
+    memset(t, 0, sizeof *t);
+    for (int k = 0; k < 4; k++) {
+        t->A[k] = (double)A[k], t->Q[k] = (double)Q[k], t->H[k] = (double)H[k];
+        t->R[k] = (double)noise_covariance[k], t->P[k] = (double)P0[k];
+    }
+    t->x[0] = (double)x0[0], t->x[1] = (double)x0[1];
+    t->q = t->r = 1;
+    t->waiting = 2;
+}
+
+static void follow_the_textbook(const S(sensor) *s, const num *noise_covariance, kq_adapted scales)
+{
+    scale_textbook book;
+    reading now;
+    uint32_t seed = 7;
+    rule.scales = scales;
+    put_textbook(&book, noise_covariance);
+    ASSERT_OK(init_filter(&track, &prior));
+    ASSERT_OK(S(adaptation_init)(&tuner, &motion.process, s, &rule));
+    ASSERT_OK(S(attach)(&track, &tuner.attached));
+    for (int t = 0; t < FOLLOWED; t++) {
+        draw(&seed, t % 80 == 20 ? 40 : 2); /* an outlier now and then */
+        const double seen[] = {measured_value(s, z[0], 0), measured_value(s, z[1], 1)};
+        ASSERT_OK(S(update_subset)(&track, s, z, present_at(t)));
+        textbook_update(&book, seen, present_at(t), (int)scales, 50, 0.125);
+        book.q = fmax(0.0625, fmin(16, book.q)), book.r = fmax(0.125, fmin(8, book.r)); /* the rule's limits */
+        ASSERT_WITHIN(ROUNDING_OF_SCALES * book.q, book.q, process_scale());
+        ASSERT_WITHIN(ROUNDING_OF_SCALES * book.r, book.r, sensor_scale());
+        read_now(&now, &track, 2);
+        for (int i = 0; i < 2; i++) {
+            ASSERT_WITHIN(ROUNDING_OF_SCALES * (8 + fabs(book.x[i])), book.x[i], whole(&now, i));
+            ASSERT_WITHIN(ROUNDING_OF_SCALES * 8 * book.P[3 * i], book.P[3 * i], now.P[3 * i]);
+        }
+        ASSERT_OK(S(predict)(&track, &motion.process, NULL));
+        textbook_predict(&book);
+    }
+    TEST_ASSERT_TRUE(fabs(log(process_scale())) + fabs(log(sensor_scale())) > 0.2);
+}
+
+TEST(scales_follow_the_formulas)
+{
+    static const num diagonal[] = {N(0.5), 0, 0, 1};
+    for (int scales = KQ_ADAPT_BOTH; scales <= KQ_ADAPT_SENSOR; scales++) {
+        follow_the_textbook(&radar.sensor, diagonal, (kq_adapted)scales);
+        follow_the_textbook(&coupled.sensor, R, (kq_adapted)scales);
+    }
+}
+
+static kq_status try_init(void)
+{
+    return S(adaptation_init)(&tuner, &motion.process, &radar.sensor, &rule);
+}
+
+static void assert_bad_number(entry *number_of_rule, entry bad, kq_status status)
+{
+    const entry good = *number_of_rule;
+    *number_of_rule = bad;
+    ASSERT_REFUSED(status, try_init());
+    *number_of_rule = good;
+}
+
+TEST(refusals_of_a_rule)
+{
+    entry *numbers[] = {&rule.step, &rule.process_least, &rule.process_most, &rule.sensor_least, &rule.sensor_most};
+    for (int k = 0; k < COUNT(numbers); k++) {
+        assert_bad_number(numbers[k], bad_entry(0), NOT_AN_ENTRY);
+        assert_bad_number(numbers[k], bad_entry(1), NOT_AN_ENTRY);
+        assert_bad_number(numbers[k], number(0), KQ_ERR_RANGE);
+        assert_bad_number(numbers[k], number(-1), KQ_ERR_RANGE);
+    }
+    assert_bad_number(&rule.step, number(1.5), KQ_ERR_RANGE);
+    assert_bad_number(&rule.process_least, number(1.5), KQ_ERR_RANGE);
+    assert_bad_number(&rule.sensor_least, number(1.5), KQ_ERR_RANGE);
+    assert_bad_number(&rule.process_most, number(0.5), KQ_ERR_RANGE);
+    assert_bad_number(&rule.sensor_most, number(0.5), KQ_ERR_RANGE);
+    static const int32_t lengths[] = {INT32_MIN, 0, KQ_ADAPTATION_MEMORY_MIN - 1, KQ_ADAPTATION_MEMORY_MAX + 1, INT32_MAX};
+    for (int k = 0; k < COUNT(lengths); k++) {
+        rule.memory = lengths[k];
+        ASSERT_REFUSED(KQ_ERR_SIZE, try_init());
+    }
+    rule.memory = KQ_ADAPTATION_MEMORY_MAX;
+    rule.scales = (kq_adapted)3;
+    ASSERT_REFUSED(KQ_ERR_RANGE, try_init());
+    rule.scales = KQ_ADAPT_SENSOR;
+    ASSERT_OK(try_init());
+}
+
+#ifdef KQ_TEST_Q31
+static kq_scaled_q31 power(int k) { return (kq_scaled_q31){INT32_C(1) << 30, k - 30}; }
+
+TEST_Q31(refusals_of_what_cannot_be_scaled)
+{
+    assert_bad_number(&rule.step, power(1031), KQ_ERR_COEFFICIENT);
+    assert_bad_number(&rule.sensor_most, power(1025), KQ_ERR_COEFFICIENT); /* times R */
+    rule.sensor_least = power(-960);
+    ASSERT_OK(try_init());
+    radar.noise[1] = power(-50); /* times that */
+    ASSERT_REFUSED(KQ_ERR_COEFFICIENT, try_init());
+}
+
+TEST_Q31(refusals_of_assign)
+{
+    static kq_scaled_q31 words[KQ_ADAPTATION_LEN_Q31(2, 2)];
+    static int32_t root[KQ_ROOT_LEN_Q31(2)];
+    kq_adaptation_q31 a = {.states = 0};
+    const size_t length = COUNT(words);
+    WATCH(a);
+    ASSERT_REFUSED_SIZE_OR_MEMORY(kq_adaptation_init_q31(&a, &motion.process, &radar.sensor, &rule));
+    ASSERT_REFUSED(KQ_ERR_NULL, kq_adaptation_assign_q31(NULL, 2, 2, words, length, root));
+    ASSERT_REFUSED(KQ_ERR_NULL, kq_adaptation_assign_q31(&a, 2, 2, NULL, length, root));
+    ASSERT_REFUSED(KQ_ERR_NULL, kq_adaptation_assign_q31(&a, 2, 2, words, length, NULL));
+    ASSERT_REFUSED(KQ_ERR_SIZE, kq_adaptation_assign_q31(&a, 17, 2, words, length, root));
+    ASSERT_REFUSED(KQ_ERR_SIZE, kq_adaptation_assign_q31(&a, 2, 0, words, length, root));
+    ASSERT_REFUSED(KQ_ERR_MEMORY, kq_adaptation_assign_q31(&a, 2, 2, words, length - 1, root));
+    ASSERT_OK(kq_adaptation_assign_q31(&a, 2, 2, words, length, root));
+    ASSERT_REFUSED(KQ_ERR_NOT_READY, kq_attach_q31(&track, &a.attached));
+    ASSERT_OK(kq_adaptation_init_q31(&a, &motion.process, &radar.sensor, &rule));
+}
+
+TEST_Q31(an_adaptation_has_the_formats_and_sizes_of_its_models)
+{
+    static const double fine_range[] = {1000, 1}, I[] = {1, 0, 0, 1};
+    put_process(&another, 2, 0, fine_range, NULL, I, NULL, Q);
+    ASSERT_REFUSED(KQ_ERR_MISMATCH, kq_adaptation_init_q31(&tuner, &another.process, &radar.sensor, &rule));
+    ASSERT_REFUSED(KQ_ERR_MISMATCH, kq_adaptation_init_q31(&tuner, &motion.process, &single.sensor, &rule));
+}
+
+/* States that nothing measures and nothing moves, for as long as it takes their slopes to vanish;
+   noise-free components; a noise as large as a table may say */
+TEST_Q31(ends_of_the_numbers_are_safe)
+{
+    static const double fading[] = {0.5, 0, 0, 0.25}, still[] = {0, 0, 0, 0};
+    const kq_scaled_q31 odd_noise[][2] = {{{0, 0}, {0, 0}}, {power(900), power(-900)}};
+    rule.sensor_least = power(-40), rule.sensor_most = power(40);
+    for (int k = 0; k < 4; k++) {
+        uint32_t seed = 3;
+        put_process(&motion, 2, 1, range, drive_range, fading, B, k % 2 ? still : Q);
+        radar.noise[0] = odd_noise[k / 2][0], radar.noise[1] = odd_noise[k / 2][1];
+        ASSERT_OK(kq_sensor_init_q31(&radar.sensor, &radar.table, NULL));
+        ASSERT_OK(kq_filter_init_q31(&track, &prior.table, NULL));
+        ASSERT_OK(kq_adaptation_init_q31(&tuner, &motion.process, &radar.sensor, &rule));
+        ASSERT_OK(kq_attach_q31(&track, &tuner.attached));
+        for (int t = 0; t < 2000; t++) {
+            draw(&seed, 2);
+            ASSERT_OK(kq_update_subset_q31(&track, &radar.sensor, z, t < 1000 ? 3 : 0));
+            ASSERT_OK(kq_predict_q31(&track, &motion.process, NULL));
+        }
+        TEST_ASSERT_TRUE(process_scale() >= 0.0625 && process_scale() <= 16);
+        TEST_ASSERT_TRUE(sensor_scale() >= 0x1p-40 && sensor_scale() <= 0x1p40);
+    }
+}
+#endif
 
 SUITE(learning, set_up)
 #include "learning.tests"

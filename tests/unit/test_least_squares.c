@@ -1,110 +1,170 @@
-/* Fading memory and least squares: against the normal equations, what is refused, wind-up. */
-#include "reading.h"
+/* Fading memory and least squares, in all arithmetics: against the normal equations, what is refused, wind-up. */
+#define MAX 16
+
+#include "models.h"
 #include "sizes.h"
 #include "unchanged.h"
 
-#define ROWS 12
+enum { ROWS = 60 };
 
-static K(least_squares) fit, other;
-FILTER(line, 2);
-FILTER(twin, 2);
-FILTER(blank, 2);
-PROCESS(motion, 2, 0);
-HISTORY(tape, 2, 1, 4, 0);
+static prior_model prior, unit_prior;
+static process_model motion;
+static S(least_squares) fit, other;
+S_FILTER(line, 2);
+S_FILTER(twin, 2);
+S_HISTORY(tape, 2, 1, 4, 0);
 
-static const num A[] = {1, 0.5, 0, 1}, Q[] = {0.25, 0.125, 0.125, 0.5};
-static const num x0[] = {1, -2}, P0[] = {2, 0.5, 0.5, 1};
-static num H[2 * ROWS], z[ROWS], r[ROWS];
+static const num range[] = {1000, 1000}, A[] = {1, 0.5, 0, 1}, Q[] = {0.25, 0.125, 0.125, 0.5};
+static const num x0[] = {1, -2}, P0[] = {2, 0.5, 0.5, 1}, identity[] = {1, 0, 0, 1};
+static num H[2 * ROWS], z_value[ROWS], r_value[ROWS];
 
-static const num unit[] = {1};
-static const num endless = (num)INFINITY;
+/* the same as calls take them, and the value that z then has */
+static entry h[2 * ROWS], r[ROWS];
+static word z[ROWS];
+
+#ifdef KQ_TEST_Q31
+static const double measured_range[] = {200};
+static kq_format_q31 measured_format[1];
+
+static kq_status init(kq_least_squares_q31 *q, kq_filter_q31 *f, double lambda)
+{
+    return kq_least_squares_init_q31(q, f, number(lambda), measured_format);
+}
+
+static void put_row(int k, const double *row, int n, double value, double variance)
+{
+    ASSERT_OK(kq_matrix_prepare_q31(h + n * k, row, 1, n, measured_format, fit.filter->state_format));
+    ASSERT_OK(kq_noise_prepare_diagonal_q31(r + k, &variance, 1, measured_format));
+    ASSERT_OK(kq_vector_prepare_q31(z + k, &value, 1, measured_format, NULL));
+    z_value[k] = ldexp(z[k], -measured_format->fraction);
+}
+
+static int32_t bad_value(void) { return measured_format->range + 1; }
+
+#define LARGE (ldexp(1, 100 - line.state_format[0].fraction)) /* where fading stops */
+#define LEAST 0x1p-970                                        /* a lambda that is hardly one */
+#define UNIT 0x1p-30
+#define ROUNDING_OF_RUN 0x1p-24 /* forgetting remembers some hundred steps */
+#define ROUNDING_OF_RESIDUAL 0x1p-22
+#else
+static kq_status init(K(least_squares) *q, K(filter) *f, double lambda)
+{
+    return K(least_squares_init)(q, f, N(lambda));
+}
+
+static void put_row(int k, const num *row, int n, double value, double variance)
+{
+    memcpy(h + n * k, row, sizeof(num) * (size_t)n);
+    r[k] = N(variance), z[k] = z_value[k] = N(value);
+}
+
+static num bad_value(void) { return (num)INFINITY; }
+
+#define LARGE LARGE_SIGMA
+#define LEAST FLT_MIN
+#define UNIT EPS
+#define ROUNDING_OF_RUN TOLERANCE
+#define ROUNDING_OF_RESIDUAL TOLERANCE
+#endif
+
+static kq_status add(int k, int count) { return S(least_squares_add)(&fit, h + 2 * k, z + k, r + k, (size_t)count); }
+
+static void begin(double lambda)
+{
+    ASSERT_OK(init_filter(&line, &prior));
+    ASSERT_OK(init_filter(&twin, &prior));
+    ASSERT_OK(init(&fit, &line, lambda));
+}
 
 static void set_up(void)
 {
     uint32_t seed = 1;
+    put_prior(&prior, 2, range, x0, P0);
+    put_prior(&unit_prior, 2, range, x0, identity);
+    put_process(&motion, 2, 0, range, NULL, A, NULL, Q);
+#ifdef KQ_TEST_Q31
+    put_formats(measured_format, measured_range, 1);
+#endif
+    begin(1);
     for (int k = 0; k < ROWS; k++) {
-        H[2 * k] = 1;
-        H[2 * k + 1] = N(0.25 * k - 1);
-        r[k] = N(k % 3 == 0 ? 0.5 : 2);
-        z[k] = N(0.5) + 2 * H[2 * k + 1] + noise(&seed);
+        H[2 * k] = 1, H[2 * k + 1] = N(0.25 * (k % 12) - 1), r_value[k] = N(k % 3 == 0 ? 0.5 : 2);
+        put_row(k, H + 2 * k, 2, 0.5 + 2 * (double)H[2 * k + 1] + (double)noise(&seed), (double)r_value[k]);
     }
-    ASSERT_OK(K(process_init)(&motion, A, NULL, Q));
-    ASSERT_OK(K(filter_init)(&line, x0, P0));
-    ASSERT_OK(K(filter_init)(&twin, x0, P0));
     memset(&other, 0, sizeof other);
-    ASSERT_OK(K(least_squares_init)(&fit, &line, 1));
     watch_nothing();
-    WATCH(fit), WATCH(other), WATCH(line), WATCH(line_memory), WATCH(blank), WATCH(blank_memory);
+    WATCH(fit), WATCH(other), WATCH(line), WATCH(line_memory);
 }
+
+static double weight(void) { return score_number(S(least_squares_weight)(&fit)); }
+static double residual(void) { return score_number(S(least_squares_residual)(&fit)); }
 
 /* ------------------------------------------------------------ fading */
 
 TEST(fading_divides_the_covariance)
 {
-    num before[4], after[4];
-    ASSERT_OK(K(covariance)(&line, before));
-    ASSERT_OK(K(forget)(&line, N(0.75)));
-    ASSERT_OK(K(covariance)(&line, after));
-    for (int k = 0; k < 4; k++) ASSERT_CLOSE((double)before[k] / 0.75, after[k], 4);
-    for (int i = 0; i < 2; i++) ASSERT_WITHIN(0, x0[i], K(mean)(&line, i));
-    TEST_ASSERT_EQUAL_HEX(0, K(events)(&line));
+    static const double lambdas[] = {0.75, 0.5, 0.4, 0.01, 0x1p-40, 1 - 0x1p-20};
+    reading before, after;
+    read_now(&before, &line, 2);
+    for (int l = 0; l < COUNT(lambdas); l++) {
+        const double lambda = number_of(number(lambdas[l]));
+        begin(1);
+        ASSERT_OK(S(forget)(&line, number(lambda)));
+        read_now(&after, &line, 2);
+        for (int k = 0; k < 4; k++) ASSERT_ALIKE((double)before.P[k] / lambda, after.P[k], 0.5 / lambda);
+        for (int i = 0; i < 2; i++) ASSERT_WITHIN(0, whole(&before, i), whole(&after, i));
+        TEST_ASSERT_EQUAL_HEX(0, after.events);
+    }
 }
 
 TEST(fading_by_1_changes_nothing)
 {
-    ASSERT_OK_UNCHANGED(K(forget)(&line, 1));
-    ASSERT_OK(K(attach)(&line, &tape.attached));
-    ASSERT_OK_UNCHANGED(K(forget)(&line, 1));
+    ASSERT_OK_UNCHANGED(S(forget)(&line, number(1)));
+    ASSERT_OK(S(attach)(&line, &tape.attached));
+    ASSERT_OK_UNCHANGED(S(forget)(&line, number(1)));
+    ASSERT_REFUSED(KQ_ERR_RECORDING, S(forget)(&line, number(0.5)));
+    WATCH(tape), WATCH(tape_memory);
+    ASSERT_OK(init(&fit, &line, 0.5));
+    ASSERT_REFUSED(KQ_ERR_RECORDING, add(0, 1));
 }
 
 /* P- = A P A' / lambda + Q, here of P = I */
 TEST(fade_and_predict_is_a_fading_predict)
 {
-    static const num identity[] = {1, 0, 0, 1};
-    num P[4];
-    ASSERT_OK(K(filter_init)(&line, x0, identity));
-    ASSERT_OK(K(forget)(&line, N(0.5)));
-    ASSERT_OK(K(predict)(&line, &motion, NULL));
-    ASSERT_OK(K(covariance)(&line, P));
-    ASSERT_CLOSE(2 * 1.25 + 0.25, P[0], 4);
-    ASSERT_CLOSE(2 * 0.5 + 0.125, P[1], 4);
-    ASSERT_CLOSE(2 + 0.5, P[3], 4);
+    reading now;
+    ASSERT_OK(init_filter(&line, &unit_prior));
+    ASSERT_OK(S(forget)(&line, number(0.5)));
+    ASSERT_OK(S(predict)(&line, &motion.process, NULL));
+    read_now(&now, &line, 2);
+    ASSERT_ALIKE(2 * 1.25 + 0.25, now.P[0], 4);
+    ASSERT_ALIKE(2 * 0.5 + 0.125, now.P[1], 4);
+    ASSERT_ALIKE(2 + 0.5, now.P[3], 4);
 }
 
 /* Rounded to nearest, each of 4096 times; a factor rounded once would be off by 4096 eps. */
 TEST(many_small_fades_do_not_drift)
 {
-    const double lambda = 1 - 0x1p-10;
-    const double expected = exp(-2048 * log(lambda)) * sqrt(2);
-    for (int k = 0; k < 4096; k++) ASSERT_OK(K(forget)(&line, N(1 - 0x1p-10)));
-    ASSERT_WITHIN(256 * EPS * expected, expected, K(sigma)(&line, 0));
+    const double lambda = 1 - 0x1p-10, expected = exp(-4096 * log(lambda)) * 2;
+    reading now;
+    for (int k = 0; k < 4096; k++) ASSERT_OK(S(forget)(&line, number(lambda)));
+    read_now(&now, &line, 2);
+    ASSERT_WITHIN(512 * UNIT * expected, expected, now.P[0]);
 }
 
 TEST(fading_stops_before_the_numbers_end)
 {
-    for (int k = 0; k < 3000; k++) ASSERT_OK(K(forget)(&line, N(0.5)));
-    TEST_ASSERT_EQUAL_HEX(KQ_EVENT_OVERFLOW, K(events)(&line));
-    const double sigma = (double)K(sigma)(&line, 0);
-    TEST_ASSERT_TRUE(sigma > LARGE_SIGMA / 2 && sigma <= LARGE_SIGMA);
-    ASSERT_OK(K(forget)(&line, FLT_MIN)); /* the smallest lambda */
-    ASSERT_WITHIN(0, sigma, K(sigma)(&line, 0));
-    ASSERT_OK(K(least_squares_add)(&fit, H, z, r, 1));
-    TEST_ASSERT_TRUE(isfinite(K(mean)(&line, 0)));
-    TEST_ASSERT_TRUE(isfinite(K(nis)(&line)));
-}
-
-TEST(fade_refuses)
-{
-    static const num bad[] = {0, -0.5, -1, 1 + (num)EPS, 2};
-    ASSERT_REFUSED(KQ_ERR_NULL, K(forget)(NULL, 1));
-    ASSERT_REFUSED(KQ_ERR_NOT_READY, K(forget)(&blank, 1));
-    ASSERT_REFUSED(KQ_ERR_NOT_FINITE, K(forget)(&line, (num)NAN));
-    ASSERT_REFUSED(KQ_ERR_NOT_FINITE, K(forget)(&line, endless));
-    ASSERT_REFUSED(KQ_ERR_NOT_FINITE, K(forget)(&line, -endless));
-    for (int k = 0; k < COUNT(bad); k++) ASSERT_REFUSED(KQ_ERR_RANGE, K(forget)(&line, bad[k]));
-    ASSERT_OK(K(attach)(&line, &tape.attached));
-    WATCH(tape), WATCH(tape_memory);
-    ASSERT_REFUSED(KQ_ERR_RECORDING, K(forget)(&line, N(0.5)));
+    reading before, after;
+    for (int k = 0; k < 3000; k++) ASSERT_OK(S(forget)(&line, number(0.5)));
+    read_now(&before, &line, 2);
+    TEST_ASSERT_EQUAL_HEX(KQ_EVENT_OVERFLOW, before.events);
+    const double sigma = sqrt((double)before.P[0]);
+    TEST_ASSERT_TRUE(sigma > LARGE / 2 && sigma <= LARGE * (1 + UNIT));
+    ASSERT_OK(S(forget)(&line, number(LEAST)));
+    read_now(&after, &line, 2);
+    ASSERT_SAME_BITS(before, after);
+    ASSERT_OK(add(0, 1));
+    read_now(&after, &line, 2);
+    TEST_ASSERT_EQUAL_INT(1, after.taken);
+    TEST_ASSERT_TRUE(isfinite(after.mean[0]) && isfinite(after.nis));
 }
 
 /* ------------------------------------------------------------ the solution */
@@ -115,223 +175,206 @@ typedef struct {
     double condition; /* what the determinant loses */
 } batch;
 
-static void batch_of(batch *b, const num *start, const num *start_P, int rows, double lambda)
+static void batch_of(batch *b, int rows, double lambda)
 {
-    const double det = (double)(start_P[0] * start_P[3] - start_P[1] * start_P[2]);
-    const double W0[] = {(double)start_P[3] / det, -(double)start_P[1] / det,
-                         (double)start_P[0] / det};
+    const double det = (double)(P0[0] * P0[3] - P0[1] * P0[2]);
+    const double W0[] = {(double)P0[3] / det, -(double)P0[1] / det, (double)P0[0] / det};
     const double all = exp(rows * log(lambda));
     double a = all * W0[0], c = all * W0[1], d = all * W0[2];
-    double u = a * (double)start[0] + c * (double)start[1];
-    double v = c * (double)start[0] + d * (double)start[1];
+    double u = a * (double)x0[0] + c * (double)x0[1];
+    double v = c * (double)x0[0] + d * (double)x0[1];
     b->weight = 0;
     for (int k = 0; k < rows; k++) {
-        const double g = (double)H[2 * k], h = (double)H[2 * k + 1];
-        const double w = exp((rows - 1 - k) * log(lambda)) / (double)r[k];
-        a += w * g * g, c += w * g * h, d += w * h * h;
-        u += w * g * (double)z[k], v += w * h * (double)z[k];
-        b->weight += w * (double)r[k];
+        const double g = (double)H[2 * k], f = (double)H[2 * k + 1];
+        const double w = exp((rows - 1 - k) * log(lambda)) / (double)r_value[k];
+        a += w * g * g, c += w * g * f, d += w * f * f;
+        u += w * g * (double)z_value[k], v += w * f * (double)z_value[k];
+        b->weight += w * (double)r_value[k];
     }
     const double D = a * d - c * c;
     b->condition = a * d / D;
     b->P[0] = d / D, b->P[1] = b->P[2] = -c / D, b->P[3] = a / D;
     b->x[0] = b->P[0] * u + b->P[1] * v;
     b->x[1] = b->P[2] * u + b->P[3] * v;
-    const double e = b->x[0] - (double)start[0], f = b->x[1] - (double)start[1];
+    const double e = b->x[0] - (double)x0[0], f = b->x[1] - (double)x0[1];
     b->J = all * (W0[0] * e * e + 2 * W0[1] * e * f + W0[2] * f * f);
     for (int k = 0; k < rows; k++) {
-        const double miss =
-            (double)z[k] - (double)H[2 * k] * b->x[0] - (double)H[2 * k + 1] * b->x[1];
-        b->J += exp((rows - 1 - k) * log(lambda)) * miss * miss / (double)r[k];
+        const double miss = (double)z_value[k] - (double)H[2 * k] * b->x[0] - (double)H[2 * k + 1] * b->x[1];
+        b->J += exp((rows - 1 - k) * log(lambda)) * miss * miss / (double)r_value[k];
     }
 }
 
-static void assert_batch(const batch *b)
+TEST(the_recursion_is_the_weighted_batch)
 {
-    num P[4];
-    ASSERT_OK(K(covariance)(&line, P));
-    const double size = b->condition * (b->P[0] + b->P[3]);
-    for (int i = 0; i < 2; i++) ASSERT_CLOSE(b->x[i], whole_mean(&line, i), 4 * b->condition);
-    for (int k = 0; k < 4; k++) ASSERT_CLOSE(b->P[k], P[k], size);
-    ASSERT_CLOSE(b->J, K(least_squares_residual)(&fit), b->J + 4);
-    ASSERT_CLOSE(b->weight, K(least_squares_weight)(&fit), ROWS);
-}
-
-TEST(the_recursion_is_the_batch)
-{
+    static const double lambdas[] = {1, 0.5, 0.875, 0.984375, 0.9990234375};
     batch b;
-    for (int k = 0; k < ROWS; k++) {
-        ASSERT_OK(K(least_squares_add)(&fit, H + 2 * k, z + k, r + k, 1));
-        batch_of(&b, x0, P0, k + 1, 1);
-        assert_batch(&b);
-    }
-    ASSERT_WITHIN(0, ROWS, K(least_squares_weight)(&fit));
-}
-
-TEST(forgetting_is_the_exponentially_weighted_batch)
-{
-    static const double lambdas[] = {0.5, 0.875, 0.984375};
-    batch b;
+    reading now;
     for (int l = 0; l < COUNT(lambdas); l++) {
-        ASSERT_OK(K(filter_init)(&line, x0, P0));
-        ASSERT_OK(K(least_squares_init)(&fit, &line, N(lambdas[l])));
+        begin(lambdas[l]);
         for (int k = 0; k < ROWS; k++) {
-            ASSERT_OK(K(least_squares_add)(&fit, H + 2 * k, z + k, r + k, 1));
-            batch_of(&b, x0, P0, k + 1, lambdas[l]);
-            assert_batch(&b);
+            ASSERT_OK(add(k, 1));
+            batch_of(&b, k + 1, lambdas[l]);
+            read_now(&now, &line, 2);
+            const double size = b.condition * (b.P[0] + b.P[3]);
+            for (int i = 0; i < 2; i++) ASSERT_WITHIN(ROUNDING_OF_RUN * 4 * b.condition, b.x[i], whole(&now, i));
+            for (int i = 0; i < 4; i++) ASSERT_WITHIN(ROUNDING_OF_RUN * size, b.P[i], now.P[i]);
+            ASSERT_WITHIN(ROUNDING_OF_RESIDUAL * (b.J + 4), b.J, residual());
+            ASSERT_WITHIN(ROUNDING_OF_RESIDUAL * b.weight, b.weight, weight());
         }
+        TEST_ASSERT_EQUAL_HEX(0, now.events);
     }
+}
+
+TEST(without_forgetting_rows_are_counted)
+{
+    for (int k = 0; k < ROWS; k++) ASSERT_OK(add(k, 1));
+    ASSERT_WITHIN(0, ROWS, weight());
 }
 
 TEST(all_at_once_are_one_after_the_other)
 {
-    ASSERT_OK(K(least_squares_init)(&fit, &line, N(0.75)));
-    ASSERT_OK(K(least_squares_init)(&other, &twin, N(0.75)));
-    ASSERT_OK(K(least_squares_add)(&fit, H, z, r, ROWS));
+    ASSERT_OK(init(&fit, &line, 0.75));
+    ASSERT_OK(init(&other, &twin, 0.75));
+    ASSERT_OK(add(0, ROWS));
     for (int k = 0; k < ROWS; k++) {
-        num h[2] = {H[2 * k], H[2 * k + 1]};
-        ASSERT_OK(K(least_squares_add)(&other, h, z + k, r + k, 1));
-        h[0] = h[1] = (num)NAN; /* it is not kept */
+        entry row[2] = {h[2 * k], h[2 * k + 1]};
+        ASSERT_OK(S(least_squares_add)(&other, row, z + k, r + k, 1));
+        row[0] = row[1] = bad_entry(0); /* it is not kept */
     }
-    ASSERT_SAME_FILTER(&twin, &line, 2);
+    ASSERT_SAME(&twin, &line, 2);
     TEST_ASSERT_EQUAL_MEMORY(&fit.residual, &other.residual, sizeof fit.residual);
-    ASSERT_OK_UNCHANGED(K(least_squares_add)(&fit, H, z, r, 0));
+    ASSERT_OK_UNCHANGED(add(0, 0));
 }
 
 /* A measurement that says nothing does not count. */
 TEST(what_is_not_taken_does_not_weigh)
 {
     static const num nothing[] = {0, 0};
-    ASSERT_OK(K(least_squares_add)(&fit, nothing, unit, (const num[]){0}, 1));
-    TEST_ASSERT_EQUAL_HEX(KQ_EVENT_REDUNDANT, K(events)(&line));
-    ASSERT_WITHIN(0, 0, K(least_squares_weight)(&fit));
-    ASSERT_WITHIN(0, 0, K(least_squares_residual)(&fit));
+    put_row(0, nothing, 2, 1, 0);
+    ASSERT_OK(add(0, 1));
+    TEST_ASSERT_EQUAL_HEX(KQ_EVENT_REDUNDANT, S(events)(&line));
+    ASSERT_WITHIN(0, 0, weight());
+    ASSERT_WITHIN(0, 0, residual());
 }
 
 TEST(without_forgetting_it_is_recorded)
 {
-    ASSERT_OK(K(attach)(&line, &tape.attached));
-    ASSERT_OK(K(least_squares_add)(&fit, H, z, r, 1));
-    ASSERT_OK(K(smooth)(&tape));
-    ASSERT_CLOSE(whole_mean(&line, 0), whole_smoothed_mean(&tape, 0, 0), 4);
+    reading filtered, smoothed;
+    ASSERT_OK(S(attach)(&line, &tape.attached));
+    ASSERT_OK(add(0, 1));
+    ASSERT_OK(S(smooth)(&tape));
+    read_now(&filtered, &line, 2);
+    read_smoothed_at(&smoothed, &tape, 0, &prior, 2);
+    ASSERT_ALIKE(whole(&filtered, 0), whole(&smoothed, 0), 4);
 }
 
 /* Of 16 unknowns, measured one by one with the variance of the prior: half way */
 TEST(there_may_be_1_to_16_unknowns)
 {
-    static num memory[FILTER_LEN(16)], mean[16], P[256], h[16];
-    K(filter) many;
-    for (int n = 1; n <= 16; n++) {
+    static word memory[S_FILTER_LEN(MAX)];
+    static num zero[MAX], wide[MAX], P[MAX * MAX], row[MAX];
+    prior_model some;
+    S(filter) many;
+    for (int n = 1; n <= MAX; n++) {
         put_identity(P, n, 4);
-        ASSERT_OK(K(filter_assign)(&many, n, memory, COUNT(memory)));
-        ASSERT_OK(K(filter_init)(&many, mean, P));
-        ASSERT_OK(K(least_squares_init)(&fit, &many, 1));
+        for (int i = 0; i < n; i++) wide[i] = 1000;
+        put_prior(&some, n, wide, zero, P);
+        ASSERT_OK(S(filter_assign)(&many, n, memory, COUNT(memory)));
+        ASSERT_OK(init_filter(&many, &some));
+        ASSERT_OK(init(&fit, &many, 1));
         for (int i = 0; i < n; i++) {
-            for (int k = 0; k < n; k++) h[k] = k == i;
-            ASSERT_OK(K(least_squares_add)(&fit, h, (const num[]){N(2 * i)}, (const num[]){4}, 1));
+            for (int k = 0; k < n; k++) row[k] = k == i;
+            put_row(0, row, n, 2 * i, 4);
+            ASSERT_OK(add(0, 1));
         }
         for (int i = 0; i < n; i++) {
-            ASSERT_CLOSE(i, K(mean)(&many, i), 16);
-            ASSERT_CLOSE(sqrt(2), K(sigma)(&many, i), 1);
+            ASSERT_ALIKE(i, word_value(&some, S(mean)(&many, i), i), 16);
+            ASSERT_WITHIN(ROUNDING + sigma_step(1000), sqrt(2), word_value(&some, S(sigma)(&many, i), i));
         }
-        ASSERT_WITHIN(0, n, K(least_squares_weight)(&fit));
+        ASSERT_WITHIN(0, n, weight());
     }
 }
 
-/* ------------------------------------------------------------ what is refused */
-
-TEST(init_refuses)
-{
-    ASSERT_REFUSED(KQ_ERR_NULL, K(least_squares_init)(NULL, &line, 1));
-    ASSERT_REFUSED(KQ_ERR_NULL, K(least_squares_init)(&fit, NULL, 1));
-    ASSERT_REFUSED(KQ_ERR_NOT_FINITE, K(least_squares_init)(&fit, &line, (num)NAN));
-    ASSERT_REFUSED(KQ_ERR_RANGE, K(least_squares_init)(&fit, &line, 0));
-    ASSERT_REFUSED(KQ_ERR_RANGE, K(least_squares_init)(&fit, &line, N(1.5)));
-}
-
-static num row[2], value, variance;
-
-static kq_status add(void) { return K(least_squares_add)(&fit, row, &value, &variance, 1); }
-
-TEST(add_refuses)
-{
-    row[0] = 1, row[1] = 2, value = 3, variance = 1;
-    assert_entries_must_be_finite(row, 2, add);
-    assert_entries_must_be_finite(&value, 1, add);
-    assert_entries_must_be_finite(&variance, 1, add);
-    ASSERT_REFUSED(KQ_ERR_NULL, K(least_squares_add)(NULL, row, unit, unit, 1));
-    ASSERT_REFUSED(KQ_ERR_NULL, K(least_squares_add)(&fit, NULL, unit, unit, 1));
-    ASSERT_REFUSED(KQ_ERR_NOT_SEMIDEFINITE, K(least_squares_add)(&fit, row, unit, (const num[]){N(-0.5)}, 1));
-    ASSERT_REFUSED(KQ_ERR_NOT_READY, K(least_squares_add)(&other, row, unit, unit, 1));
-    ASSERT_OK(K(least_squares_init)(&other, &blank, 1));
-    ASSERT_REFUSED(KQ_ERR_NOT_READY, K(least_squares_add)(&other, row, unit, unit, 1));
-    ASSERT_OK(K(least_squares_init)(&fit, &line, N(0.5)));
-    ASSERT_OK(K(attach)(&line, &tape.attached));
-    ASSERT_REFUSED(KQ_ERR_RECORDING, K(least_squares_add)(&fit, row, unit, unit, 1));
-}
+/* ------------------------------------------------------------ what is refused (others: test_refusals.c) */
 
 /* The last row's fault leaves them all out. */
 TEST(a_batch_is_refused_as_a_whole)
 {
-    ASSERT_REFUSED(KQ_ERR_NULL, K(least_squares_add)(NULL, H, z, r, ROWS));
-    ASSERT_REFUSED(KQ_ERR_NULL, K(least_squares_add)(&fit, NULL, z, r, ROWS));
-    ASSERT_REFUSED(KQ_ERR_NULL, K(least_squares_add)(&fit, H, NULL, r, ROWS));
-    ASSERT_REFUSED(KQ_ERR_NULL, K(least_squares_add)(&fit, H, z, NULL, ROWS));
-    ASSERT_REFUSED(KQ_ERR_SIZE, K(least_squares_add)(&fit, H, z, r, KQ_COUNT_MAX + 1));
-    ASSERT_REFUSED(KQ_ERR_SIZE, K(least_squares_add)(&fit, H, z, r, SIZE_MAX));
-    z[ROWS - 1] = endless;
-    ASSERT_REFUSED(KQ_ERR_NOT_FINITE, K(least_squares_add)(&fit, H, z, r, ROWS));
-    z[ROWS - 1] = 1;
-    r[ROWS - 1] = -1;
-    ASSERT_REFUSED(KQ_ERR_NOT_SEMIDEFINITE, K(least_squares_add)(&fit, H, z, r, ROWS));
-    r[ROWS - 1] = 1;
-    H[2 * ROWS - 1] = (num)NAN;
-    ASSERT_REFUSED(KQ_ERR_NOT_FINITE, K(least_squares_add)(&fit, H, z, r, ROWS));
+    static const num half[] = {1, 2};
+    z[ROWS - 1] = bad_value();
+    ASSERT_REFUSED(NOT_A_NUMBER, add(0, ROWS));
+    put_row(ROWS - 1, half, 2, 1, 1);
+    r[ROWS - 1] = number(-1);
+    ASSERT_REFUSED(NO_VARIANCE, add(0, ROWS));
+    put_row(ROWS - 1, half, 2, 1, 1);
+    h[2 * ROWS - 1] = bad_entry(0);
+    ASSERT_REFUSED(NOT_AN_ENTRY, add(0, ROWS));
 }
 
-TEST(readings_of_nothing_are_none)
+TEST(what_has_not_begun_takes_no_row)
 {
-    ASSERT_NAN(K(least_squares_residual)(NULL));
-    ASSERT_NAN(K(least_squares_weight)(NULL));
-    ASSERT_NAN(K(least_squares_residual)(&other));
-    ASSERT_NAN(K(least_squares_weight)(&other));
-    ASSERT_WITHIN(0, 0, K(least_squares_residual)(&fit));
+    ASSERT_REFUSED(KQ_ERR_NOT_READY, S(least_squares_add)(&other, h, z, r, 1));
+    ASSERT_NO_SCORE(S(least_squares_residual)(NULL));
+    ASSERT_NO_SCORE(S(least_squares_weight)(NULL));
+    ASSERT_NO_SCORE(S(least_squares_residual)(&other));
+    ASSERT_NO_SCORE(S(least_squares_weight)(&other));
+    ASSERT_WITHIN(0, 0, residual());
 }
+
+/* ------------------------------------------------------------ long sums */
 
 /* Where a sum of 24 bits and another one of 24 below it are both full */
 TEST(a_long_sum_goes_on_growing)
 {
+#ifndef KQ_TEST_Q31
     if (DBL_MANT_DIG <= FLT_MANT_DIG) return; /* the expectation must be finer than a float */
-    const num h[] = {1, 0};
+    static const num row[] = {1, 0};
     double expected = 0;
     fit.weight.sum = N(0x1p25);
     fit.weight.low = N(0x1p24);
     fit.residual.sum = N(0x1p40);
     for (int t = 0; t < 1000; t++) {
-        ASSERT_OK(K(least_squares_add)(&fit, h, (const num[]){N(t % 2)}, unit, 1));
-        expected += (double)K(nis)(&line);
+        put_row(0, row, 2, t % 2, 1);
+        ASSERT_OK(add(0, 1));
+        expected += (double)S(nis)(&line);
     }
-    ASSERT_WITHIN(4, 0x1p25 + 0x1p24 + 1000, K(least_squares_weight)(&fit));
+    ASSERT_WITHIN(4, 0x1p25 + 0x1p24 + 1000, weight());
     const double high = (double)fit.residual.high - 0x1p40;
     const double grown = high + (double)fit.residual.sum + (double)fit.residual.low;
     ASSERT_WITHIN(1e-6 * expected, expected, grown);
+#endif
 }
 
 /* The weight of a long memory is a product of many lambdas with a sum in between. */
 TEST(a_long_memory_does_not_drift)
 {
     if (DBL_MANT_DIG <= FLT_MANT_DIG) return; /* the expectation must be finer than a float */
+    static const num row[] = {1, 0};
     const long rows = KQ_TEST_IS_SLOW ? 1000 : 200000;
-    const num h[] = {1, 0}, lambda = N(1 - 1e-4);
-    double weight = 0, residual = 0;
-    ASSERT_OK(K(least_squares_init)(&fit, &line, lambda));
+    const double lambda = number_of(number(1 - 1e-4));
+    double weights = 0, residuals = 0;
+    ASSERT_OK(init(&fit, &line, lambda));
+    for (int k = 0; k < 7; k++) put_row(k, row, 2, k - 3, 1);
     for (long t = 0; t < rows; t++) {
-        ASSERT_OK(K(least_squares_add)(&fit, h, (const num[]){N(t % 7 - 3)}, unit, 1));
-        weight = weight * (double)lambda + 1;
-        residual = residual * (double)lambda + (double)K(nis)(&line);
+        ASSERT_OK(add((int)(t % 7), 1));
+        weights = weights * lambda + 1;
+        residuals = residuals * lambda + score_number(S(nis)(&line));
     }
-    ASSERT_WITHIN(1e-6 * weight, weight, K(least_squares_weight)(&fit));
-    ASSERT_WITHIN(1e-6 * residual, residual, K(least_squares_residual)(&fit));
+    ASSERT_WITHIN(1e-6 * weights, weights, weight());
+    ASSERT_WITHIN(1e-6 * residuals, residuals, residual());
+}
+
+/* Outliers as large as a word: q31's sum is held, and fades. */
+TEST(the_residual_is_held)
+{
+#ifdef KQ_TEST_Q31
+    static const double row[] = {1, 0};
+    begin(0.5);
+    for (int k = 0; k < 2; k++) put_row(k, row, 2, k ? 200 : -200, 0x1p-40);
+    for (int k = 0; k < 40; k++) ASSERT_OK(add(k % 2, 1));
+    const int64_t held = kq_least_squares_residual_q31(&fit);
+    TEST_ASSERT_TRUE(held > 0 && held <= INT64_C(1) << 61);
+#endif
 }
 
 SUITE(least_squares, set_up)

@@ -8,9 +8,9 @@
 #include "models.h"
 #include "unchanged.h"
 
-enum { MOST_ARGUMENTS = 5, STEPS = 4 };
+enum { MOST_ARGUMENTS = 6, STEPS = 4 };
 
-static process_model motion, other, three, unmade;
+static process_model motion, other, three, unmade, scaled;
 static sensor_model radar, coupled, gauge3, unmade_sensor;
 static prior_model prior, prior3;
 S_FILTER(track, 2);
@@ -32,7 +32,12 @@ S_FREEZE(calm, 2, 2);
 S_FREEZE(blank_calm, 2, 2);
 S_STEADY(steady, 2, 2);
 S_STEADY(blank_steady, 2, 2);
-static S(loss) loss, no_loss;
+/* The losses, and what is wrong of each: 0, less, and what is no number */
+enum { LOSSES = 4, GATE = LOSSES - 1, BAD = 7 };
+static S(least_squares) fit, blank_fit, fit_of_nothing;
+static entry row_of_fit[2], bad_rows[2][2];
+static S(loss) losses[LOSSES], bad_losses[LOSSES][BAD], no_loss;
+static entry factor, lambda, bad_factors[BAD], scales[STEPS], bad_scales[BAD][STEPS];
 static S(adaptation_rule) rule;
 
 static word z[2], bad_z[8][2], u[2], bad_u[4], mean[2];
@@ -91,7 +96,51 @@ static const way of_attached[] = {{NULL, KQ_ERR_NULL}, {&blank_tuner.attached, K
 static const way of_start[] = {{NULL, KQ_ERR_NULL}, {&blank_start, KQ_ERR_NOT_READY}, END};
 static const way of_steady[] = {{NULL, KQ_ERR_NULL}, {&blank_steady, KQ_ERR_NOT_READY}, END};
 static const way of_settling[] = {{NULL, KQ_ERR_NULL}, {&blank_calm, KQ_ERR_NOT_READY}, END};
-static const way of_loss[] = {{NULL, KQ_ERR_NULL}, {&no_loss, KQ_ERR_NULL}, END};
+
+#define OF_LOSS(k)                                                                                 \
+    {                                                                                              \
+        {NULL, KQ_ERR_NULL}, {&no_loss, KQ_ERR_NULL}, {&bad_losses[k][0], KQ_ERR_RANGE},           \
+        {&bad_losses[k][1], KQ_ERR_RANGE}, {&bad_losses[k][2], NOT_AN_ENTRY},                      \
+        {&bad_losses[k][3], NOT_AN_ENTRY}, END                                                     \
+    }
+static const way of_losses[LOSSES][7] = {OF_LOSS(0), OF_LOSS(1), OF_LOSS(2), {
+    {NULL, KQ_ERR_NULL}, {&bad_losses[GATE][0], KQ_ERR_RANGE}, {&bad_losses[GATE][1], KQ_ERR_RANGE}, END}};
+static const way of_jump[] = {{&bad_losses[GATE][2], KQ_ERR_RANGE}, END};
+/* More than 1, too, however little */
+static const way of_lambda[] = {{&bad_factors[0], KQ_ERR_RANGE}, {&bad_factors[1], KQ_ERR_RANGE},
+                                {&bad_factors[2], NOT_AN_ENTRY}, {&bad_factors[3], NOT_AN_ENTRY},
+                                {&bad_factors[4], NOT_AN_ENTRY}, {&bad_factors[5], NOT_AN_ENTRY},
+                                {&bad_factors[6], KQ_ERR_RANGE}, {&factor, KQ_ERR_RANGE}, END};
+static const way of_factor[] = {{&bad_factors[1], KQ_ERR_NOT_SEMIDEFINITE}, {&bad_factors[2], NOT_AN_ENTRY},
+                                {&bad_factors[3], NOT_AN_ENTRY}, END};
+static const way of_freedom[] = {{&bad_factors[0], KQ_ERR_RANGE}, {&bad_factors[1], KQ_ERR_RANGE},
+                                 {&bad_factors[2], NOT_AN_ENTRY}, {&bad_factors[3], NOT_AN_ENTRY}, END};
+static const way of_scales[] = {{NULL, KQ_ERR_NULL}, {bad_scales[1], KQ_ERR_NOT_SEMIDEFINITE},
+                                {bad_scales[2], NOT_AN_ENTRY}, {bad_scales[3], NOT_AN_ENTRY}, END};
+static const way of_source_process[] = {{NULL, KQ_ERR_NULL}, {&unmade.process, KQ_ERR_NOT_READY}, END};
+static const way of_fit[] = {{NULL, KQ_ERR_NULL}, {&blank_fit, KQ_ERR_NOT_READY}, {&fit_of_nothing, KQ_ERR_NOT_READY},
+                             END};
+static const way of_first[] = {{NULL, KQ_ERR_NULL}, {bad_z[0], NOT_A_NUMBER}, {bad_z[2], NOT_A_NUMBER},
+                               {bad_z[4], NOT_A_NUMBER}, {bad_z[6], NOT_A_NUMBER}, END};
+static const way of_row[] = {{NULL, KQ_ERR_NULL}, {bad_rows[0], NOT_AN_ENTRY}, {bad_rows[1], NOT_AN_ENTRY}, END};
+static const way of_variance[] = {{NULL, KQ_ERR_NULL}, {&bad_factors[1], NO_VARIANCE}, {&bad_factors[2], NOT_AN_ENTRY},
+                                  {&bad_factors[3], NOT_AN_ENTRY}, END};
+#ifdef KQ_TEST_Q31 /* the root has its own array, and of the target nothing is looked at */
+static const way of_scaled[] = {{NULL, KQ_ERR_NULL}, {&motion.process, KQ_ERR_MISMATCH}, END};
+static const way of_root[] = {{NULL, KQ_ERR_NULL}, {motion.noise_root, KQ_ERR_MISMATCH}, END};
+#define A_ROOT {scaled.noise_root, of_root}
+static const kq_format_q31 bad_formats[] = {{0, 0}, {1, 95}, {1, -65}};
+static const way of_format[] = {{NULL, KQ_ERR_NULL}, {(void *)&bad_formats[0], KQ_ERR_TABLE},
+                                {(void *)&bad_formats[1], KQ_ERR_TABLE}, {(void *)&bad_formats[2], KQ_ERR_TABLE}, END};
+#define FORMAT radar.measurement_format
+#define A_FORMAT {FORMAT, of_format}
+#else
+static const way of_scaled[] = {{NULL, KQ_ERR_NULL}, {&unmade.process, KQ_ERR_SIZE}, {&motion.process, KQ_ERR_MISMATCH},
+                                {&three.process, KQ_ERR_MISMATCH}, END};
+#define A_ROOT {NULL, of_nothing}
+#define FORMAT NULL
+#define A_FORMAT {FORMAT, of_nothing}
+#endif
 
 /* ---------------------------------------------------------------------------------- calls */
 
@@ -129,6 +178,17 @@ CALL_OF(steady_update, a[0], a[1])
 CALL_OF(steady_step, a[0], a[1], a[2])
 CALL_OF(steady_innovation, a[0], a[1], a[2])
 CALL_OF(freeze_release, a[0])
+CALL_OF(forget, a[0], *(entry *)a[1])
+CALL_OF(least_squares_add, a[0], a[1], a[2], a[3], *(size_t *)a[4])
+#ifdef KQ_TEST_Q31
+CALL_OF(least_squares_init, a[0], a[1], *(entry *)a[2], a[3])
+CALL_OF(process_scale_noise, a[0], a[1], a[3], *(entry *)a[2])
+CALL_OF(smooth_reweighted, a[0], a[1], a[2], a[5], *(entry *)a[3], a[4])
+#else
+CALL_OF(least_squares_init, a[0], a[1], *(entry *)a[2])
+CALL_OF(process_scale_noise, a[0], a[1], *(entry *)a[2])
+CALL_OF(smooth_reweighted, a[0], a[1], a[2], *(entry *)a[3], a[4])
+#endif
 
 typedef struct {
     const char *name;
@@ -163,7 +223,12 @@ static const row steps_of_others[] = {
 };
 
 static const row calls[] = {
-    ROW(update_robust, A_FILTER, A_SENSOR, A_MEASUREMENT, {&loss, of_loss}),
+    ROW(update_robust, A_FILTER, A_SENSOR, A_MEASUREMENT, {&losses[0], of_losses[0]}),
+    ROW(update_robust, A_FILTER, A_SENSOR, A_MEASUREMENT, {&losses[1], of_losses[1]}),
+    ROW(update_robust, A_FILTER, A_SENSOR, A_MEASUREMENT, {&losses[2], of_losses[2]}),
+    ROW(update_robust, A_FILTER, A_SENSOR, A_MEASUREMENT, {&losses[2], of_jump}),
+    ROW(update_robust, A_FILTER, A_SENSOR, A_MEASUREMENT, {&losses[GATE], of_losses[GATE]}),
+    ROW(process_scale_noise, {&scaled.process, of_scaled}, {&motion.process, of_source_process}, {&factor, of_factor}, A_ROOT),
     ROW(forecast, {&track, of_filter}, A_PROCESS, A_CONTROL, {&count, of_count}, {&twin, of_target}),
     ROW(filter_assign, AN_OUTPUT(&twin), {&states, of_states}, AN_OUTPUT(twin_memory),
         {&filter_length, of_filter_length}),
@@ -180,6 +245,8 @@ static const row calls[] = {
         {&history_length, of_history_length}),
     ROW(smooth, {&recorded, of_history}),
     ROW(smooth_states, {&recorded, of_history}),
+    ROW(smooth_reweighted, {&recorded, of_history}, {&scaled.process, of_scaled}, A_PROCESS, {&factor, of_freedom},
+        {scales, of_scales}, A_ROOT),
     ROW(smooth_step, {&recorded, of_history}, {NULL, of_nothing}),
     ROW(diffuse_assign, AN_OUTPUT(&start), {&states, of_states}, {&early, of_early}, AN_OUTPUT(start_memory),
         {&start_length, of_start_length}),
@@ -190,6 +257,9 @@ static const row calls[] = {
     ROW(steady_step, {&steady, of_steady}, A_CONTROL, A_MEASUREMENT),
     ROW(steady_innovation, {&steady, of_steady}, A_MEASUREMENT, AN_OUTPUT(mean)),
     ROW(freeze_release, {&calm, of_settling}),
+    ROW(forget, {&track, of_source}, {&lambda, of_lambda}),
+    ROW(least_squares_init, AN_OUTPUT(&fit), AN_OUTPUT(&track), {&lambda, of_lambda}, A_FORMAT),
+    ROW(least_squares_add, {&fit, of_fit}, {row_of_fit, of_row}, {z, of_first}, {&factor, of_variance}, {&count, of_count}),
 };
 
 /* Of a tape that has been smoothed, or of which a step has */
@@ -214,6 +284,7 @@ static void set_up(void)
     put_process(&motion, 2, 1, range, drive_range, A, B, Q);
     put_process(&other, 2, 1, range, drive_range, A, B, P0);
     put_process(&three, 3, 0, range, drive_range, I3, NULL, I3);
+    put_process(&scaled, 2, 1, range, drive_range, A, B, Q);
     put_sensor(&radar, 2, 2, range, range, H, R);
     put_sensor(&coupled, 2, 2, range, range, H, R);
     put_sensor(&gauge3, 3, 2, range, range, I3, R);
@@ -227,7 +298,26 @@ static void set_up(void)
         memcpy(bad_z[2 * k], z, sizeof z), memcpy(bad_z[2 * k + 1], z, sizeof z);
         bad_z[2 * k][0] = bad_z[2 * k + 1][1] = bad;
     }
-    loss = (S(loss)){.kind = &S(loss_jump), .parameter = number(9)};
+    losses[0] = (S(loss)){.kind = &S(loss_huber), .parameter = number(9)};
+    losses[1] = (S(loss)){.kind = &S(loss_student), .parameter = number(9)};
+    losses[2] = (S(loss)){.kind = &S(loss_jump), .parameter = number(9)};
+    losses[GATE] = (S(loss)){.kind = &S(loss_gate), .limit = score_of(9)};
+    no_loss = losses[0], no_loss.kind = NULL;
+    factor = number(2), lambda = number(0.5);
+    for (int k = 0; k < 2; k++) {
+        row_of_fit[k] = number(1);
+        for (int i = 0; i < 2; i++) bad_rows[k][i] = i == k ? bad_entry(k) : number(1);
+    }
+    for (int t = 0; t < STEPS; t++) scales[t] = number(1);
+    for (int k = 0; k < BAD; k++) {
+        bad_factors[k] = k < 2 ? number(-2 * k) : k < BAD - 1 ? bad_entry(k - 2) : just_above_1();
+        for (int t = 0; t < STEPS; t++) bad_scales[k][t] = t ? number(1) : bad_factors[k];
+        for (int l = 0; l < LOSSES; l++) {
+            bad_losses[l][k] = losses[k == 2 && l == GATE ? 2 : l];
+            bad_losses[l][k].parameter = l < GATE ? bad_factors[k] : number(0.5);
+            bad_losses[l][k].limit = score_of(-k);
+        }
+    }
     rule = (S(adaptation_rule)){KQ_ADAPT_BOTH, 50, number(0.125), number(0.0625), number(16), number(0.125), number(8)};
     ASSERT_OK(S(filter_assign)(&twin, 2, twin_memory, COUNT(twin_memory)));
     ASSERT_OK(init_filter(&track, &prior));
@@ -241,10 +331,13 @@ static void set_up(void)
     ASSERT_OK(S(steady_init)(&steady, &motion.process, &radar.sensor, mean, gains, 1));
     ASSERT_OK(S(adaptation_init)(&tuner, &motion.process, &radar.sensor, &rule));
     ASSERT_OK(S(freeze_init)(&calm, 8));
+    ASSERT_OK(least_squares_init_of((void *[]){&fit, &track, &lambda, FORMAT}));
+    ASSERT_OK(least_squares_init_of((void *[]){&fit_of_nothing, &blank, &lambda, FORMAT}));
     watch_nothing();
     WATCH(track), WATCH(track_memory), WATCH(twin), WATCH(twin_memory), WATCH(track3), WATCH(bare), WATCH(blank);
     WATCH(z), WATCH(u), WATCH(mean), WATCH(out), WATCH(recorded), WATCH(recorded_memory), WATCH(tape);
-    WATCH(steady), WATCH(steady_memory), WATCH(motion.process), WATCH(radar.sensor);
+    WATCH(steady), WATCH(steady_memory), WATCH(motion.process), WATCH(radar.sensor), WATCH(scaled.process);
+    WATCH(scales);
 }
 
 static void assert_row(const row *r)

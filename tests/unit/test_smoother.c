@@ -316,7 +316,7 @@ TEST(a_step_gives_extras)
     run(&track);
     for (int t = STEPS - 1; t >= 0; t--) {
         clear_outputs(&o);
-        ASSERT_OK(step_back(&tape, &prior, o.lag_one, o.noise_mean, o.noise_covariance));
+        ASSERT_OK(step_back(&tape, NULL, &prior, o.lag_one, o.noise_mean, o.noise_covariance));
         if (t == STEPS - 1) continue;
         for (int k = 0; k < 4; k++) ASSERT_SMOOTH(lag_one[t][k], o.lag_one[k], 2);
         assert_process_noise(&o, t);

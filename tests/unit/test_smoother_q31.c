@@ -1,5 +1,5 @@
-/* The history and the smoother in q31 (test_smoother.c): against those in double, words beyond all ranges, processes
-   that have changed. */
+/* The history and the smoother in q31 (the textbook: test_smoother.c): words beyond all ranges, components without
+   noise beside double, processes that have changed. */
 #include "q31.h"
 #include "reading.h"
 #include "unchanged.h"
@@ -8,16 +8,9 @@
 
 static process_model motion, other, three;
 static sensor_model radar;
-static prior_model start, start3;
+static prior_model start;
 KQ_FILTER_Q31(track, 2);
 KQ_HISTORY_Q31(tape, 2, 2, STEPS, STEPS);
-
-/* the same in double */
-PROCESS(motion_f64, 2, 1);
-PROCESS(other_f64, 2, 1);
-SENSOR(radar_f64, 2, 2);
-FILTER(track_f64, 2);
-HISTORY(tape_f64, 2, 2, STEPS, STEPS);
 
 static const double range[] = {100, 10, 10}, drive_range[] = {5}, measured_range[] = {100, 100};
 static const double A[] = {1, 0.5, -0.25, 0.75}, B[] = {0.125, 0.5};
@@ -25,105 +18,37 @@ static const double A2[] = {0.5, 0.25, 0, 1}, Q2[] = {1, 0, 0, 0};
 static const double Q[] = {0.25, 0.125, 0.125, 0.5};
 static const double H[] = {1, 0, 0.5, 1}, R[] = {0.5, 0.25, 0.25, 1};
 static const double x0[] = {1, -2, 0}, P0[] = {2, 0.5, 0.5, 1};
-static const double identity3[] = {1, 0, 0, 0, 1, 0, 0, 0, 1};
-
-#define LIKE 0x1p-22
-
-static kq_scaled_q31 out[4], more[4], vector[2];
 
 static void set_up(void)
 {
     put_process(&motion, 2, 1, range, drive_range, A, B, Q);
     put_process(&other, 2, 1, range, drive_range, A2, B, Q2);
-    put_process(&three, 3, 0, range, drive_range, identity3, NULL, identity3);
     put_sensor(&radar, 2, 2, range, measured_range, H, R);
     put_prior(&start, 2, range, x0, P0);
-    put_prior(&start3, 3, range, x0, identity3);
     ASSERT_OK(kq_filter_init_q31(&track, &start.table, NULL));
     ASSERT_OK(kq_history_assign_q31(&tape, 2, tape_memory, COUNT(tape_memory)));
     ASSERT_OK(kq_attach_q31(&track, &tape.attached));
-    ASSERT_OK(K(process_init)(&motion_f64, A, B, Q));
-    ASSERT_OK(K(process_init)(&other_f64, A2, B, Q2));
-    ASSERT_OK(K(sensor_init)(&radar_f64, H, R));
-    ASSERT_OK(K(filter_init)(&track_f64, x0, P0));
-    ASSERT_OK(K(attach)(&track_f64, &tape_f64.attached));
     watch_nothing();
     WATCH(track), WATCH(track_memory), WATCH(tape);
-    WATCH(out), WATCH(more), WATCH(vector);
 }
 
 /* ------------------------------------------------------------------------------- a run */
 
-static void measure(kq_filter_q31 *f, int step, int in_double)
+static void measure(int step)
 {
     const double z[] = {3 * sin(step), 0.5 - 0.25 * step};
-    const uint32_t present = (uint32_t)step % 4;
     const int32_t *words = words_of(z, 2, radar.measurement_format);
-    ASSERT_OK(kq_update_subset_q31(f, &radar.sensor, words, present));
-    if (in_double) ASSERT_OK(K(update_subset)(&track_f64, &radar_f64, z, present));
+    ASSERT_OK(kq_update_subset_q31(&track, &radar.sensor, words, (uint32_t)step % 4));
 }
 
-/* Both filters through all steps; the processes take turns, or not */
-static void run(kq_filter_q31 *f, int in_turn, int in_double)
+/* The processes take turns. */
+static void run(void)
 {
     for (int step = 0; step < STEPS; step++) {
         const double u[] = {cos(step)};
-        const int second = in_turn && step % 3 == 0;
-        if (step) {
-            const int32_t *words = words_of(u, 1, motion.control_format);
-            ASSERT_OK(kq_predict_q31(f, second ? &other.process : &motion.process, words));
-            if (in_double) {
-                ASSERT_OK(K(predict)(&track_f64, second ? &other_f64 : &motion_f64, u));
-            }
-        }
-        measure(f, step + 1, in_double);
-    }
-}
-
-static double smoothed_value(size_t t, int i)
-{
-    const double words =
-        kq_mean_q31(SMOOTHED_Q31(&tape, t), i) + ldexp(kq_mean_low_q31(SMOOTHED_Q31(&tape, t), i), -24);
-    return ldexp(words, -start.state_format[i].fraction);
-}
-
-static int both_fractions(int k)
-{
-    return start.state_format[k / 2].fraction + start.state_format[k % 2].fraction;
-}
-
-static void assert_means(size_t t)
-{
-    for (int i = 0; i < 2; i++) {
-        const double expected = K(mean)(SMOOTHED(&tape_f64, t), i);
-        ASSERT_WITHIN(LIKE * (1 + fabs(expected)), expected, smoothed_value(t, i));
-    }
-}
-
-static void assert_covariance(size_t t)
-{
-    double P[4];
-    ASSERT_OK(K(covariance)(SMOOTHED(&tape_f64, t), P));
-    ASSERT_OK(kq_covariance_q31(SMOOTHED_Q31(&tape, t), out));
-    for (int k = 0; k < 4; k++) {
-        ASSERT_WITHIN(2 * LIKE, P[k], value_of(out[k], both_fractions(k)));
-    }
-    for (int i = 0; i < 2; i++) {
-        const double sigma = ldexp(sqrt(P[3 * i]), start.state_format[i].fraction);
-        ASSERT_WITHIN(1 + sigma * LIKE, sigma, kq_sigma_q31(SMOOTHED_Q31(&tape, t), i));
-    }
-}
-
-TEST(smoothing_is_that_in_double)
-{
-    for (int in_turn = 0; in_turn <= 1; in_turn++) {
-        set_up();
-        run(&track, in_turn, 1);
-        TEST_ASSERT_EQUAL_INT(STEPS, kq_history_steps_q31(&tape));
-        ASSERT_OK(kq_smooth_q31(&tape));
-        ASSERT_OK(K(smooth)(&tape_f64));
-        for (size_t t = 0; t < STEPS; t++) assert_means(t), assert_covariance(t);
-        TEST_ASSERT_EQUAL_HEX(0, kq_events_q31(&track));
+        const int32_t *words = words_of(u, 1, motion.control_format);
+        if (step) ASSERT_OK(kq_predict_q31(&track, step % 3 ? &motion.process : &other.process, words));
+        measure(step + 1);
     }
 }
 
@@ -219,43 +144,6 @@ TEST(two_components_without_noise_are_smoothed_as_in_double)
     }
 }
 
-static void assert_noises(void)
-{
-    kq_scaled_q31 mean, variance;
-    double expected, spread;
-    int k = 0;
-    for (; K(smoothed_measurement_noise)(&tape_f64, k, &expected, &spread) == KQ_OK; k++) {
-        ASSERT_OK(kq_smoothed_measurement_noise_q31(&tape, k, &mean, &variance));
-        ASSERT_WITHIN(LIKE * (1 + fabs(expected)), expected, value_of(mean, 0));
-        ASSERT_WITHIN(LIKE, spread, value_of(variance, 0));
-    }
-    ASSERT_REFUSED(KQ_ERR_SIZE, kq_smoothed_measurement_noise_q31(&tape, k, &mean, &variance));
-    ASSERT_REFUSED(KQ_ERR_SIZE, kq_smoothed_measurement_noise_q31(&tape, -1, &mean, &variance));
-}
-
-TEST(a_step_gives_extras)
-{
-    double lag[4], mean[2], covariance[4];
-    const kq_smooth_extras_q31 extras = {out, vector, more};
-    const K(smooth_extras) extras_f64 = {lag, mean, covariance};
-    run(&track, 1, 1);
-    for (size_t t = STEPS; t-- > 0;) {
-        ASSERT_OK(kq_smooth_step_q31(&tape, NULL, &extras));
-        ASSERT_OK(K(smooth_step)(&tape_f64, NULL, &extras_f64));
-        for (int k = 0; k < 4 && t < STEPS - 1; k++) {
-            ASSERT_WITHIN(2 * LIKE, lag[k], value_of(out[k], both_fractions(k)));
-            ASSERT_WITHIN(2 * LIKE, covariance[k], value_of(more[k], both_fractions(k)));
-        }
-        for (int i = 0; i < 2 && t < STEPS - 1; i++) {
-            ASSERT_WITHIN(LIKE, mean[i], value_of(vector[i], start.state_format[i].fraction));
-        }
-        assert_noises();
-        assert_means(t), assert_covariance(t);
-        if (t) TEST_ASSERT_EQUAL_INT32(KQ_NOT_A_VALUE_Q31, kq_mean_q31(SMOOTHED_Q31(&tape, t - 1), 0));
-    }
-    ASSERT_REFUSED(KQ_ERR_HISTORY_EMPTY, kq_smooth_step_q31(&tape, NULL, NULL));
-}
-
 /* ------------------------------------------------------------------- changed processes */
 
 static void assert_changed(void)
@@ -270,7 +158,7 @@ TEST(a_process_changed_after_the_recording_is_refused)
     kq_scaled_q31 otherwise[4];
     int32_t root[KQ_ROOT_LEN_Q31(2)];
     static const kq_scaled_q31 four = {INT32_C(1) << 30, -28};
-    run(&track, 1, 0);
+    run();
     for (int k = 0; k < 4; k++) {
         memcpy(otherwise, motion.transition, sizeof otherwise);
         otherwise[k].mantissa = -otherwise[k].mantissa;
@@ -300,7 +188,7 @@ TEST(a_process_changed_at_every_step_is_smoothed_by_step)
             ASSERT_OK(kq_process_change_transition_q31(&motion.process, turned[step], NULL));
             ASSERT_OK(kq_predict_q31(&track, &motion.process, NULL));
         }
-        measure(&track, step, 0);
+        measure(step);
     }
     assert_changed();
     ASSERT_OK(kq_smooth_step_q31(&tape, NULL, NULL));

@@ -9,7 +9,7 @@
 
 #include "arithmetic.h"
 
-#define WATCHED_OBJECTS 24
+#define WATCHED_OBJECTS 28
 #ifndef WATCHED_BYTES
 #define WATCHED_BYTES 4096
 #endif

@@ -94,10 +94,13 @@ def kept_sizes(p: Program) -> tuple[tuple[int, int], ...]:
 
 
 def as_in_the_table(source: Path, choice: Choice) -> bool:
+    return are_as_in_the_table(measured_programs(source, of_kept(programs(choice))), choice)
+
+
+def are_as_in_the_table(found: list[Measured], choice: Choice) -> bool:
     """Has nothing grown, and do the pages say what the table says?"""
     before, keys = table.read(TABLE), readme.kept()
     stale = [page for page, part in PAGES if not readme.matches(page, before.rows, part)]
-    found = measured_programs(source, of_kept(programs(choice)))
     now = [row for each in found for row in each.rows if choice.takes_row(row) and row.key in keys]
     comparison = compare(filter(choice.takes_row, before.rows), now)
     report.show_comparison(terminal(WIDTH), comparison, before.versions, compilers())

@@ -78,7 +78,15 @@ def naming(what: dict[str, Any]) -> str:
     return "\n".join([f'#include "{name}.h"', f"#define REFUSED ({refused})", f"typedef {word} word;", f"#define FILTER {name}_filter",
                       f"#define DO(call) {name}_##call", f"#define PREDICT_OF(f) {name}_predict({predict})",
                       f"#define STEP_OF(f, z) {name}_step({step})", f"#define ONE {one}", u,
-                      f"enum {{ M = {what['m']}, ROWS = {what['rows'] + 8} }};", ""])
+                      *settling(what)])
+
+
+def settling(what: dict[str, Any]) -> list[str]:
+    """The proven form settles by rows; of the factor the count of calls is set: a bound may be thousands of samples"""
+    calls, m = what.get("calls", 0), what["m"]
+    rows = what["rows"] + 8 if "rows" in what else 8 * (not calls)
+    return [f"enum {{ M = {m}, ROWS = {rows} }};", f"#define SETTLE(f) ({f'(f).calls = {calls}u' if calls else '(void)0'})",
+            ""]
 
 
 def broken_promises(made: dict[str, Any], folder: Path) -> list[str]:

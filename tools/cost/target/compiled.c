@@ -51,6 +51,7 @@ int main(void)
         sample(z);
         STEP_OF(&f, z);
     }
+    SETTLE(f);
     in_two(PREDICT_SETTLED);
     for (int k = 0; k < 4; k++) in_one(STEP_SETTLED); /* the one with most instructions counts */
     if (REFUSED) cost_failed(-1);

@@ -14,12 +14,15 @@ from rich.console import Console
 
 from kalmanq.commands.messages import print_json, table, tell_written
 from kalmanq.commands.options import JSON, MODEL, ChipArithmetic, choices, command_of
-from kalmanq.compiler.proven.offers import COLUMNS, Offer, offers
+from kalmanq.compiler import offers as compiled_offers, report as compiled_report
+from kalmanq.compiler.host import Host
+from kalmanq.compiler.offers import COLUMNS, Offer, add_ways, offers
+from kalmanq.compiler.product import fingerprint, remarked
 from kalmanq.compiler.proven.proof_file import no_less
 from kalmanq.data import tables
 from kalmanq.data.files import require_folder, whole
 from kalmanq.errors import KalmanqError
-from kalmanq.firmware.c_source import Source, identifier, source
+from kalmanq.firmware.c_source import identifier, source
 from kalmanq.firmware.costs import COMPACT, CORES, flags, include_path
 from kalmanq.firmware.designs import PARTS, Designs, Part, Trial, Way, design
 from kalmanq.firmware.ranges import with_ranges
@@ -29,13 +32,18 @@ from kalmanq.model import Model
 from kalmanq.run.parts import WAYS, Parts
 
 
+COMPILED = compiled_offers.WAY
+ALL_WAYS = {**WAYS, COMPILED: compiled_offers.SAID}
+BUILT = "-std=c11 -O2 -ffunction-sections -ffp-contract=fast, without an FPU -ffp-contract=off"  # as compiled.py measures
+
+
 @dataclass(frozen=True)
 class Options:
     model: Path = MODEL
     core: choices("Core", CORES) = typer.Option(..., "--core", help="What it will run on.")
     data: Optional[Path] = typer.Option(None, "--data", metavar="DATA.csv", help="What it will be given; otherwise drawn.")
     arithmetic: Optional[ChipArithmetic] = typer.Option(None, "--arith", help="Only this one; otherwise what is best.")
-    way: Optional[choices("Way", WAYS)] = typer.Option(None, "--way", help="Only this one.")
+    way: Optional[choices("Way", ALL_WAYS)] = typer.Option(None, "--way", help="Only this one.")
     flash: Optional[float] = typer.Option(None, "--flash", metavar="KB", min=0, help="Of the part.")
     ram: Optional[float] = typer.Option(None, "--ram", metavar="KB", min=0, help="Of the part.")
     name: str = typer.Option("", "--name", help="Of files and functions; otherwise the model's.")
@@ -45,10 +53,11 @@ class Options:
 
 def design_file(options: Options, console: Console) -> None:
     model = model_file.read(options.model)
-    made = _designs(options, model)
+    made, records = _designs(options, model)
+    compiled = offers(model, made.model, options.name or identifier(made.model.name))
+    add_ways(made, compiled, records)
     chosen = made.chosen(options.arithmetic, options.way)
-    written = _write(options, made, chosen) if chosen and options.out else []
-    compiled = offers(model, made.model)
+    written = _write(options, made, chosen, compiled) if chosen and options.out else []
     if options.json:
         print_json(_told(made, compiled, chosen, written))
     else:
@@ -57,12 +66,13 @@ def design_file(options: Options, console: Console) -> None:
         raise KalmanqError(f"{made.model.name}: nothing was written: {_reason(options, made)}")
 
 
-def _designs(options: Options, model: Model) -> Designs:
+def _designs(options: Options, model: Model) -> tuple[Designs, list[Record]]:
     flash, ram = PARTS[options.core]
     part = Part(options.core, int(1024 * (options.flash or flash)), int(1024 * (options.ram or ram)))
     records = [Record(*tables.measurements_and_controls(options.data, model))] if options.data else []
     ranged, notes = with_ranges(model, records)
-    return design(ranged, part, records or draw(ranged), notes)
+    records = records or draw(ranged)
+    return design(ranged, part, records, notes), records
 
 
 def _reason(options: Options, made: Designs) -> str:
@@ -83,15 +93,26 @@ def _reason(options: Options, made: Designs) -> str:
 # ------------------------------------------------------------------------------ the files
 
 
-def _write(options: Options, made: Designs, chosen: Way) -> list[Path]:
+def _write(options: Options, made: Designs, chosen: Way, compiled: Sequence[Offer]) -> list[Path]:
     require_folder(options.out)
+    if chosen.way == COMPILED:
+        return _write_compiled(options, next(one for one in compiled if one.arithmetic == chosen.arithmetic))
     text = source(Parts(made.model, chosen.arithmetic), chosen.way, options.name or identifier(made.model.name),
                   _remarks(made, chosen))
-    return _written(options, text)
+    return _written(options, {f"{text.name}.h": text.header, f"{text.name}.c": text.text})
 
 
-def _written(options: Options, text: Source) -> list[Path]:
-    files = [(options.out / f"{text.name}.h", text.header), (options.out / f"{text.name}.c", text.text)]
+def _write_compiled(options: Options, one: Offer) -> list[Path]:
+    """What kalmanq compile writes"""
+    said = fingerprint(options.model)
+    product = remarked(one.product, said)
+    with Host(product) as host:
+        files = compiled_report.files(product, host, compiled_report.findings(product, host), said)
+    return _written(options, files)
+
+
+def _written(options: Options, texts: dict[str, str]) -> list[Path]:
+    files = [(options.out / name, text) for name, text in texts.items()]
     with ExitStack() as stack:
         for path, content in files:
             stack.enter_context(whole(path, [options.model])).write_text(content, encoding="utf-8")
@@ -140,12 +161,18 @@ def _told(made: Designs, compiled: Sequence[Offer], chosen: Optional[Way], writt
                           "kq_mean": _reading(trial)}
                    for name, trial in made.trials.items()},
         "ways": [{"arithmetic": one.arithmetic, "way": one.way, "fits": one.fits, "good": one.is_good,
-                  **asdict(one.cost), "flags": flags(made.part.core), "library_flags": COMPACT,
-                  "include": include_path(made.part.core, one.way)} for one in made.ways],
+                  **asdict(one.cost), **_flags(made.part.core, one.way)} for one in made.ways],
         "lean": {name: asdict(one) for name, one in made.lean.items()},
-        "compiled": {one.arithmetic: one.told(made.part.core) for one in compiled},
+        "compiled": [one.told(made.part.core) for one in compiled
+                     if one.form != "covariance" or made.part.core in one.costs],
         "chosen": {"arithmetic": chosen.arithmetic, "way": chosen.way} if chosen else None,
         "files": written}
+
+
+def _flags(core: str, way: str) -> dict[str, str]:
+    if way == COMPILED:
+        return {"flags": BUILT}
+    return {"flags": flags(core), "library_flags": COMPACT, "include": include_path(core, way)}
 
 
 def _reading(trial: Trial) -> Optional[dict]:
@@ -173,11 +200,11 @@ def _tell(made: Designs, compiled: Sequence[Offer], chosen: Optional[Way], writt
     _tell_formats(made, console)
     _tell_ways(made, chosen, console)
     _tell_compiled(made, compiled, console)
-    for trial in made.trials.values():
+    for trial in [*made.trials.values(), *(one.trial for one in made.ways if one.way == COMPILED)]:
         for warning in trial.warnings:
             console.print(f"  warning: {warning}")
     if chosen:
-        console.print(f"recommended: {chosen.arithmetic}, {chosen.way}: {WAYS[chosen.way]}")
+        console.print(f"recommended: {chosen.arithmetic}, {chosen.way}: {ALL_WAYS[chosen.way]}")
     tell_written(written, console)
 
 
@@ -193,7 +220,7 @@ def _tell_formats(made: Designs, console: Console) -> None:
 
 def _tell_ways(made: Designs, chosen: Optional[Way], console: Console) -> None:
     shown = table("", "arithmetic", "way", "instructions a step", "flash", "RAM", "stack", "fits", "worst error, sigma",
-                  title="ways to run it (bytes beside a program without a filter)")
+                  title="ways to run it (bytes beside a program without a filter; compiled: a row that has not settled)")
     for one in made.ways:
         shown.add_row("*" if one is chosen else "", one.arithmetic, one.way, *map(str, asdict(one.cost).values()),
                       "yes" if one.fits else "no", f"{one.trial.worst.max(initial=0):.1e}")
@@ -201,7 +228,7 @@ def _tell_ways(made: Designs, chosen: Optional[Way], console: Console) -> None:
     ways = "; sizes: -Isrc/fixed_size, too" if any(one.way == "sizes" for one in made.ways) else ""
     console.print(f"  with gcc {flags(made.part.core)}; the library's files: {COMPACT}, too; include path "
                   f"{include_path(made.part.core, 'init')}{ways}. Other flags cost more.")
-    if chosen:
+    if chosen and chosen.trial.reading:
         console.print(f"  {_accuracy(chosen.trial)}")
     for name, lean in made.lean.items():
         console.print(f"  {'no lean' if lean.refused else 'lean'} in {name}: {lean.said}")
@@ -209,13 +236,15 @@ def _tell_ways(made: Designs, chosen: Optional[Way], console: Console) -> None:
 
 def _tell_compiled(made: Designs, compiled: Sequence[Offer], console: Console) -> None:
     shown = table(*COLUMNS, title="compiled for this model alone (kalmanq compile; bytes of its file and struct)")
-    for one in compiled:
+    told = [one for one in compiled if one.form != "covariance" or made.part.core in one.costs]
+    for one in told:
         shown.add_row(*one.cells(made.part.core))
     console.print(shown)
-    for one in compiled:
-        unpaid = [] if not one.plan or made.part.core in one.costs else ["its cost was not measured on this core"]
+    for one in told:
+        unpaid = [] if not one.product or made.part.core in one.costs else ["its cost was not measured on this core"]
         for remark in filter(None, (one.remark, *unpaid)):
-            console.print(f"  compiled in {one.arithmetic}: {remark}")
+            console.print(f"  compiled in {one.arithmetic}, {one.form}: {remark}" if one.product or one.form == "covariance"
+                          else f"  compiled in {one.arithmetic}: {remark}")
 
 
 command = command_of(Options, design_file)

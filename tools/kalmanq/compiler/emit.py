@@ -176,7 +176,7 @@ class Text:
     def _settled_lines(self, predicts: bool) -> list[str]:
         """Of a full sample, once settled; it returns."""
         gates = range(self.given.of.m) if self.given.options.gate is not None else ()
-        ends = [*(f"f->rejected[{j}] = 0;" for j in gates), "f->calls = SETTLED;", f"return {self.given.all}u;"]
+        ends = [*(f"f->rejected[{j}] = 0;" for j in gates), *([] if predicts else ["f->calls = SETTLED;"]), f"return {self.given.all}u;"]
         mark = "/* store */"
         body = self.a.settled(predicts, [mark, *ends])
         return [*self._measured(), *within(self.a.places(factor=False), body, mark)]

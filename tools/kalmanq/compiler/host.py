@@ -29,15 +29,15 @@ static uint32_t hash(uint32_t h, const void *field, unsigned size)
     return h;
 }}
 
-void run(int rows, const unsigned char *what, const unsigned *present, const double *z, const double *u, double *mean,
+void run(int rows, int goes_on, const unsigned char *what, const unsigned *present, const double *z, const double *u, double *mean,
          double *reading, double *covariance, unsigned *taken, unsigned *events, unsigned *digest);
 
-void run(int rows, const unsigned char *what, const unsigned *present, const double *z, const double *u, double *mean,
+void run(int rows, int goes_on, const unsigned char *what, const unsigned *present, const double *z, const double *u, double *mean,
          double *reading, double *covariance, unsigned *taken, unsigned *events, unsigned *digest)
 {{
     static {name}_filter f;
     uint32_t h = UINT32_C(2166136261);
-    {name}_start(&f);
+    if (!goes_on) {name}_start(&f);
     for (int t = 0; t < rows; t++, z += {m}, u += {l}) {{
         {type} v[{m}], w[{l} + 1];
         const unsigned all = {all}u;
@@ -99,21 +99,22 @@ class Host:
         self._own.__exit__(None, None, None)
 
     def run(self, z: np.ndarray, u: Optional[np.ndarray] = None, present: Optional[np.ndarray] = None,
-            what: Optional[np.ndarray] = None) -> Ran:
+            what: Optional[np.ndarray] = None, goes_on: bool = False) -> Ran:
         """z: rows x m, NaN where missing unless `present` has bits; u: rows x l, of the step that leads to the row;
-        what: PREDICTS and UPDATES of each row, by default both, the first row no predict"""
+        what: PREDICTS and UPDATES of each row, by default both, the first row no predict; goes_on: from the last row of
+        the call before"""
         of, rows = self.product.given.of, len(z)
         z = np.asarray(z, float).reshape(rows, of.m)
         if present is None:
             present = (~np.isnan(z)) @ (1 << np.arange(of.m))
         if what is None:
-            what = PREDICTS * (np.arange(rows) > 0) + UPDATES * (present > 0)
+            what = PREDICTS * (goes_on | (np.arange(rows) > 0)) + UPDATES * (present > 0)
         given = [np.ascontiguousarray(what, np.uint8), np.ascontiguousarray(present, np.uint32),
                  np.ascontiguousarray(z), np.ascontiguousarray(np.zeros((rows, of.l)) if u is None else u, np.float64)]
         made = Ran(np.zeros((rows, of.n)), np.zeros((rows, of.n)), np.zeros((rows, of.n, of.n)), np.zeros(rows, np.uint32),
                    np.zeros(rows, np.uint32))
         arrays = [*given, made.mean, made.reading, made.covariance, made.taken, made.events, np.zeros(1, np.uint32)]
-        self._run(rows, *(ctypes.c_void_p(one.ctypes.data) for one in arrays))
+        self._run(rows, int(goes_on), *(ctypes.c_void_p(one.ctypes.data) for one in arrays))
         return replace(made, digest=int(arrays[-1][0]))
 
 
@@ -151,4 +152,4 @@ def compiler(environment: Mapping[str, str] = os.environ) -> str:
     for name in (environment.get("CC", ""), "cc", "gcc", "clang"):
         if name and shutil.which(name):
             return name
-    raise NoCompiler("the filter is tried on this machine, and that needs a C compiler (cc, gcc, clang or CC)")
+    raise NoCompiler("the filter is tried on this machine, and that needs a C compiler: install gcc or clang, or set CC")

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import hashlib
+import re
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Optional
@@ -27,6 +28,16 @@ class Product:
 
     def sources(self) -> dict[str, str]:
         return {f"{self.given.name}.c": self.code, f"{self.given.name}.h": self.header}
+
+    @property
+    def calls(self) -> int:
+        """The filter's count of calls once it has settled; 0: it does not settle"""
+        return 2 * self.steady.samples if self.steady and not self.given.options.student else 0
+
+    @property
+    def events(self) -> list[str]:
+        """Names of the bits of f->events, from the lowest"""
+        return re.findall(rf"^    {self.given.upper}_([A-Z_]+) = \d+,? /\*", self.header, re.M)
 
     @property
     def ram(self) -> int:
@@ -55,6 +66,11 @@ def compiled(model: Model, name: str, options: Options = Options(), source: str 
         a = _arithmetic(given, steady if options.settles else None)
         text = emit.Text(given, a) if turn is None else cycle.CycleText(given, a, turn)
         return Product(given, steady, turn, a, head.header(given, a, text), text.code(remarks(given, steady, turn, source)))
+
+
+def remarked(product: Product, source: str) -> Product:
+    """The same, with a line about the model's file in its C"""
+    return compiled(product.given.model, product.given.name, product.given.options, source)
 
 
 def _cycle(given: Request) -> Optional[cycle.Cycle]:

@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from decimal import Decimal
 from typing import Optional, Sequence
 
 import numpy as np
@@ -24,29 +25,36 @@ ROOM = 1.01  # of a sigma
 BITS = 30  # of the largest sigma
 TURNED = 1.4  # of 2^30: the longest row that a reflection takes
 WEIGHED = 20  # bits of an innovation over its sigma after the point; so it is taken up to 2^11
+MORE, LOW_NOISE = 12, 2.0**8  # further bits; sigma of H x over that of the noise, above which they count
 CYCLES, LEAST_GAP, GAP, WITHOUT_BOUND = 100, 16, 60, 2.0 ** 12
-LONGEST, WIDE = 62, 61  # bits of a sum; of a mean at the end of its range
+LONGEST, WIDE = 62, 61  # bits of a sum, and of a mean at the end of its range
 NONE = -60  # exponent of 0
 
 
 @dataclass(frozen=True)
 class Formats:
     """exponent  of rows of S; held: the power of two beyond which a sigma is not stored
-    row       exponent of H_j S and of the innovation's sigma; weighed: bits after the point of an innovation over it
-    x, z, u   fractions; end: x stays within 2^end; ranges of z and u: in words"""
+    row       exponent of H_j S and of the innovation's sigma
+    weighed   bits after the point of an innovation over its sigma; more: further ones, where R is far below H P H'
+    x, z, u   fractions; end: x stays within 2^end; z_most, u_most: ranges in words
+    read      fractions of means of 32 bits
+    wide, y   fractions of innovations: of 64 bits; of 32 bits, with the constant gain; is_narrow: it may be beyond"""
 
     exponent: Sequence[int]
     held: Sequence[int]
     row: Sequence[int]
     weighed: Sequence[int]
+    more: Sequence[int]
     x: Sequence[int]
     end: Sequence[int]
-    read: Sequence[int]  # fractions of means of 32 bits
+    read: Sequence[int]
     z: Sequence[int]
     u: Sequence[int]
     z_most: Sequence[int]
     u_most: Sequence[int]
-    is_narrow: Sequence[bool]  # an innovation may be beyond 32 bits
+    wide: Sequence[int]
+    y: Sequence[int]
+    is_narrow: Sequence[bool]
 
 
 def up(value: float) -> int:
@@ -116,12 +124,20 @@ def formats(given: Request, model: Model, steady: Optional[Settled], sigma: np.n
     u = [_fraction(one, 31, one.range) for one in model.controls]
     ends_of = 2.0 ** np.array(ends)
     moved = ends_of + np.abs(of.A - np.eye(of.n)) @ ends_of + np.abs(of.B) @ (2.0 ** (31 - np.array(u, int)))
-    z, narrow = _measurements(given, model, moved, row)
-    weighed = [_weighed(a + fraction, 2 * a, r) for a, fraction, r in zip(row, z, of.R)]
-    x = _means(steady, exponent, ends, moved, z, weighed)
-    return Formats(exponent, held, row, weighed, x, [f + e for f, e in zip(x, ends)],
+    spans = np.abs(given.mixing) @ [one.range for one in model.measurements]
+    reach = np.abs(of.H) @ moved
+    z = [_measured(*one) for one in zip(model.measurements, spans, reach)]
+    far = reach + np.abs(given.mixing) @ (2.0 ** (31 - np.array(z)))  # of any word
+    wide = [min(LONGEST - up(one * ROOM), f + 31) for one, f in zip(far, z)]
+    weighed = [min(WEIGHED, f + a - half_of(variance_word(r, 2 * a)) - 1) for f, a, r in zip(wide, row, of.R)]
+    y = [_settled(spans[j] + reach[j], steady.variances[j], z[j]) for j in range(of.m)] if steady else z
+    x = _means(steady, exponent, ends, moved, y, weighed)
+    more = [_more(f + a - half_of(variance_word(r, 2 * a)) - 1 - v, 2.0**a / math.sqrt(r))
+            for f, a, r, v in zip(wide, row, of.R, weighed)]
+    return Formats(exponent, held, row, weighed, more, x, [f + e for f, e in zip(x, ends)],
                    [_read(one, end, f) for one, end, f in zip(model.states, ends, x)], z, u,
-                   _most(model.measurements, z), _most(model.controls, u), narrow)
+                   _most(model.measurements, z), _most(model.controls, u), wide, y,
+                   [(span + far) * ROOM * 2.0**f >= 2.0**31 for span, far, f in zip(spans, reach, y)])
 
 
 def _end(one: Quantity, x0: float) -> int:
@@ -146,21 +162,20 @@ def _most(quantities: Sequence[Quantity], fractions: Sequence[int]) -> list[int]
     return [min(int(one.range * 2.0 ** f), 2**31 - 1) for one, f in zip(quantities, fractions)]
 
 
-def _measurements(given: Request, model: Model, moved: np.ndarray, row: Sequence[int]) -> tuple[list[int], list[bool]]:
-    """Fractions, with room for the innovation if that takes 3 bits at most"""
-    made, narrow = [], []
-    spans = np.abs(given.mixing) @ [one.range for one in model.measurements]
-    for one, span, reach, a in zip(model.measurements, spans, np.abs(given.of.doubles().H) @ moved, row):
-        fits = up((span + reach) * ROOM) <= up(span * ROOM) + 3
-        made.append(min(_fraction(one, 31, (span + reach if fits else span) * ROOM), 50 - a)
-                    if one.fraction is None else one.fraction)
-        narrow.append((span + reach) * ROOM * 2.0 ** made[-1] >= 2.0**31)
-    return made, narrow
+def _measured(one: Quantity, span: float, reach: float) -> int:
+    """A measurement's fraction, with room for the innovation if that takes 3 bits at most"""
+    fits = up((span + reach) * ROOM) <= up(span * ROOM) + 3
+    return _fraction(one, 31, (span + reach if fits else span) * ROOM)
 
 
-def _weighed(sigma: int, square: int, r: float) -> int:
-    """sigma: bits of the innovation's largest sigma in its words.  The shift is 1 to 62 for all variances."""
-    return min(max(WEIGHED, sigma - 30), sigma + 31 - half_of(variance_word(r, square)))
+def _settled(span: float, variance: Decimal, z: int) -> int:
+    """Of the innovation with the constant gain: so fine that it is 2^-15 sigma, if need be with an end at 2^16 sigma"""
+    fits, fine = 31 - up(span * ROOM), 15 - up(math.sqrt(variance))
+    return z if fits >= z >= min(fits, fine) else max(fits, fine)
+
+
+def _more(most: int, ratio: float) -> int:
+    return max(0, min(MORE, most)) if ratio > LOW_NOISE else 0
 
 
 def variance_word(r: float, square: int) -> int:
@@ -173,13 +188,13 @@ def half_of(square: int) -> int:
 
 
 def _means(steady: Optional[Settled], exponent: Sequence[int], ends: Sequence[int], moved: np.ndarray,
-           z: Sequence[int], weighed: Sequence[int]) -> list[int]:
+           y: Sequence[int], weighed: Sequence[int]) -> list[int]:
     """No sum goes beyond 64 bits, and what an update adds needs no shift to the left."""
     made = []
     for i, end in enumerate(ends):
         most = min(WIDE - end, LONGEST - up(moved[i] * ROOM), min(weighed) + BITS - exponent[i])
         if steady is not None:
-            far = float(np.abs(steady.gain[i].astype(float)) @ 2.0 ** (31 - np.array(z, int)))
+            far = float(np.abs(steady.gain[i].astype(float)) @ 2.0 ** (31 - np.array(y, int)))
             most = min(most, LONGEST - up(far * ROOM)) if far > 0 else most
         made.append(most)
     return made

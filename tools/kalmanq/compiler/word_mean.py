@@ -6,13 +6,14 @@ A coefficient is a word of 31 bits; what it multiplies is aligned by a constant 
 from __future__ import annotations
 
 import math
-from typing import Iterable, Sequence
+from typing import Iterable, Mapping, Sequence
 
 import numpy as np
 
 from kalmanq.compiler.exact import Numbers
 from kalmanq.compiler.word_formats import Formats, down
 
+NARROW = 34  # bits of a mean that has next to none in its high word
 EXACT = 28  # bits of a coefficient that need no shift
 
 
@@ -21,11 +22,11 @@ class Mean:
         """saturated: the statement of the event"""
         self.exact, self.of, self.formats, self.saturated = of, of.doubles(), formats, saturated
 
-    def predict(self) -> tuple[list[str], list[int]]:
-        """Lines that write all x<i>, and which"""
+    def predicted(self, named: Sequence[bool]) -> tuple[list[str], dict[int, str]]:
+        """What the states that move become: formulas, or names of the lines that are returned"""
         moved = {i: text for i in range(self.of.n) if (text := self._moved(i)) != f"x{i}"}
-        return [*(f"const int64_t moved{i} = {text};" for i, text in moved.items()),
-                *(f"x{i} = moved{i};" for i in moved)], list(moved)
+        return [f"const int64_t p{i} = {text};" for i, text in moved.items() if named[i]], \
+            {i: f"p{i}" if named[i] else text for i, text in moved.items()}
 
     def _moved(self, i: int) -> str:
         x, text = self.formats.x, f"x{i}"
@@ -54,57 +55,84 @@ class Mean:
             digits = by
         return f" + {aligned(f'product({word}, {word_of(c, digits)})', digits - by)}"
 
-    def innovation(self, j: int) -> str:
-        """z<j> - H_j x in words of z<j>"""
-        narrow = self.formats.is_narrow[j]
-        text = f"(int64_t)z{j}" if narrow else f"z{j}"
+    def narrowed(self, c: float, word: str, by: int) -> str:
+        """c word 2^by, of 32 bits"""
+        digits = min(30 - down(abs(c)), by + 62)
+        text = f"product({word}, {word_of(c, digits)})"
+        return f"narrow({aligned(text, digits - by)})" if digits >= by else \
+            f"narrow({text}) * (INT64_C(1) << {min(by - digits, 30)})"
+
+    def innovation(self, j: int, x: Mapping[int, str]) -> str:
+        """Of 32 bits: z<j> - H_j x, at the fraction of y; x: names of states that are not x<i>"""
+        f = self.formats
+        if f.y[j] == f.z[j] and not f.is_narrow[j]:
+            return f"z{j}" + "".join(f" {sign} (int32_t)({text})" for sign, text in self._seen(j, x, f.y[j]))
+        return f"narrow({self._apart(j, x, f.y[j])})"
+
+    def wide_innovation(self, j: int) -> str:
+        """The same of 64 bits"""
+        return self._apart(j, {}, self.formats.wide[j])
+
+    def _apart(self, j: int, x: Mapping[int, str], fraction: int) -> str:
+        z = aligned(f"(int64_t)z{j}", self.formats.z[j] - fraction)
+        return z + "".join(f" {sign} {text}" for sign, text in self._seen(j, x, fraction))
+
+    def _seen(self, j: int, x: Mapping[int, str], fraction: int) -> list[tuple[str, str]]:
+        """Signs and terms of - H_j x"""
+        made = []
         for i in range(self.of.n):
-            h = float(self.of.H[j, i])
-            if h:
-                text += self._seen(h, i, self.formats.x[i] - self.formats.z[j], narrow)
-        return f"narrow({text})" if narrow else text
+            h, by, name = float(self.of.H[j, i]), self.formats.x[i] - fraction, x.get(i, f"x{i}")
+            if math.frexp(abs(h))[0] == 0.5:
+                made.append(("-" if h > 0 else "+", rounded(name, by - down(abs(h)))))
+            elif h:
+                digits = 30 - down(abs(h))
+                made.append(("-" if h > 0 else "+", rounded(f"wide({word_of(abs(h), digits)}, {name})", by + digits - 32)))
+        return made
 
-    def _seen(self, h: float, i: int, by: int, narrow: bool) -> str:
-        size, digits = abs(h), 30 - down(h if h > 0 else -h)
-        if math.frexp(size)[0] == 0.5:
-            text = rounded(f"x{i}", by - down(size))
-        else:
-            text = rounded(f"wide({word_of(size, digits)}, x{i})", by + digits - 32)
-        return f" {'-' if h > 0 else '+'} {text if narrow else f'(int32_t)({text})'}"
+    def corrected(self, i: int, gain: np.ndarray, least: np.ndarray) -> str:
+        """What the constant gains of state i make of y0, y1, ...; least: what they may be off by"""
+        return "".join(self._gained(float(k), float(e), i, j) for j, (k, e) in enumerate(zip(gain, least)) if k)
 
-    def corrected(self, gain: np.ndarray, names: Sequence[str]) -> tuple[list[str], list[int]]:
-        """x += gain * innovations; and which x"""
-        lines, which = [], []
-        for i in range(self.of.n):
-            text = "".join(self._gained(float(gain[i, j]), i, j, names[j]) for j in range(self.of.m) if gain[i, j])
-            if text:
-                lines.append(f"x{i} += {text.removeprefix(' + ')};")
-                which.append(i)
-        return lines, which
-
-    def _gained(self, k: float, i: int, j: int, y: str) -> str:
+    def _gained(self, k: float, least: float, i: int, j: int) -> str:
         """With a coefficient that lands on the point of x, where it has bits enough"""
-        by = self.formats.x[i] - self.formats.z[j]
+        by = self.formats.x[i] - self.formats.y[j]
         digits = 30 - down(abs(k))
-        if digits >= by >= digits - 30 + 20:
+        if digits >= by and math.ldexp(0.5, -by) <= least:
             digits = by
-        return f" + {aligned(f'product({y}, {word_of(k, digits)})', digits - by)}"
+        return f" + {aligned(f'product(y{j}, {word_of(k, digits)})', digits - by)}"
 
-    def stops(self, which: Iterable[int]) -> list[str]:
-        """A mean stops at the end of its words."""
-        tops: dict[int, list[int]] = {}
-        for i in which:
-            tops.setdefault(self.formats.end[i], []).append(i)
-        lines = []
-        for end, states in tops.items():
-            ends = [f"x{i} = stopped(x{i}, INT64_C(1) << {end});" for i in states]
-            if end > 33:
-                sums = " | ".join(f"((uint32_t)(x{i} >> 32) + UINT32_C({1 << end - 32}))" for i in states)
-                beyond = f"({sums}) >> {end - 31}"
-            else:
-                beyond = " || ".join(f"stopped(x{i}, INT64_C(1) << {end}) != x{i}" for i in states)
-            lines += [f"if ({beyond}) {{", *(f"    {one}" for one in ends), f"    {self.saturated}", "}"]
-        return lines
+    def stored(self, x: Mapping[int, str]) -> list[str]:
+        """Lines that store means, the names of formulas; one beyond its words stops at their end (stop, below)."""
+        if not x:
+            return []
+        least, lines = self._least(x), []
+        for k, (i, text) in enumerate(x.items()):
+            far = f"{'far |=' if k else 'uint32_t far ='} {self._far(i, f'm{i}', least)};"
+            lines += [f"const int64_t m{i} = {text};", f"f->x[{i}] = m{i};", far]
+        return [*lines, f"if (far >> {least - 31}) stop(f);"]
+
+    def _far(self, i: int, name: str, least: int) -> str:
+        """Of the high word of a mean: 0 but for its lower bits, where it is within its end"""
+        end = self.formats.end[i]
+        if end < NARROW:
+            return f"(stopped({name}, INT64_C(1) << {end}) == {name} ? 0 : UINT32_MAX)"
+        text = f"(uint32_t)({name} >> 32) + UINT32_C({1 << end - 32})"
+        return f"({text}) >> {end - least}" if end > least else text
+
+    def _least(self, which: Iterable[int]) -> int:
+        return max(NARROW, min(self.formats.end[i] for i in which))
+
+    def stops(self, which: Sequence[int]) -> list[str]:
+        """The same of locals x<i>"""
+        least = self._least(which)
+        far = " | ".join(f"({self._far(i, f'x{i}', least)})" for i in which)
+        ends = [f"x{i} = stopped(x{i}, INT64_C(1) << {self.formats.end[i]});" for i in which]
+        return [f"if (({far}) >> {least - 31}) {{", *(f"    {one}" for one in ends), f"    {self.saturated}", "}"]
+
+    def stop(self, type_: str) -> list[str]:
+        """C: a function that takes all means within their ends"""
+        ends = [f"    f->x[{i}] = stopped(f->x[{i}], INT64_C(1) << {end});" for i, end in enumerate(self.formats.end)]
+        return [f"static void stop({type_} *f)", "{", *ends, f"    {self.saturated}", "}", ""]
 
 
 def word_of(c: float, digits: int) -> int:
@@ -113,7 +141,7 @@ def word_of(c: float, digits: int) -> int:
 
 def aligned(text: str, by: int) -> str:
     """2^-by of it"""
-    return text if not by else f"({text} >> {min(by, 63)})" if by > 0 else f"{text} * (INT64_C(1) << {-by})"
+    return text if not by else f"({text} >> {min(by, 62)})" if by > 0 else f"{text} * (INT64_C(1) << {-by})"
 
 
 def rounded(text: str, by: int) -> str:

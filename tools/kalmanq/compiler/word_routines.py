@@ -45,32 +45,23 @@ static inline int64_t wide(int32_t c, int64_t x)
 """
 
 PART = """\
-/* a 2^-29, a 2^-30 and a 2^-31, to the nearest: two instructions where a shift leaves its last bit in the carry. */
+/* a 2^-BY, to the nearest: two instructions where a shift leaves its last bit in the carry. */
 #if defined __GNUC__ && defined __ARM_ARCH_ISA_THUMB && __ARM_ARCH_ISA_THUMB == 2
-static inline int32_t part(int64_t a)
+static inline int32_t NAME(int64_t a)
 {
     uint32_t low = (uint32_t)a;
-    __asm__("lsrs %0, %0, #30\\n\\tadc %0, %0, %1, lsl #2" : "+&r"(low) : "r"((uint32_t)((uint64_t)a >> 32)) : "cc");
-    return (int32_t)low;
-}
-static inline int32_t twice_part(int64_t a)
-{
-    uint32_t low = (uint32_t)a;
-    __asm__("lsrs %0, %0, #29\\n\\tadc %0, %0, %1, lsl #3" : "+&r"(low) : "r"((uint32_t)((uint64_t)a >> 32)) : "cc");
-    return (int32_t)low;
-}
-static inline int32_t half_part(int64_t a)
-{
-    uint32_t low = (uint32_t)a;
-    __asm__("lsrs %0, %0, #31\\n\\tadc %0, %0, %1, lsl #1" : "+&r"(low) : "r"((uint32_t)((uint64_t)a >> 32)) : "cc");
+    __asm__("lsrs %0, %0, #BY\\n\\tadc %0, %0, %1, lsl #REST" : "+&r"(low) : "r"((uint32_t)((uint64_t)a >> 32)) : "cc");
     return (int32_t)low;
 }
 #else
-static inline int32_t part(int64_t a) { return (int32_t)((a + (INT64_C(1) << 29)) >> 30); }
-static inline int32_t twice_part(int64_t a) { return (int32_t)((a + (INT64_C(1) << 28)) >> 29); }
-static inline int32_t half_part(int64_t a) { return (int32_t)((a + (INT64_C(1) << 30)) >> 31); }
+static inline int32_t NAME(int64_t a) { return (int32_t)((a + (INT64_C(1) << (BY - 1))) >> BY); }
 #endif
 """
+
+
+def _part(name: str, by: int) -> str:
+    return PART.replace("NAME", name).replace("BY - 1", str(by - 1)).replace("BY", str(by)).replace("REST", str(32 - by))
+
 
 SHIFTED = """\
 /* a 2^-by, to the nearest, 1 <= by <= 62 */
@@ -119,29 +110,40 @@ static reciprocal inverse_root(uint64_t t)
 LINE
     };
     const uint32_t upper = (uint32_t)(t >> 32), lower = (uint32_t)t;
-    const uint32_t first = upper ? upper : lower | 1u, next = upper ? lower : 0;
+    const uint32_t first = upper ? upper : lower + !lower, next = upper ? lower : 0;
     const int even = zeros_before(first) & ~1;
     const uint32_t v = first << even | next >> 1 >> (31 - even), near = line[(v >> 25) - 32];
     const uint32_t q = (near >> 16) - ((near & 0xffffu) * (v >> 9 & 0xffffu) >> 21);
     const int32_t rest = (int32_t)(UINT32_C(0x40000000) - high(v, q * q)), quarter = rest >> 2;
     const uint32_t step = UINT32_C(0x80000000) + (uint32_t)rest + ((uint32_t)(quarter * quarter) * 3u >> 28);
-    uint32_t over = high(q << 16, step);
+    uint32_t over = high(q << 16, step), root;
     over -= over >> 31;
-    return (reciprocal){ (int32_t)over, (int32_t)high(v, over << 1), (upper ? even : even + 32) / 2 };
+    root = high(v, over << 1 | 1u); /* 1: half of what is cut off */
+    root -= root >> 31;
+    return (reciprocal){ (int32_t)over, (int32_t)root, (upper ? even : even + 32) / 2 };
 }
+"""
+
+FRACTION = """\
 /* f / sqrt(t) 2^30, |f| <= sqrt(t) */
 static inline int32_t fraction(int32_t f, reciprocal r)
 {
     return half_part(product((int32_t)((uint32_t)f << (r.half - 1)), r.over));
 }
+"""
+
+RATIO = """\
 /* sqrt of what is before, of a smaller t, over sqrt(t) */
 static inline int32_t ratio(int32_t root, int half, reciprocal r)
 {
     return half_part(product(root >> (half - r.half), r.over));
 }
+"""
+
+WORD = """\
 static inline int32_t word(reciprocal r)
 {
-    return (r.root + (int32_t)((UINT32_C(1) << (r.half - 1)) >> 1)) >> (r.half - 1);
+    return (int32_t)(((uint32_t)r.root + ((UINT32_C(1) << (r.half - 1)) >> 1)) >> (r.half - 1));
 }
 """
 
@@ -168,7 +170,7 @@ static inline int32_t inverse(int32_t u)
 {
     const uint32_t d = UINT32_C(0x40000000) + (uint32_t)(u < 0 ? -u : u), r = quotient((d + 0x4000u) >> 15);
     const int64_t rest = (INT64_C(1) << 47) - (int64_t)((uint64_t)d * r);
-    return (int32_t)(r << 13) + (int32_t)(product((int32_t)r, (int32_t)(rest >> 4)) >> 30);
+    return (int32_t)(r << 13) + (int32_t)(product((int32_t)r, (int32_t)(rest >> 4)) >> 30) + 1; /* 1: what is left */
 }
 """
 
@@ -191,8 +193,10 @@ def line() -> str:
     return ",\n".join("        " + ", ".join(made[k:k + 8]) for k in range(0, 96, 8))
 
 
-ROUTINES = (("stopped", STOPPED), ("inverse", INVERSE), ("inverse_root", ROOT), ("zeros_before", ZEROS),
-            ("narrow", NARROW), ("shifted", SHIFTED), ("half_part", PART), ("twice_part", PART), ("part", PART), ("wide", WIDE),
+ROUTINES = (("stopped", STOPPED), ("inverse", INVERSE), ("word", WORD), ("ratio", RATIO), ("fraction", FRACTION),
+            ("inverse_root", ROOT), ("zeros_before", ZEROS),
+            ("narrow", NARROW), ("shifted", SHIFTED), ("half_part", _part("half_part", 31)), ("part", _part("part", 30)),
+            ("twice_part", _part("twice_part", 29)), ("wide", WIDE),
             ("high", HIGH), ("product", PRODUCT))
 
 
@@ -200,6 +204,6 @@ def routines(text: str) -> str:
     """Those that a text calls, and those that they call"""
     made = ""
     for name, routine in ROUTINES:
-        if re.search(rf"\b{name}\(", text + made) and routine not in made:
+        if re.search(rf"\b{name}\(", text + made):
             made = routine + "\n" + made
     return made.replace("LINE", line())

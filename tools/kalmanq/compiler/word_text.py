@@ -2,13 +2,15 @@
 
 from __future__ import annotations
 
+import re
 from dataclasses import dataclass, field
-from typing import Iterable, Union
+from typing import Iterable, Sequence, Union
 
 from kalmanq.compiler.word_formats import down
 
 Value = Union[None, int, str]  # 0, a constant word, a name
 Pair = tuple[Value, Value]
+CONSTANT, NAME = re.compile(r"\s*const \w+ (\w+) = "), re.compile(r"[A-Za-z_]\w*")
 PRODUCT, ROUNDED, ROOT, INVERSE, LOAD = 1, 2, 48, 16, 1  # instructions, near enough to compare texts
 COARSEST = 22  # bits that a small coefficient has at least
 
@@ -81,6 +83,18 @@ class Lines:
         text = self.products((v, round(c * 2.0**by)) for c, v in terms)
         return f"part({text})" if by == 30 else f"half_part({text})" if by == 31 else \
             f"(int32_t)(({text or 0} + (INT64_C(1) << {by - 1})) >> {by})"
+
+
+def living(lines: Sequence[str]) -> list[str]:
+    """Without the constants that no later line reads"""
+    kept: list[str] = []
+    needed: set[str] = set()
+    for line in reversed(lines):
+        made = CONSTANT.match(line)
+        if made is None or made[1] in needed:
+            needed |= set(NAME.findall(line.split(" = ", 1)[1] if made else line))
+            kept.append(line)
+    return kept[::-1]
 
 
 def _is_there(pair: Pair) -> bool:

@@ -12,22 +12,23 @@ from typing import Optional, Sequence
 
 import numpy as np
 
-from kalmanq.compiler import word_routines
 from kalmanq.compiler.enclosure import Settled
 from kalmanq.compiler.printing import indented
 from kalmanq.compiler.request import RUN, Request
-from kalmanq.compiler.word_factor import Entries, Factor, Key, keys
+from kalmanq.compiler.word_factor import Entries, Factor, Key
 from kalmanq.compiler.word_formats import BITS, formats, gap_of, largest_sigmas, ranged
 from kalmanq.compiler.word_mean import Mean
-from kalmanq.compiler.word_text import Lines, Value
+from kalmanq.compiler.word_readings import Readings
+from kalmanq.compiler.word_text import Lines, Value, living
 from kalmanq.errors import KalmanqError
 
 NEGLIGIBLE = 1e-12  # of a sigma: a gain by which an innovation of one sigma moves a state by less is 0
+GAIN_ERROR = 4e-6
 ALL_ORDERS = 4  # states, of which all orders are tried
 Place = tuple[str, str, str]
 
 
-class WordFilter:
+class WordFilter(Readings):
     type = "int32_t"
     covariance_type = "int64_t"
     arrays = ("x", "P")  # without padding
@@ -119,15 +120,15 @@ class WordFilter:
     # ---- what is done
 
     def predict_mean(self) -> list[str]:
-        lines, moved = self.mean.predict()
-        return [*lines, *self.mean.stops(moved)]
+        lines, moved = self.mean.predicted([False] * self.of.n)
+        return [*lines, *self.mean.stored(moved)]
 
     def predict_factor(self) -> list[str]:
         lines = Lines()
         after = self.factor.predict(lines, self.entries)
         beyond = self.factor.too_long(lines, after)
-        return [*lines.lines, f"if ({beyond}) {self.event('SIGMA_SATURATED')}", "else {",
-                *indented(self._stored(after)), "}"]
+        return living([*lines.lines, f"if ({beyond}) {self.event('SIGMA_SATURATED')}", "else {",
+                       *indented(self._stored(after)), "}"])
 
     def _stored(self, after: Entries) -> list[str]:
         return [f"{entry(key)} = {number_of(after.get(key))};" for key in self.live if after.get(key) != entry(key)]
@@ -138,22 +139,24 @@ class WordFilter:
         after, b, last = self.factor.update(lines, self.entries, j)
         if last is None:
             return []
-        shift = f.row[j] + f.z[j] + 32 - f.weighed[j]
-        made = [f"const int32_t y = {self.mean.innovation(j)};", *lines.lines,
-                f"const int64_t weighed = shifted(product(y, {last}.over), {shift} - {last}.half);",
-                "const int32_t v = narrow(weighed);"]
-        writes = [f"if (v != weighed) {self.event('MEAN_SATURATED')}"]
+        more, shift = f.more[j], f.wide[j] + f.row[j] - f.weighed[j] - f.more[j]
+        made = [f"const int64_t y = {self.mean.wide_innovation(j)};", *lines.lines,
+                f"const int64_t weighed = shifted(wide({last}.over, y), {shift} - {last}.half);",
+                f"const int32_t v = narrow(weighed{f' >> {more}' if more else ''});"]
+        made += [f"const int32_t rest = (int32_t)(weighed & {(1 << more) - 1});"] if more else []
+        writes = [f"if (v != {f'weighed >> {more}' if more else 'weighed'}) {self.event('MEAN_SATURATED')}"]
         writes += self._nis(j, "v", f"word({last})")
         moved = [(self.factor.order[i], one) for i, one in enumerate(b) if one is not None]
         for i, one in sorted(moved):
             by = f.weighed[j] + BITS - f.exponent[i] - f.x[i]
-            text = f"product({one}, v)"
+            text = f"product({one}, v)" + (f" + (product({one}, rest) >> {more})" if more else "")
             writes.append(f"x{i} += {f'shifted({text}, {by})' if by else text};")
-        writes += [*self.mean.stops(i for i, _ in sorted(moved)), *self._stored(after)]
+        writes += [*self.mean.stops(sorted(i for i, _ in moved)), *self._stored(after)]
         if self.given.options.gate is None:
-            return [*made, *writes]
+            return living([*made, *writes])
         most = self._gate(j)
-        return [*made, f"if ((v >= -{most} && v <= {most}) || f->rejected[{j}] >= {RUN}) {{",
+        passes = f"(v >= -{most} && v <= {most}) || f->rejected[{j}] >= {RUN}"
+        return [*living([*made, *writes])[:-len(writes)], f"if ({passes}) {{",
                 *indented([*writes, f"f->rejected[{j}] = 0;"]), "} else {",
                 *indented([f"f->rejected[{j}]++;", self.event("GATED"), f"taken &= ~{1 << j}u;"]), "}"]
 
@@ -161,11 +164,16 @@ class WordFilter:
         assert self.given.options.gate is not None
         return min(round(math.ldexp(self.given.options.gate, self.formats.weighed[j])), 2**31 - 2)
 
+    @property
+    def nis_fraction(self) -> int:
+        """Of the coarsest; m squares of 62 bits fit"""
+        return 2 * min(self.formats.weighed) - (self.of.m - 1).bit_length()
+
     def _nis(self, j: int, v: str, sigma: str) -> list[str]:
         """Squares at the fraction of the coarsest"""
         if not self.given.options.nis:
             return []
-        by = 2 * (self.formats.weighed[j] - min(self.formats.weighed))
+        by = 2 * self.formats.weighed[j] - self.nis_fraction
         square = f"product({v}, {v})"
         return [f"f->nis += {f'{square} >> {by}' if by else square};", f"f->s[{j}] = {sigma};"]
 
@@ -178,11 +186,17 @@ class WordFilter:
         moved = np.abs(gain) * np.sqrt(self.steady.variances.astype(float)) / sigma[:, None]
         return np.where(moved < NEGLIGIBLE, 0, gain)
 
+    @property
+    def resolution(self) -> np.ndarray:
+        """What a gain may be off by: an innovation of one sigma moves the state by as much less than its own"""
+        sigma = np.sqrt(np.diag(self.steady.filtered).astype(float))
+        return GAIN_ERROR * np.outer(sigma, 1 / np.sqrt(self.steady.variances.astype(float)))
+
     def settled(self, predicts: bool, then: Sequence[str]) -> list[str]:
         """The mean by the constant gain, from z0, z1, ..., and `then`"""
-        lines, moved = self.mean.predict() if predicts else ([], [])
-        lines += [f"const int32_t y{j} = {self.mean.innovation(j)};" for j in range(self.of.m)]
-        corrections, which = self.mean.corrected(self.gain, [f"y{j}" for j in range(self.of.m)])
+        lines, x = self.mean.predicted(np.any(self.of.H != 0, axis=0)) if predicts else ([], {})
+        lines += [f"const int32_t y{j} = {self.mean.innovation(j, x)};" for j in range(self.of.m)]
+        x = {i: x.get(i, f"x{i}") + self.mean.corrected(i, self.gain[i], self.resolution[i]) for i in range(self.of.n)}
         options = self.given.options
         writes = ["f->nis = 0;"] if options.nis else []
         if options.nis or options.gate is not None:
@@ -190,9 +204,9 @@ class WordFilter:
             for j in range(self.of.m):
                 sigma = math.sqrt(float(self.steady.variances[j]))
                 writes += self._nis(j, f"v{j}", str(round(math.ldexp(sigma, BITS - self.formats.row[j]))))
-        writes += [*corrections, *self.mean.stops(sorted({*moved, *which})), *then]
+        writes += [*self.mean.stored({i: text for i, text in x.items() if text != f"x{i}"}), *then]
         if options.gate is None:
-            return [*lines, *writes]
+            return living([*lines, *writes])
         passes = " && ".join(f"v{j} >= -{self._gate(j)} && v{j} <= {self._gate(j)}" for j in range(self.of.m))
         return [*lines, f"if ({passes}) {{", *indented(writes), "}"]
 
@@ -205,103 +219,9 @@ class WordFilter:
             for k in range(j + 1):
                 c = lower[j, k] / sigma
                 if abs(c) > NEGLIGIBLE / sigma:
-                    text += self.mean.scaled(c, f"y{k}", f.weighed[j] - f.z[k])
+                    text += f" + (int64_t){self.mean.narrowed(c, f'y{k}', f.weighed[j] - f.y[k])}"
             lines.append(f"const int32_t v{j} = narrow({text.removeprefix(' + ')});")
         return lines
-
-    # ---- what is given and read
-
-    def accepts(self, j: int) -> str:
-        """C: is z[j] within its range?  INT32_MIN is not."""
-        most = self.formats.z_most[j]
-        return f"(uint32_t)z[{j}] + {most}u <= {2 * most}u"
-
-    def most_control(self, k: int) -> str:
-        return str(self.formats.u_most[k])
-
-    def mixed(self, j: int) -> str:
-        mixing, text = self.given.mixing, f"z[{j}]"
-        for k in range(j):
-            if self.given.together[j] >> k & 1 and mixing[j, k]:
-                more = self.mean.scaled(float(mixing[j, k]), f"z[{k}]", self.formats.z[j] - self.formats.z[k])
-                text += f" + (int32_t){more.removeprefix(' + ')}"
-        return text
-
-    def fraction(self, which: str, k: int) -> int:
-        return {"states": self.formats.read, "measurements": self.formats.z, "controls": self.formats.u}[which][k]
-
-    def sigma_fraction(self, i: int) -> int:
-        return BITS - self.formats.exponent[i]
-
-    def points(self) -> list[str]:
-        """The header's fractions"""
-        given, upper = self.given, self.given.upper
-        rows = [(name, "states", i) for i, name in enumerate(given.states)]
-        rows += [(f"z_{name}", "measurements", j) for j, name in enumerate(given.measurements)]
-        rows += [(f"u_{name}", "controls", k) for k, name in enumerate(given.controls)]
-        lines = [f"{upper}_{name.upper()}_FRACTION = {self.fraction(which, k)}" for name, which, k in rows]
-        lines += [f"{upper}_SIGMA_{name.upper()}_FRACTION = {self.sigma_fraction(i)}"
-                  for i, name in enumerate(given.states)]
-        if given.options.nis:
-            lines += [f"{upper}_NIS_FRACTION = {2 * min(self.formats.weighed)}"]
-            lines += [f"{upper}_S_{name.upper()}_FRACTION = {BITS - self.formats.row[j]}"
-                      for j, name in enumerate(given.measurements)]
-        return ["/* value = raw value 2^-FRACTION; a covariance has the sum of two fractions of sigmas */", "enum {",
-                *indented([f"{one}," for one in lines[:-1]] + lines[-1:]), "};", ""]
-
-    def mean_text(self, i: int) -> str:
-        f = self.formats
-        by = f.x[i] - f.read[i]
-        if by <= 0:
-            return f"(int32_t)(f->x[{i}] * (INT64_C(1) << {-by}))"
-        return f"(int32_t)((f->x[{i}] + (INT64_C(1) << {by - 1})) >> {by})"
-
-    def covariance(self) -> list[str]:
-        """A loop over the columns of S"""
-        n, slots = self.of.n, {key: slot for slot, key in enumerate(self.live)}
-        place = [slots.get(key, 255) for key in keys(n)]
-        row = [self.factor.order.index(i) for i in range(n)]
-        lines, a, b, at = [], "i", "j", "P[{}]"
-        if row != list(range(n)):
-            lines.append(f"static const uint8_t row[{n}] = {{{', '.join(map(str, row))}}}; /* of a state, in S */")
-            lines.append("const int a = row[i], b = row[j];")
-            a, b = "a", "b"
-        if place != list(range(len(place))):
-            lines.append(f"static const uint8_t place[{len(place)}] = {{{', '.join(map(str, place))}}}; /* 255: 0 */")
-            at = "(place[{0}] < 255 ? P[place[{0}]] : 0)"
-        column = "k * (k + 1) / 2"
-        return [*lines, "int64_t sum = 0;", f"for (int k = {a} > {b} ? {a} : {b}; k < {n}; k++)",
-                f"    sum += product({at.format(f'{column} + {a}')}, {at.format(f'{column} + {b}')});", "return sum;"]
-
-    def functions(self) -> list[str]:
-        return []
-
-    def routines(self, text: str) -> str:
-        return word_routines.routines(text) + "\n"
-
-    # ---- for a program on the host, and for a test
-
-    def raw(self, which: str, k: int, value: float) -> int:
-        """Of a value; a measurement that is beyond its word is missing."""
-        word = math.floor(math.ldexp(value, self.fraction(which, k)) + 0.5) if math.isfinite(value) else 2**31
-        is_there = abs(word) < 2**31
-        return word if is_there else -2**31 if which == "measurements" or value < 0 else 2**31 - 1
-
-    def literal(self, value: float) -> str:
-        return str(int(value)) if value > -2**31 else "INT32_MIN"
-
-    def from_double(self, which: str, k: int, text: str) -> str:
-        f = self.fraction(which, k)
-        beyond = "INT32_MIN" if which == "measurements" else f"({text} < 0 ? INT32_MIN : INT32_MAX)"
-        return f"fabs({text}) < ldexp(0x7fffffff, {-f}) ? (int32_t)floor(ldexp({text}, {f}) + 0.5) : {beyond}"
-
-    def mean_double(self, i: int) -> str:
-        return f"ldexp((double)f.x[{i}], {-self.formats.x[i]})"
-
-    def covariance_double(self, i: str, j: str) -> str:
-        points = ", ".join(str(self.sigma_fraction(k)) for k in range(self.of.n))
-        sum_ = " - ".join(f"((const int[]){{{points}}})[{one}]" for one in (i, j))
-        return f"ldexp((double){self.given.name}_covariance(&f, {i}, {j}), -{sum_})"
 
 
 def entry(key: Key) -> str:

@@ -8,17 +8,23 @@ for those and for others.  A measure that has no row there is not estimated.
 from __future__ import annotations
 
 import csv
+import re
+from collections import Counter
 from dataclasses import dataclass
 from functools import lru_cache
 from importlib import resources
 from typing import Mapping, Optional
 
-from kalmanq.compiler.proven.operations import KINDS, operations
+from kalmanq.compiler.operations import KINDS, counted, table_of
 from kalmanq.compiler.proven.plan import Plan
 from kalmanq.compiler.proven.text import code
 
 MEASURES = ("two_calls", "step_settled", "flash")
 NOT_ESTIMATED = "not estimated"
+FUNCTION = re.compile(r"^(?:NEVER_INLINE )?(?:static )?void (\w+)\([^\n]*\)\n\{\n(.*?)^\}", re.S | re.M)
+SETTLED = re.compile(r"^    if \(rows >= \d+\) \{ /\* settled \*/\n(.*?)\n    \}\n", re.S | re.M)
+ROUTINES = ("product", "wide", "inverse")
+INLINED = 10  # calls of wide(): of more, gcc -Os makes a function
 
 
 @dataclass(frozen=True)
@@ -47,13 +53,29 @@ def operations_of(plan: Plan) -> dict[str, dict[str, int]]:
     return operations(code(plan), plan.name, plan.subject.words.is_fixed)
 
 
+def operations(text: str, name: str, is_fixed: bool) -> dict[str, dict[str, int]]:
+    """Of a row in two calls before it has settled, of a step after, of the whole file: how many of each kind"""
+    functions = {called.removeprefix(f"{name}_"): body for called, body in FUNCTION.findall(text)}
+    bodies = {called: SETTLED.sub("", body) for called, body in functions.items()}
+    apart = [found.group(1) for found in map(SETTLED.search, functions.values()) if found]
+    of = {called: counted(body, is_fixed) for called, body in bodies.items()}
+    whole = sum((counted(body, is_fixed) for body in apart), sum(of.values(), Counter()))
+    whole["functions"] = len(functions)
+    whole.update({f"has_{routine}": bool(re.search(rf"\b{routine}\(", text)) for routine in ROUTINES})
+    made = {"two_calls": of.get("predict", Counter()) + of.get("update", Counter()),
+            "step_settled": of["step"], "flash": whole}
+    for one in made.values():
+        one["called_wide"] = one["wide"] * (whole["wide"] > INLINED)
+    return {measure: table_of(one) for measure, one in made.items()}
+
+
 @lru_cache(maxsize=None)
 def factors() -> Mapping[tuple[str, str, str, str], Factors]:
     """By core, arithmetic, level and measure"""
     text = resources.files("kalmanq.compiler.proven").joinpath("costs.csv").read_text(encoding="utf-8")
     rows = csv.DictReader(line for line in text.splitlines() if not line.startswith("#"))
     return {(row["core"], row["arithmetic"], row["level"], row["measure"]):
-            Factors({kind: float(row[kind]) for kind in KINDS if row[kind]}, float(row["off"])) for row in rows}
+            Factors({kind: float(row[kind]) for kind in KINDS if row.get(kind)}, float(row["off"])) for row in rows}
 
 
 def estimates(plan: Plan) -> dict[tuple[str, str], Cost]:

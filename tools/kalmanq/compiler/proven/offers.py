@@ -1,24 +1,21 @@
-"""A model compiled, as one of the ways to run it: what it costs on a core and how exact it is, or why it is refused.
-For kalmanq design and report, which write no file of it."""
+"""The proven covariance form of a model: what it costs on a core and how exact it is, or why there is none."""
 
 from __future__ import annotations
 
 import decimal
-from dataclasses import asdict, dataclass, field
-from typing import Any, Mapping, Optional
+from dataclasses import dataclass, field
+from typing import Mapping, Optional
 
 from kalmanq.compiler import exact
 from kalmanq.compiler.proven.costs import Cost, estimates
 from kalmanq.compiler.proven.plan import Plan
-from kalmanq.compiler.proven.product import MARGIN, NotSearched, Product, Wanted, compiled, ram_of
-from kalmanq.compiler.proven.proof_file import no_less, warnings
+from kalmanq.compiler.proven.product import MARGIN, NotSearched, Product, Wanted, compiled
+from kalmanq.compiler.proven.proof_file import warnings
 from kalmanq.errors import KalmanqError
 from kalmanq.model import Model
 
 MOST = 30_000  # covariances that are searched: some seconds; counted, so that the answer is the same everywhere
 NOT_TRIED = "not tried"  # it may be refused
-COLUMNS = ("arithmetic", "form", "instructions in two calls", "of a settled step", "flash", "RAM", "mean, sigma",
-           "P, sigma_i sigma_j")
 
 
 @dataclass(frozen=True)
@@ -30,10 +27,6 @@ class Error:
     covariance: float
     rounding: float
     ends: Optional[float]
-
-    @property
-    def cells(self) -> list[str]:
-        return [f"{self.mean:.1e}", no_less(self.covariance)]
 
 
 @dataclass(frozen=True)
@@ -47,45 +40,15 @@ class Offer:
     error: Optional[Error] = None
     remark: str = ""
 
-    @property
-    def state(self) -> str:
-        """Its form, or that there is none"""
-        return self.plan.form.name if self.plan else NOT_TRIED if self.remark.startswith(NOT_TRIED) else "refused"
 
-    def cells(self, core: str) -> list[str]:
-        """Under COLUMNS"""
-        paid = self.costs[core].cells if core in self.costs else [""] * 3
-        known = self.error.cells if self.error else [""] * 2
-        return [self.arithmetic, self.state, *paid, str(ram_of(self.plan)) if self.plan else "", *known]
-
-    def told(self, core: str) -> dict[str, Any]:
-        """For machines"""
-        return {"form": self.state, **(asdict(self.costs[core]) if core in self.costs else {}),
-                **({"ram": ram_of(self.plan)} if self.plan else {}),
-                **(asdict(self.error) if self.error else {}), "remark": self.remark}
-
-
-def offers(model: Model, ranged: Optional[Model] = None) -> list[Offer]:
-    """ranged: the same with ranges that were chosen for it, which q31 takes"""
-    made = [_offer(model, "f32")]
-    chosen = ranged is not None and any(one.range is None for which in (model.measurements, model.controls)
-                                        for one in which)
-    if not chosen:
-        return [*made, _offer(model, "q31")]
-    assert ranged is not None
-    return [*made, _offer(ranged, "q31", "with the chosen ranges in the model file")]
-
-
-def _offer(model: Model, arithmetic: str, condition: str = "") -> Offer:
+def offer(model: Model, arithmetic: str) -> Offer:
     try:
         product = compiled(model, Wanted(arithmetic, "filter"), MOST)
     except NotSearched as problem:
-        said = f"{NOT_TRIED}: {problem}; run kalmanq compile"
-        return Offer(arithmetic, remark=f"{said} {condition}".rstrip())
+        return Offer(arithmetic, remark=f"{NOT_TRIED}: {problem}")
     except KalmanqError as problem:
         return Offer(arithmetic, remark=f"refused: {problem}")
-    remark = "; ".join(filter(None, (condition, *warnings(product))))
-    return Offer(arithmetic, product.plan, _costs(product.plan), _error(product), remark)
+    return Offer(arithmetic, product.plan, _costs(product.plan), _error(product), "; ".join(warnings(product)))
 
 
 def _error(product: Product) -> Error:

@@ -13,62 +13,81 @@ from collections import Counter
 from dataclasses import dataclass, field
 from typing import Iterator, Optional
 
-FUNCTION = re.compile(r"^(?:NEVER_INLINE )?(?:static )?void (\w+)\([^\n]*\)\n\{\n(.*?)^\}", re.S | re.M)
-SETTLED = re.compile(r"^    if \(rows >= \d+\) \{ /\* settled \*/\n(.*?)\n    \}\n", re.S | re.M)
-LINE = re.compile(r"^\s*(?:const (float|int32_t|int64_t) (\w+)|f->(\w+)) = (.*);$")
-COUNTERS = re.compile(r"\bf->(?:rows|missed|gap_refused|sample_refused)\b")
+LINE = re.compile(r"^\s*(?:(?:const )?(float|u?int32_t|u?int64_t|reciprocal) (\w+)|f->(\w+(?:\[\d+\])?)|(\w+)) (\+?)= (.*);$")
+CHECK = re.compile(r"^\s*if \(\(\(.* >> \d+\)", re.M)  # of a word's range
+COUNTERS = re.compile(r"\bf->(?:rows|missed|gap_refused|sample_refused|calls|gap|events|rejected)\b")
 REGISTERS = (5, 8, 12, 16, 26, 30)  # of cores, less what addresses take
 KINDS = (
     "calls", "functions", "loads", "wide_loads", "stores", "wide_stores", "constant_stores", "samples", "doors",
     "stops", "literals", "new_literals", "sums", "negations", "products", "fused", "divisions", "roots", "shifts",
     "constant_products", "powers", "accumulated", "wide_sums", "roundings", "wide", "called_wide", "whole",
-    "whole_wide", "highs", "high_shifts", "wide_shifts", "has_product", "has_wide", "has_inverse",
+    "whole_wide", "highs", "high_shifts", "wide_shifts", "has_product", "has_wide", "has_inverse", "selects", "controls",
+    "components", "settles", "tables", "parts", "shifted", "fractions", "words", "narrowed", "stopped", "checks",
+    "checked",
     *(f"spills{k}" for k in REGISTERS))
-ROUTINES = ("product", "wide", "inverse")
 ARGUMENTS = {"f", "z", "u"}  # which point to words
-INLINED = 10  # calls of wide(): of more, gcc -Os makes a function
+CALLED = {"part": "parts", "half_part": "parts", "twice_part": "parts", "shifted": "shifted", "fraction": "fractions",
+          "ratio": "fractions", "word": "words", "inverse_root": "roots", "narrow": "narrowed"}  # of the factor
+WIDE = ("shifted",)  # of those, what makes 64 bits
 SMALL = 256  # constants below are part of an instruction
 
 
-def operations(text: str, name: str, is_fixed: bool) -> dict[str, dict[str, int]]:
-    """Of a row in two calls before it has settled, of a step after, of the whole file: how many of each kind"""
-    functions = {called.removeprefix(f"{name}_"): body for called, body in FUNCTION.findall(text)}
-    bodies = {called: SETTLED.sub("", body) for called, body in functions.items()}
-    apart = [found.group(1) for found in map(SETTLED.search, functions.values()) if found]
-    counted = {called: _count(body, is_fixed) for called, body in bodies.items()}
-    whole = sum((_count(body, is_fixed) for body in apart), sum(counted.values(), Counter()))
-    whole["functions"] = len(functions)
-    whole.update({f"has_{routine}": bool(re.search(rf"\b{routine}\(", text)) for routine in ROUTINES})
-    made = {"two_calls": counted.get("predict", Counter()) + counted.get("update", Counter()),
-            "step_settled": counted["step"], "flash": whole}
-    for one in made.values():
-        one["called_wide"] = one["wide"] * (whole["wide"] > INLINED)
-    return {measure: {kind: int(one[kind]) if kind != "calls" else 1 for kind in KINDS}
-            for measure, one in made.items()}
-
-
-def _count(body: str, is_fixed: bool) -> Counter[str]:
+def counted(body: str, is_fixed: bool) -> Counter[str]:
+    """Of a function's body, each line of it once"""
     counting = Counting(is_fixed)
     for line in body.splitlines():
         found = LINE.match(re.sub(r"/\*.*?\*/", "", line).rstrip())
-        if found and not COUNTERS.search(line):
-            counting.line(*found.groups())
-    made = counting.made
-    made["doors"] = len(re.findall(r"z\[\d+\] [<>]=? ", body))
+        if found and "= stopped(" in line:
+            counting.made["stopped"] += 1
+        elif found and not COUNTERS.search(line):
+            *places, adds, text = found.groups()
+            counting.line(*places, f"{places[-1]} + {text}" if adds else text)
+    made, checks = counting.made, CHECK.findall(body)
+    made.update(checks=len(checks), checked="".join(checks).count("product("))
+    made["doors"] = len(re.findall(r"z\[\d+\] (?:[<>]=? |\+ \d+u <= )", body))
     made.update({f"spills{registers}": counting.spills(registers) for registers in REGISTERS})
     return made
+
+
+def table_of(made: Counter[str]) -> dict[str, int]:
+    return {kind: int(made[kind]) if kind != "calls" else 1 for kind in KINDS}
 
 
 def _tree(text: str) -> ast.expr:
     """C's expressions are Python's but for casts, f's fields and the ends of numbers"""
     text = re.sub(r"\b(\d+(?:\.\d+)?(?:e[+-]?\d+)?)f\b", r"\1", text)
-    text = text.replace("(int32_t)(", "narrow(")
-    return ast.parse(re.sub(r"\((?:u?int32_t|float)\)", "", text).replace("f->", "f_").strip(), mode="eval").body
+    text = re.sub(r"f->(\w+)\[(\d+)\]", r"f_\1_\2", text.replace("(int32_t)(", "cast("))
+    text = re.sub(r"\((?:u?int(?:32|64)_t|float)\)", "", text).replace("INT64_C(1) << ", "1 << ")
+    text = re.sub(r"\br(\d+)\.(\w+)", r"r\1_\2", text).replace("f->", "f_").strip()
+    return ast.parse(_selects(text), mode="eval").body
+
+
+def _selects(text: str) -> str:
+    """a ? b : c as select(a, b, c), the last one first"""
+    while "?" in text:
+        at = text.rindex("?")
+        begin, end = _end(text, at, -1, "?:,"), _end(text, at, 1, ",")
+        colon = _end(text, at + 1, 1, ":")
+        text = f"{text[:begin + 1]}select({text[begin + 1:at]}, {text[at + 1:colon]}, {text[colon + 1:end]}){text[end:]}"
+    return text
+
+
+def _end(text: str, at: int, step: int, marks: str) -> int:
+    """Where the brackets around this place end, or one of the marks is, on one side of it"""
+    deep, at = 0, at + step
+    while 0 <= at < len(text):
+        letter = text[at]
+        deep += step * ((letter == "(") - (letter == ")"))
+        if deep < 0 or not deep and letter in marks:
+            return at
+        at += step
+    return at
 
 
 @dataclass
 class Counting:
-    """Line after line of a function.  lines: the name of each and the names that it reads; wide: names of 64 bits"""
+    """Line after line of a function.  lines: the name of each and the names that it reads; wide: names of 64 bits; now:
+    of a name that is written again or is another's copy, the value that it is"""
 
     is_fixed: bool
     made: Counter[str] = field(default_factory=Counter)
@@ -76,9 +95,20 @@ class Counting:
     loaded: set[str] = field(default_factory=set)
     constants: set[float] = field(default_factory=set)
     lines: list[tuple[Optional[str], list[str]]] = field(default_factory=list)
+    now: dict[str, str] = field(default_factory=dict)
 
-    def line(self, type_: Optional[str], name: Optional[str], stored: Optional[str], text: str) -> None:
-        tree, of_64 = _tree(text), type_ == "int64_t"
+    def line(self, type_: Optional[str], name: Optional[str], stored: Optional[str], again: Optional[str],
+             text: str) -> None:
+        tree, of_64 = _tree(text), type_ in ("int64_t", "uint64_t")
+        for one in ast.walk(tree):
+            if isinstance(one, ast.Name):
+                one.id = self.now.get(one.id, one.id)
+        if isinstance(tree, ast.Name) and not tree.id.startswith("f_") and (again or (name or "").startswith("new_")):
+            self.now[again or name or ""] = tree.id
+            return
+        if again:
+            name = self.now[again] = f"{again}_{len(self.lines)}"
+            of_64 = again in self.wide
         if name and of_64:
             self.wide.add(name)
         if name and isinstance(tree, ast.Name) and tree.id.startswith("f_"):
@@ -118,7 +148,12 @@ class Counting:
             return self._value(tree.operand)
         if isinstance(tree, ast.Call):
             return self._call(tree)
+        if isinstance(tree, ast.Compare):
+            self._value(tree.left)
+            return self._value(tree.comparators[0])
         assert isinstance(tree, ast.BinOp)
+        if isinstance(tree.op, ast.LShift):
+            return True
         if isinstance(tree.op, ast.RShift):
             return self._shift(tree)
         return self._fixed(tree) if self.is_fixed else self._floating(tree)
@@ -134,8 +169,19 @@ class Counting:
         return not self.is_fixed or abs(value) >= SMALL
 
     def _call(self, tree: ast.Call) -> bool:
-        called, (first, *_) = tree.func.id, tree.args  # type: ignore[attr-defined]
-        if called in ("narrow", "sqrtf"):
+        called, (first, *rest) = tree.func.id, tree.args  # type: ignore[attr-defined]
+        if called == "select":
+            self.made["selects"] += 1
+            self._value(first)
+            return any([self._value(one) for one in rest])
+        if called == "control":
+            self.made["controls"] += 1
+            return False
+        if called in CALLED:
+            self.made[CALLED[called]] += 1
+            self._value(first)
+            return called in WIDE
+        if called in ("cast", "sqrtf"):
             self.made["roots"] += called == "sqrtf"
             self._value(first)
             return False
@@ -164,7 +210,7 @@ class Counting:
             self._literal(factor.value)
 
     def _shift(self, tree: ast.BinOp) -> bool:
-        by = tree.right.value  # type: ignore[attr-defined]
+        by = tree.right.value if isinstance(tree.right, ast.Constant) else 0
         if not self._value(tree.left):
             self.made["shifts"] += 1
             return False
@@ -175,7 +221,7 @@ class Counting:
         left, right = self._value(tree.left), self._value(tree.right)
         is_wide, sides = left or right, (tree.left, tree.right)
         if isinstance(tree.op, ast.Mult):
-            by = tree.left.value  # type: ignore[attr-defined]
+            by = tree.left.value if isinstance(tree.left, ast.Constant) else 1
             self.made["whole" if not is_wide else "whole_wide" if by & (by - 1) else "wide_shifts"] += 1
         elif not is_wide:
             self.made["sums"] += 1
@@ -234,7 +280,8 @@ class Counting:
 
 def _is_constant(tree: ast.expr) -> bool:
     return isinstance(tree, ast.Constant) or isinstance(tree, ast.Call) and \
-        tree.func.id == "INT64_C"  # type: ignore[attr-defined]
+        tree.func.id in ("INT64_C", "UINT64_C") or \
+        isinstance(tree, ast.BinOp) and isinstance(tree.op, ast.LShift)  # type: ignore[attr-defined]
 
 
 def _is_product(tree: ast.expr) -> bool:

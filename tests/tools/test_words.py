@@ -1,0 +1,155 @@
+"""Compiled filters in q31: beside long double, with no undefined behaviour, whatever words they are given."""
+
+from __future__ import annotations
+
+import subprocess
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import products
+from kalmanq import Model, Quantity
+from kalmanq.compiler import record
+from kalmanq.compiler.host import Host
+from kalmanq.compiler.product import Product, compiled
+from kalmanq.compiler.request import Options
+from kalmanq.compiler.word_routines import routines
+
+TRAPS = ("-fsanitize=undefined", "-fsanitize-undefined-trap-on-error")
+STRICT = ("-std=c11", "-Wall", "-Wextra", "-Wpedantic", "-Wconversion", "-Wshadow", "-Werror")
+MEAN, COVARIANCE = 2e-4, 1e-4  # sigma, sigma_i sigma_j: of these products at most 1.6e-4 and 5.3e-5
+
+
+def companion() -> Model:
+    """A row of A with sum |A_ik| of 8.6"""
+    A = np.zeros((4, 4))
+    A[0], A[1:, :3] = -np.poly([0.95, 0.9, 0.8, 0.5])[1:], np.eye(3)
+    return Model(A, [1, 0, 0, 0], 0.5, [1, 0, 0, 0], P0=[10] * 4, name="companion",
+                 states=[Quantity(f"x{i}", "", 1000) for i in range(4)], measurements=[Quantity("z", "", 1000)])
+
+
+def fixed_bias() -> Model:
+    """A bias that nothing moves: never settled"""
+    return Model([[1, 0.1], [0, 1]], [1, 0], 0.04, [1e-4, 0], P0=[1, 0.25], name="fixed_bias",
+                 states=[Quantity("place", "", 100), Quantity("bias", "", 5)], measurements=[Quantity("z", "", 100)])
+
+
+def compiled_words(model: Model, **options: object) -> Product:
+    return compiled(model, model.name, Options(arithmetic="q31", **options))  # type: ignore[arg-type]
+
+
+def in_words(product: Product, given: record.Record) -> record.Record:
+    """What the filter is given of it, rounded to words"""
+    a = product.arithmetic
+
+    def rounded(which: str, values: np.ndarray) -> np.ndarray:
+        words = [[np.ldexp(a.raw(which, k, value), -a.fraction(which, k)) for k, value in enumerate(row)] for row in values]
+        return np.array(words).reshape(values.shape)
+    return replace(given, z=rounded("measurements", given.z), u=rounded("controls", given.u))
+
+
+@pytest.mark.parametrize("make", [products.fridge, products.battery, products.gps, products.motor, products.heart,
+                                  companion, fixed_bias], ids=lambda one: one.__name__)
+def test_is_near_long_double(make):
+    """Gaps, samples in part, second updates"""
+    product = compiled_words(make())
+    with Host(product, TRAPS) as host:
+        for seed in (1, 2, 3):
+            drawn = in_words(product, record.drawn(product.given, 1000, seed))
+            made = record.accuracy(product.given, drawn, host.run(drawn.z, drawn.u, drawn.present, drawn.what))
+            assert made.mean < (MEAN if make is not companion else 4e-4) and made.covariance < COVARIANCE
+            assert made.events == 0
+
+
+def test_a_long_gap_holds_sigma_and_says_so():
+    product = compiled_words(products.ultrasound())
+    rows = 3000
+    what = np.ones(rows, np.uint8)
+    with Host(product, TRAPS) as host:
+        ran = host.run(np.zeros((rows, 1)), None, np.zeros(rows), what)
+    bit = 1 << next(k for k, line in enumerate(product.header[product.header.index("REFUSED"):].splitlines())
+                    if "SIGMA_SATURATED" in line)
+    assert not ran.events[10] and ran.events[-1] & bit
+    assert np.all(np.diff(ran.covariance[:, 0, 0]) >= -1e-6 * ran.covariance[:-1, 0, 0])
+    assert np.all(np.isfinite(ran.covariance))
+
+
+ANY_WORDS = """\
+#include "{name}.h"
+
+static uint32_t random(void)
+{{
+    static uint64_t s = 88172645463325252u;
+    s ^= s << 13;
+    s ^= s >> 7;
+    s ^= s << 17;
+    return (uint32_t)(s >> 16);
+}}
+
+int main(void)
+{{
+    static {name}_filter f;
+    {name}_start(&f);
+    for (long k = 0; k < 40000; k++) {{
+        int32_t z[{m}], u[{l} + 1];
+        for (int j = 0; j < {m}; j++) z[j] = (int32_t)random() / (1 << random() % 31);
+        for (int j = 0; j <= {l}; j++) u[j] = (int32_t)random() / (1 << random() % 31);
+        (void)u;
+        const unsigned kind = random() % 100;
+        if (kind < 60) {name}_step(&f{u}, z);
+        else if (kind < 80) {name}_predict(&f{u});
+        else {name}_update(&f, z);
+        volatile int64_t read = {name}_covariance(&f, 0, {n} - 1) + {name}_mean_{state}(&f);
+        (void)read;
+    }}
+    return 0;
+}}
+"""
+
+
+@pytest.mark.parametrize("make, options", [
+    (products.motor, {}), (products.press, {"nis": True}), (products.oven, {"gate": 3.0, "nis": True}),
+    (fixed_bias, {})], ids=lambda one: getattr(one, "__name__", ""))
+def test_no_words_are_undefined_behaviour(make, options, tmp_path: Path):
+    product = compiled_words(make(), **options)
+    given = product.given
+    text = ANY_WORDS.format(name=given.name, n=given.of.n, m=given.of.m, l=given.of.l, state=given.states[0],
+                            u=", u" if given.of.l else "")
+    for name, one in {**product.sources(), "main.c": text}.items():
+        (tmp_path / name).write_text(one)
+    command = ["cc", *STRICT, "-O1", *TRAPS, f"{given.name}.c", "main.c", "-o", "any"]
+    subprocess.run(command, cwd=tmp_path, check=True)
+    subprocess.run([str(tmp_path / "any")], check=True)
+
+
+ROOTS = """\
+#include <math.h>
+#include <stdint.h>
+{routines}
+int main(void)
+{{
+    uint64_t s = 88172645463325252u;
+    for (long k = 0; k < 300000; k++) {{
+        s ^= s << 13;
+        s ^= s >> 7;
+        s ^= s << 17;
+        const uint64_t t = k < 100000 ? (uint64_t)k + 1 : (s >> 2 >> k % 62) + 1;
+        if (t >> 62) continue;
+        const reciprocal r = inverse_root(t);
+        const long double over = ldexpl(r.over, r.half - 62) * sqrtl((long double)t);
+        const long double root = ldexpl(r.root, 1 - r.half) / sqrtl((long double)t);
+        const int32_t u = (int32_t)(s % (UINT64_C(1) << 31)) - (1 << 30);
+        const long double one = ldexpl(inverse(u), -30) * (1 + fabsl(ldexpl(u, -30)));
+        if (r.half < 1 || fabsl(over - 1) > 0x1p-29 || fabsl(root - 1) > 0x1p-28 || fabsl(one - 1) > 0x1p-28) return 1;
+    }}
+    return inverse_root(0).half != 31;
+}}
+"""
+
+
+def test_roots_and_inverses(tmp_path: Path):
+    (tmp_path / "roots.c").write_text(ROOTS.format(routines=routines("inverse_root( inverse(")))
+    subprocess.run(["cc", "-std=c11", "-O1", *TRAPS, "roots.c", "-lm", "-o", "roots"], cwd=tmp_path, check=True)
+    subprocess.run([str(tmp_path / "roots")], check=True)

@@ -1,0 +1,140 @@
+"""A model compiled, as one of the ways to run it: what it costs on a core, how exact it is, whether it settles.
+For kalmanq design and report, which write no file of it unless they are told to."""
+
+from __future__ import annotations
+
+from dataclasses import asdict, dataclass, field
+from typing import Any, Mapping, Optional, Sequence
+
+import numpy as np
+
+from kalmanq.compiler import report
+from kalmanq.compiler.costs import ARITHMETICS, SOFT_FLOAT, Cost, estimates
+from kalmanq.compiler.host import Host, NoCompiler
+from kalmanq.compiler.product import Product, compiled
+from kalmanq.compiler.proven import offers as proven
+from kalmanq.compiler.proven.product import ram_of
+from kalmanq.compiler.request import Options
+from kalmanq.compiler.simulation import CompiledFilter
+from kalmanq.core import lib
+from kalmanq.errors import KalmanqError
+from kalmanq.firmware import costs as library
+from kalmanq.firmware.designs import Designs, Trial, Way, errors_of
+from kalmanq.firmware.reach import Record
+from kalmanq.model import Model
+from kalmanq.run.filters import Filter
+
+WAY = "compiled"
+SAID = "C for this model alone, in straight lines: --out writes what kalmanq compile writes"
+SAVES = 0.85  # of a row that has not settled: the covariance form is shown where it costs less
+COLUMNS = ("arithmetic", "form", "two calls, not settled", "two calls, settled", "step, settled", "settled after",
+           "flash", "RAM", "stack", "mean, sigma", "P, sigma_i sigma_j")
+
+
+@dataclass(frozen=True)
+class Offer:
+    """costs: by core, at -O2; samples: full ones, after which it has settled; mean, covariance: the largest errors, in
+    sigma and in sigma_i sigma_j; product: of the factor; remark: a condition, or why there is none"""
+
+    arithmetic: str
+    form: str = "factor"
+    costs: Mapping[str, Cost] = field(default_factory=dict)
+    ram: Optional[int] = None
+    samples: Optional[int] = None
+    mean: Optional[float] = None
+    covariance: Optional[float] = None
+    product: Optional[Product] = None
+    remark: str = ""
+
+    def cells(self, core: str) -> list[str]:
+        """Under COLUMNS"""
+        cost = self.costs.get(core)
+        two, settled, step, flash, stack = [cost.cell(one) if cost else "" for one in
+                                            ("two_calls", "two_calls_settled", "step_settled", "flash", "stack")]
+        after = "" if self.ram is None else f"{self.samples} samples" if self.samples else "never"
+        errors = ["" if one is None else f"{one:.1e}" for one in (self.mean, self.covariance)]
+        return [self.arithmetic, self.form, two, settled, step, after, flash, "" if self.ram is None else str(self.ram),
+                stack, *errors]
+
+    def told(self, core: str) -> dict[str, Any]:
+        """For machines"""
+        return {"arithmetic": self.arithmetic, "form": self.form,
+                **(asdict(self.costs[core]) if core in self.costs else {}), "ram": self.ram, "samples": self.samples,
+                "mean": self.mean, "covariance": self.covariance, "remark": self.remark}
+
+
+def offers(model: Model, ranged: Optional[Model] = None, name: str = "filter") -> list[Offer]:
+    """ranged: the same with ranges that were chosen for it, which q31 takes"""
+    made: list[Offer] = []
+    for arithmetic in ARITHMETICS:
+        factor = _factor(ranged if ranged is not None and arithmetic == "q31" else model, arithmetic, name)
+        made += [factor, *_covariance(model, arithmetic, factor)]
+    return made
+
+
+def _factor(model: Model, arithmetic: str, name: str) -> Offer:
+    try:
+        product = compiled(model, name, Options(arithmetic))
+    except KalmanqError as problem:
+        return Offer(arithmetic, "refused", remark=f"refused: {problem}")
+    samples = product.steady.samples if product.steady else None
+    made = dict(arithmetic=arithmetic, costs=estimates(product), ram=product.ram, samples=samples, product=product)
+    try:
+        with Host(product) as host:
+            found = report.findings(product, host)
+    except NoCompiler as problem:
+        return Offer(**made, remark=f"not tried: {problem}")
+    return Offer(**made, mean=found.mean, covariance=found.covariance, remark="; ".join(report.warned(found)))
+
+
+def _covariance(model: Model, arithmetic: str, factor: Offer) -> list[Offer]:
+    """The proven form, on the cores where it saves enough; what it may be used for is said with it"""
+    found = proven.offer(model, arithmetic)
+    if not found.plan or not found.error or not factor.product:
+        return []
+    costs = {core: Cost(one.two_calls, None, one.step_settled, one.flash, None, one.off)
+             for core, one in found.costs.items() if _saves(one.two_calls, factor.costs.get(core))}
+    if not costs:
+        return []
+    gaps = f"gaps of at most {model.gaps.max_gap} samples with {model.gaps.min_run or 1} full ones between them" \
+        if model.gaps.max_gap else "no sample that is missing"
+    condition = f"kalmanq compile --form covariance allows {gaps}, and none in part"
+    return [Offer(arithmetic, "covariance", costs, ram_of(found.plan), found.plan.rows, found.error.mean,
+                  found.error.covariance, None, "; ".join(filter(None, (condition, found.remark))))]
+
+
+def _saves(two_calls: Optional[int], other: Optional[Cost]) -> bool:
+    return bool(two_calls and other and other.two_calls and two_calls < SAVES * other.two_calls)
+
+
+# ------------------------------------------------------------------------------ among the library's ways
+
+
+def add_ways(made: Designs, found: Sequence[Offer], records: Sequence[Record]) -> None:
+    """The factor beside the library's ways: its cost is of a row in two calls that has not settled."""
+    exact = [Filter(made.model, "f64").run(one.z, one.u) for one in records] if any(one.product for one in found) else []
+    for one in found:
+        cost = one.costs.get(made.part.core)
+        if one.product and cost and cost.two_calls and cost.flash is not None:
+            soft = SOFT_FLOAT.get(made.part.core, 0) if one.arithmetic == "f32" else 0
+            sums = library.Cost(cost.two_calls, cost.flash + soft, one.ram or 0, cost.stack or 0)
+            made.ways.append(Way(one.arithmetic, WAY, sums, made.part.holds(sums), _tried(one, records, exact)))
+
+
+def _tried(one: Offer, records: Sequence[Record], exact: Sequence[Any]) -> Trial:
+    """Its C on this machine, over the records"""
+    assert one.product
+    model = one.product.given.model
+    worst, squares, count, events = np.zeros(model.n), np.zeros(model.n), np.zeros(model.n), 0
+    try:
+        with CompiledFilter(model, one.arithmetic, one.product) as host:
+            for record, double in zip(records, exact):
+                host.restart()
+                error = errors_of(host.run(record.z, record.u), double)
+                worst = np.fmax(worst, np.nanmax(np.abs(error), axis=0, initial=0))
+                squares += np.nansum(error**2, axis=0)
+                count += np.sum(np.isfinite(error), axis=0)
+                events |= host.events
+    except KalmanqError as problem:
+        return Trial(one.arithmetic, worst, worst, refused=f"{WAY} in {one.arithmetic}: {problem}")
+    return Trial(one.arithmetic, worst, np.sqrt(squares / np.maximum(count, 1)), lib.KQ_EVENT_SATURATED if events else 0)

@@ -1,0 +1,104 @@
+"""A compiled filter that is run over data on this machine, as kalmanq.run's filters are: so a simulation is of the
+firmware.  Means and covariances are the C's; innovations, NIS and the likelihood are worked out of them in double."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import Any, Optional
+
+import numpy as np
+
+from kalmanq.compiler.host import Host, Ran
+from kalmanq.compiler.product import Product, compiled
+from kalmanq.compiler.request import Options
+from kalmanq.model import Model
+from kalmanq.run.results import Run
+
+NAME = "filter_of"
+
+
+class CompiledFilter:
+    """A context.  run(z, u) goes on where the one before ended; forecast(k) comes after all rows."""
+
+    def __init__(self, model: Model, arithmetic: str, product: Optional[Product] = None):
+        self.model, self.arithmetic = model, arithmetic
+        self.product = product or compiled(model, NAME, Options(arithmetic))
+        self.restart()
+
+    def restart(self) -> None:
+        of = self.product.given.of.doubles()
+        self.mean, self.covariance = np.array(of.x0), np.array(of.P0)
+        self.begins, self.left = True, np.zeros(self.model.l)  # the last row's control moves the state to the next
+        self.events, self.digest = 0, 0
+        self._ahead: list[Ahead] = []
+
+    def __enter__(self) -> CompiledFilter:
+        self.host = Host(self.product).__enter__()
+        return self
+
+    def __exit__(self, *given: object) -> None:
+        self.host.__exit__(*given)
+
+    @property
+    def sigma(self) -> np.ndarray:
+        return np.sqrt(np.diag(self.covariance).clip(0))
+
+    @property
+    def event_names(self) -> list[str]:
+        """As NAME.h calls them"""
+        names = self.product.events
+        return [name.lower().replace("_", " ") for bit, name in enumerate(names) if self.events >> bit & 1]
+
+    def run(self, z: np.ndarray, u: Optional[np.ndarray] = None, **_: Any) -> Run:
+        """u: row t moves the state from row t to row t + 1"""
+        ran = self._ran(z, u)
+        run = Run(self.model, self.arithmetic, ran.mean, np.sqrt(np.diagonal(ran.covariance, axis1=1, axis2=2).clip(0)),
+                  ran.covariance)
+        self._explain(run, np.asarray(z, float).reshape(len(ran.mean), -1), u, ran)
+        self.events |= int(np.bitwise_or.reduce(ran.events, initial=0))
+        if len(run):
+            self.begins, self.mean, self.covariance = False, ran.mean[-1], ran.covariance[-1]
+            self.left = self.left if u is None else np.array(u[-1], float)
+        return run
+
+    def _ran(self, z: np.ndarray, u: Optional[np.ndarray]) -> Ran:
+        controls = self._carried(u, len(z))
+        ran = self.host.run(z, controls, goes_on=not self.begins)
+        self.digest = ran.digest
+        return ran
+
+    def _carried(self, u: Optional[np.ndarray], rows: int) -> np.ndarray:
+        """Of the step that leads to each row"""
+        given = np.zeros((rows, self.model.l)) if u is None else np.asarray(u, float).reshape(rows, -1)
+        return np.vstack([self.left[None], given[:-1]]) if rows else given
+
+    def _explain(self, run: Run, z: np.ndarray, u: Optional[np.ndarray], ran: Ran) -> None:
+        model, of = self.model, self.product.given.of.doubles()
+        x = np.vstack([self.mean[None], ran.mean[:-1]]) @ of.A.T + self._carried(u, len(z)) @ of.B.T
+        P = of.A @ np.concatenate([self.covariance[None], ran.covariance[:-1]]) @ of.A.T + of.Q
+        if self.begins:
+            x[0], P[0] = self.mean, self.covariance
+        S = model.H @ P @ model.H.T + model.R
+        run.innovation, run.innovation_sigma = z - x @ model.H.T, np.sqrt(np.diagonal(S, axis1=1, axis2=2))
+        bits = ran.taken[:, None] >> np.arange(model.m) & 1
+        run.taken, run.nis = bits.sum(axis=1), np.full(len(z), np.nan)
+        run.log_likelihood = np.zeros(len(z))
+        for pattern in np.unique(ran.taken[ran.taken > 0]):
+            some, rows = np.flatnonzero(pattern >> np.arange(model.m) & 1), ran.taken == pattern
+            spread, e = S[np.ix_(np.flatnonzero(rows), some, some)], run.innovation[np.ix_(np.flatnonzero(rows), some)]
+            run.nis[rows] = np.einsum("ti,ti->t", e, np.linalg.solve(spread, e[:, :, None])[:, :, 0])
+            run.log_likelihood[rows] = -(run.nis[rows] + np.linalg.slogdet(spread)[1] + len(some) * np.log(2 * np.pi)) / 2
+
+    def forecast(self, steps: int) -> Ahead:
+        """So many rows ahead without measurements and controls.  No row can be run after it."""
+        while len(self._ahead) < steps:
+            self.left = np.zeros(self.model.l)
+            ran = self._ran(np.full((1, self.model.m), np.nan), None)
+            self.begins = False
+            self._ahead.append(Ahead(ran.mean[-1], ran.covariance[-1]))
+        return self._ahead[steps - 1]
+
+
+class Ahead:
+    def __init__(self, mean: np.ndarray, covariance: np.ndarray):
+        self.mean, self.covariance, self.sigma = mean, covariance, np.sqrt(np.diag(covariance).clip(0))

@@ -1,0 +1,117 @@
+"""q31: what its calls are given, what is read of it, and both for a program on the host."""
+
+from __future__ import annotations
+
+import math
+from typing import Sequence
+
+from kalmanq.compiler import word_routines
+from kalmanq.compiler.printing import indented
+from kalmanq.compiler.request import Request
+from kalmanq.compiler.word_factor import Factor, Key, keys
+from kalmanq.compiler.word_formats import BITS, Formats
+from kalmanq.compiler.word_mean import Mean
+
+
+class Readings:
+    """Of a filter in words, which has these"""
+
+    given: Request
+    formats: Formats
+    factor: Factor
+    mean: Mean
+    live: Sequence[Key]
+    nis_fraction: int
+
+    def accepts(self, j: int) -> str:
+        """C: is z[j] within its range?  INT32_MIN is not."""
+        most = self.formats.z_most[j]
+        return f"(uint32_t)z[{j}] + {most}u <= {2 * most}u"
+
+    def most_control(self, k: int) -> str:
+        return str(self.formats.u_most[k])
+
+    def mixed(self, j: int) -> str:
+        mixing, text = self.given.mixing, f"z[{j}]"
+        for k in range(j):
+            if self.given.together[j] >> k & 1 and mixing[j, k]:
+                more = self.mean.scaled(float(mixing[j, k]), f"z[{k}]", self.formats.z[j] - self.formats.z[k])
+                text = f"(int32_t)((uint32_t){text} + (uint32_t){more.removeprefix(' + ')})"
+        return text
+
+    def fraction(self, which: str, k: int) -> int:
+        return {"states": self.formats.read, "measurements": self.formats.z, "controls": self.formats.u}[which][k]
+
+    def sigma_fraction(self, i: int) -> int:
+        return BITS - self.formats.exponent[i]
+
+    def points(self) -> list[str]:
+        """The header's fractions"""
+        given, upper = self.given, self.given.upper
+        rows = [(name, "states", i) for i, name in enumerate(given.states)]
+        rows += [(f"z_{name}", "measurements", j) for j, name in enumerate(given.measurements)]
+        rows += [(f"u_{name}", "controls", k) for k, name in enumerate(given.controls)]
+        lines = [f"{upper}_{name.upper()}_FRACTION = {self.fraction(which, k)}" for name, which, k in rows]
+        lines += [f"{upper}_SIGMA_{name.upper()}_FRACTION = {self.sigma_fraction(i)}"
+                  for i, name in enumerate(given.states)]
+        if given.options.nis:
+            lines += [f"{upper}_NIS_FRACTION = {self.nis_fraction}"]
+            lines += [f"{upper}_S_{name.upper()}_FRACTION = {BITS - self.formats.row[j]}"
+                      for j, name in enumerate(given.measurements)]
+        return ["/* value = raw value 2^-FRACTION; a covariance has the sum of two fractions of sigmas */", "enum {",
+                *indented([f"{one}," for one in lines[:-1]] + lines[-1:]), "};", ""]
+
+    def mean_text(self, i: int) -> str:
+        f = self.formats
+        by = f.x[i] - f.read[i]
+        if by <= 0:
+            return f"(int32_t)(f->x[{i}] * (INT64_C(1) << {-by}))"
+        return f"(int32_t)((f->x[{i}] + (INT64_C(1) << {by - 1})) >> {by})"
+
+    def covariance(self) -> list[str]:
+        """A loop over the columns of S"""
+        n, slots = self.given.of.n, {key: slot for slot, key in enumerate(self.live)}
+        place = [slots.get(key, 255) for key in keys(n)]
+        row = [self.factor.order.index(i) for i in range(n)]
+        lines, a, b, at = [], "i", "j", "P[{}]"
+        if row != list(range(n)):
+            lines.append(f"static const uint8_t row[{n}] = {{{', '.join(map(str, row))}}}; /* of a state, in S */")
+            lines.append("const int a = row[i], b = row[j];")
+            a, b = "a", "b"
+        if place != list(range(len(place))):
+            lines.append(f"static const uint8_t place[{len(place)}] = {{{', '.join(map(str, place))}}}; /* 255: 0 */")
+            at = "(place[{0}] < 255 ? P[place[{0}]] : 0)"
+        column = "k * (k + 1) / 2"
+        return [*lines, "int64_t sum = 0;", f"for (int k = {a} > {b} ? {a} : {b}; k < {n}; k++)",
+                f"    sum += product({at.format(f'{column} + {a}')}, {at.format(f'{column} + {b}')});", "return sum;"]
+
+    def functions(self) -> list[str]:
+        return []
+
+    def routines(self, text: str) -> str:
+        stop = "\n".join(self.mean.stop(self.given.type)) if "stop(f)" in text else ""
+        return word_routines.routines(text + stop) + "\n" + stop + "\n"
+
+    # ---- for a program on the host, and for a test
+
+    def raw(self, which: str, k: int, value: float) -> int:
+        """Of a value; a measurement that is beyond its word is missing."""
+        word = math.floor(math.ldexp(value, self.fraction(which, k)) + 0.5) if math.isfinite(value) else 2**31
+        is_there = abs(word) < 2**31
+        return word if is_there else -2**31 if which == "measurements" or value < 0 else 2**31 - 1
+
+    def literal(self, value: float) -> str:
+        return str(int(value)) if value > -2**31 else "INT32_MIN"
+
+    def from_double(self, which: str, k: int, text: str) -> str:
+        f = self.fraction(which, k)
+        beyond = "INT32_MIN" if which == "measurements" else f"({text} < 0 ? INT32_MIN : INT32_MAX)"
+        return f"fabs({text}) < ldexp(0x7fffffff, {-f}) ? (int32_t)floor(ldexp({text}, {f}) + 0.5) : {beyond}"
+
+    def mean_double(self, i: int) -> str:
+        return f"ldexp((double)f.x[{i}], {-self.formats.x[i]})"
+
+    def covariance_double(self, i: str, j: str) -> str:
+        points = ", ".join(str(self.sigma_fraction(k)) for k in range(self.given.of.n))
+        sum_ = " - ".join(f"((const int[]){{{points}}})[{one}]" for one in (i, j))
+        return f"ldexp((double){self.given.name}_covariance(&f, {i}, {j}), -{sum_})"
