@@ -73,7 +73,7 @@ def test_there_are_24_products() -> None:
 @pytest.mark.parametrize("make", ALL)
 def test_every_product(make: Callable[[], Model], arithmetic: str, tmp_path: Path) -> None:
     seeds = (1, 2, 3) if make in (gps, tilt, rover) else (1,)
-    accurate(make(), arithmetic, 1500, seeds, tmp_path)
+    accurate(make(), arithmetic, 1000, seeds, tmp_path)
 
 
 @pytest.mark.parametrize("arithmetic", ARITHMETICS)
@@ -298,7 +298,7 @@ def test_settled_is_as_not_settled(make: Callable[[], Model], arithmetic: str, t
     assert pair.with_.is_settled == (m == 1 or make is rover)  # correlated ones are taken together
     pair.call("update", z)
     pair.settle()
-    if m > 1:
+    if m > 1 and make is not rover:
         pair.call("predict", u), pair.call("update", z, 1), left()
         pair.settle()
         pair.call("predict", u), pair.call("update", z, 1), pair.call("update", z, 2), left()  # in two parts
@@ -673,3 +673,14 @@ def test_refused_by_name(model: Callable[[], Model], options: Options, said: str
 
 def test_f64_takes_what_a_float_cannot_hold() -> None:
     assert compiled(tank().changed(R=1e-42), "x", Options("f64")).steady is not None
+
+
+@pytest.mark.skipif(not shutil.which("avr-gcc"), reason="no compiler for AVR")
+@pytest.mark.parametrize("arithmetic, said", [("f32", ""), ("f64", "use --arith f32")])
+def test_an_int_of_16_bits_counts_as_far(arithmetic: str, said: str, tmp_path: Path) -> None:
+    """76041 samples until it has settled; a double of 32 bits is refused."""
+    for name, text in compiled(tilt(), "flt", Options(arithmetic)).sources().items():
+        (tmp_path / name).write_text(text)
+    done = subprocess.run(["avr-gcc", "-mmcu=atmega2560", "-Os", *STRICT, "-c", str(tmp_path / "flt.c"), "-o",
+                           str(tmp_path / "flt.o")], capture_output=True, text=True)
+    assert said in done.stderr if said else done.returncode == 0, done.stderr

@@ -53,9 +53,10 @@ def compile_file(options: Options, console: Console) -> None:
         return
     if options.partial:
         raise KalmanqError("--partial: is an option of --form covariance; the factor takes samples in part always")
+    model = model_file.read(options.model)
     source = f"Model file {options.model.name}, SHA-256 {hashlib.sha256(options.model.read_bytes()).hexdigest()}"
     with console.status("compiling", spinner="line"):
-        product = compiled(model_file.read(options.model), name,
+        product = compiled(model, name,
                            Wanted(options.arithmetic, options.settle, options.nis, options.gate, options.student,
                                   options.tunable, options.lag, options.loops, _rates(options.every)), source)
         with Host(product) as host:

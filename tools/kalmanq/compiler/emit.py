@@ -19,6 +19,11 @@ NO_FAST_MATH = """\
 #error "two floats a state need ordinary arithmetic: compile without -ffast-math"
 #endif
 """
+SHORT_DOUBLE = """\
+#if defined __SIZEOF_DOUBLE__ && __SIZEOF_DOUBLE__ < 8
+#error "a double is no longer than a float here (AVR): use --arith f32"
+#endif
+"""
 
 
 class Arithmetic(Protocol):
@@ -70,7 +75,7 @@ class Text:
         parts = [self._leave(), self._start(), self._start_at(), self._control(), self._predict(), self._taken(),
                  self._update(), self._update_some(), self._step(), self._covariance(), self.a.functions()]
         body = "\n".join(line for part in parts for line in part)
-        words = NO_FAST_MATH if self.a.type != "int32_t" else ""
+        words = (NO_FAST_MATH if self.a.type != "int32_t" else "") + (SHORT_DOUBLE if self.a.type == "double" else "")
         return "\n".join([*comment(remarks), f'#include "{self.given.name}.h"', "", words + self.a.routines(body)
                           + self._constants() + body])
 
@@ -83,7 +88,7 @@ class Text:
         rest = ", ".join(str(one) for one in self._rests())
         size = max(len(self.a.live), 1)
         return "\n".join([
-            f"enum {{ SETTLED = {2 * self.a.steady.samples} }}; /* calls: {self.a.steady.samples} full samples */",
+            f"#define SETTLED UINT32_C({2 * self.a.steady.samples}) /* calls: {self.a.steady.samples} full samples */",
             f"static const {self.a.type} steady[2][{size}] = {{ /* updated, predicted */",
             f"    {{{', '.join(updated) or '0'}}},", f"    {{{', '.join(predicted) or '0'}}}}};",
             "/* Full samples until the gain is constant again, after 1, 2, ... missing ones */",
@@ -196,7 +201,7 @@ class Text:
 
     def _count_update(self) -> list[str]:
         return [f"if (taken != {self.given.all}u || !(f->calls & 1u)) f->calls = 0;",
-                "else if (f->gap) f->calls = SETTLED + 2u - 2u * after_gap[f->gap - 1];", "else f->calls++;", "f->gap = 0;"]
+                "else if (f->gap) f->calls = SETTLED + 2u - UINT32_C(2) * after_gap[f->gap - 1];", "else f->calls++;", "f->gap = 0;"]
 
     def _update(self) -> list[str]:
         given = self.given
