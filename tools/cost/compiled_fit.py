@@ -5,7 +5,7 @@
 
 tests/tools/compiled_plans.py has written FOLDER, with the operations of each filter, and compiled.py --csv what was
 measured of FOLDER/fit and of FOLDER/check.  Printed: how far off the sums are for those that were fitted, and for
-others, with the worst one's name, and for the models whose names begin with --of.  What is farther off than MOST_OFF has
+others, with the worst one's name, and for the models whose names begin with --of.  What is farther off than --most-off has
 no row: it is not estimated.  The stack's sum is raised until no filter that was measured has more.
 """
 
@@ -26,7 +26,6 @@ from scipy.optimize import nnls
 from outputs import csv_text, write
 
 DIGITS = 3
-MOST_OFF = 0.25
 STACK = "stack"
 MEASURES = ("two_calls", "two_calls_settled", "step_settled", "flash", STACK)
 ROOM = 16  # bytes that two stacks may differ by, which are next to none
@@ -97,6 +96,7 @@ class Off:
     checked: np.ndarray
     names: list[str]  # of the others
     prefix: str  # of names that are told apart
+    limit: float
 
     @property
     def most(self) -> float:
@@ -109,12 +109,12 @@ class Off:
                 f"checked, {100 * math.sqrt(np.mean(self.checked**2)):.1f} % rms, {100 * self.checked[worst]:+.1f} % "
                 f"at most ({self.names[worst]}); {len(apart)} {self.prefix}*: {100 * np.median(apart):.1f} % in the "
                 f"middle, {100 * max(apart):.1f} % at most" +
-                ("" if self.most <= MOST_OFF else ": not estimated"))
+                ("" if self.most <= self.limit else ": not estimated"))
 
 
 def main(folder: Path = typer.Argument(...), fitted: list[Path] = typer.Option(..., "--fit"),
          checked: list[Path] = typer.Option(..., "--check"), out: Path = typer.Option(..., "-o"),
-         prefix: str = typer.Option("m", "--of")) -> None:
+         prefix: str = typer.Option("m", "--of"), most_off: float = typer.Option(0.25, "--most-off")) -> None:
     told = told_of(folder)
     kinds = list(next(iter(told.values()))["flash"])
     table, others = [("core", "arithmetic", "level", "measure", "off", *kinds)], grouped(checked)
@@ -122,7 +122,7 @@ def main(folder: Path = typer.Argument(...), fitted: list[Path] = typer.Option(.
         for measure in MEASURES:
             if not those_with(rows, told, measure):
                 continue
-            row = row_of(rows, others[group], told, measure, kinds, f"{' '.join(group)} {measure}", prefix)
+            row = row_of(rows, others[group], told, measure, kinds, f"{' '.join(group)} {measure}", prefix, most_off)
             table += [(*group, measure, *row)] if row else []
     used = [k for k in range(len(table[0])) if k < 5 or any(row[k] for row in table[1:])]
     table = [tuple(row[k] for k in used) for row in table]
@@ -130,7 +130,7 @@ def main(folder: Path = typer.Argument(...), fitted: list[Path] = typer.Option(.
 
 
 def row_of(rows: list[Row], others: list[Row], told: Told, measure: str, kinds: list[str], title: str,
-           prefix: str) -> tuple[str, ...]:
+           prefix: str, most_off: float) -> tuple[str, ...]:
     """How far off, and the factors; nothing where that is too far"""
     (X, y), (X_others, y_others) = (table_of(some, told, measure, kinds) for some in (rows, others))
     if measure == STACK:
@@ -139,9 +139,9 @@ def row_of(rows: list[Row], others: list[Row], told: Told, measure: str, kinds: 
         return ("0", *told_of_factors(factor))
     factor = fit(X, y, kinds)
     off = Off(X @ factor / y - 1, X_others @ factor / y_others - 1,
-              [row["name"] for row in those_with(others, told, measure)], prefix)
+              [row["name"] for row in those_with(others, told, measure)], prefix, most_off)
     print(f"{title}: {off.told()}")
-    return (f"{off.most:.2f}", *told_of_factors(factor)) if off.most <= MOST_OFF else ()
+    return (f"{off.most:.2f}", *told_of_factors(factor)) if off.most <= most_off else ()
 
 
 def told_of_factors(factor: np.ndarray) -> list[str]:

@@ -12,6 +12,7 @@ from rich.console import Console
 
 from kalmanq.commands.messages import REFUSED, print_json
 from kalmanq.commands.options import ANY_MODEL, JSON, command_of, read_any
+from kalmanq.compiler import settling
 from kalmanq.data import tables
 from kalmanq.errors import KalmanqError
 from kalmanq.model import Model
@@ -30,7 +31,7 @@ def check(options: Options, console: Console) -> None:
     if options.data is not None and options.model.suffix != ".py":
         raise KalmanqError(f"{options.data}: a linear model is checked without data")
     model = read_any(options.model)
-    made = linear.findings(model) if isinstance(model, Model) else nonlinear.findings(model, _rows(options, model))
+    made = [*linear.findings(model), settling.finding(model)] if isinstance(model, Model) else nonlinear.findings(model, _rows(options, model))
     if options.json:
         print_json({one.subject: {"good": one.is_good, "said": one.said} for one in made})
     else:

@@ -205,7 +205,18 @@ def _tell(made: Designs, compiled: Sequence[Offer], chosen: Optional[Way], writt
             console.print(f"  warning: {warning}")
     if chosen:
         console.print(f"recommended: {chosen.arithmetic}, {chosen.way}: {ALL_WAYS[chosen.way]}")
+        for one in (one for one in compiled if chosen.way == COMPILED and one.product and
+                    one.arithmetic == chosen.arithmetic):
+            console.print(f"  {_settles(one, made.part.core)}")
     tell_written(written, console)
+
+
+def _settles(one: Offer, core: str) -> str:
+    cost = one.costs[core]
+    if not one.samples:
+        return f"{cost.two_calls} instructions in each row: its gain does not settle (kalmanq check says why)"
+    return f"{cost.two_calls} instructions a row until {one.samples} full samples are in, and after each gap until it has " \
+           f"settled again; {cost.cell('two_calls_settled')} then"
 
 
 def _tell_formats(made: Designs, console: Console) -> None:
@@ -235,11 +246,12 @@ def _tell_ways(made: Designs, chosen: Optional[Way], console: Console) -> None:
 
 
 def _tell_compiled(made: Designs, compiled: Sequence[Offer], console: Console) -> None:
-    shown = table(*COLUMNS, title="compiled for this model alone (kalmanq compile; bytes of its file and struct)")
+    shown = table(*COLUMNS, title="compiled for this model alone (kalmanq compile)")
     told = [one for one in compiled if one.form != "covariance" or made.part.core in one.costs]
     for one in told:
         shown.add_row(*one.cells(made.part.core))
     console.print(shown)
+    console.print(f"  {compiled_offers.EXPLAINED}")
     for one in told:
         unpaid = [] if not one.product or made.part.core in one.costs else ["its cost was not measured on this core"]
         for remark in filter(None, (one.remark, *unpaid)):

@@ -17,6 +17,7 @@ from rich.console import Console
 from kalmanq.commands.messages import print_json, table, tell_written
 from kalmanq.commands.options import (
     ANY_MODEL, ARITHMETIC, DATA, JSON, AnyModel, Arithmetic, choices, command_of, read_any)
+from kalmanq.compiler.simulation import CompiledFilter
 from kalmanq.core import names_of
 from kalmanq.data import tables
 from kalmanq.data.files import refuse_one_output, refuse_output
@@ -45,6 +46,7 @@ class Options:
     forecast: int = typer.Option(0, "--forecast", metavar="K", min=0, max=10_000, help="Rows ahead of the last one.")
     robust: Optional[choices("Loss", LOSSES)] = typer.Option(None, "--robust", help="For outliers (gate, huber, student) or jumps.")
     way: Optional[choices("Way", WAYS)] = typer.Option(None, "--as", help="Of f32 and q31: to the bit the C file that design writes in that way.")
+    compiled: bool = typer.Option(False, "--compiled", help="Through the C that kalmanq compile writes, on this machine.")
     method: Optional[choices("NonlinearMethod", METHODS)] = typer.Option(None, "--method", help="Of a nonlinear model; extended if left out.")
     iterate: Optional[int] = typer.Option(None, "--iterate", metavar="N", min=1, max=1000, help="Of iterated and posterior: linearise each update so often; 4 if left out.")
     passes: Optional[int] = typer.Option(None, "--passes", metavar="N", min=1, max=1000, help="Of a nonlinear model's --smooth: the most passes that linearise at smoothed states.")
@@ -62,7 +64,8 @@ def run_file(options: Options, console: Console) -> None:
 def _refuse(options: Options, model: AnyModel) -> None:
     if isinstance(model, NonlinearModel):
         for name, is_given in (("--lag", options.lag is not None), ("--forecast", options.forecast > 0),
-                               ("--robust", options.robust is not None), ("--as", options.way is not None)):
+                               ("--robust", options.robust is not None), ("--as", options.way is not None),
+                               ("--compiled", options.compiled)):
             if is_given:
                 raise KalmanqError(f"{name}: of a linear model (TOML), not of a nonlinear one")
         if options.iterate is not None and options.method not in ("iterated", "posterior"):
@@ -74,6 +77,11 @@ def _refuse(options: Options, model: AnyModel) -> None:
             if given is not None:
                 raise KalmanqError(f"{name}: of a nonlinear model (a Python file), not of a linear one")
         _refuse_way(options)
+    if options.compiled:
+        for name, is_given in (("--smooth", options.smooth), ("--lag", options.lag is not None),
+                               ("--robust", options.robust is not None), ("--as", options.way is not None)):
+            if is_given:
+                raise KalmanqError(f"--compiled and {name}: one of them")
     if options.smooth and options.lag is not None:
         raise KalmanqError("--smooth and --lag: one of them")
     if options.smooth and options.robust:
@@ -108,7 +116,7 @@ class _FileRun:
     def perform(self, console: Console) -> None:
         options, write = self.options, None
         with ExitStack() as stack:
-            made = self._smoothed(stack) if options.smooth and not self.is_nonlinear else self._filtered()
+            made = self._smoothed(stack) if options.smooth and not self.is_nonlinear else self._filtered(stack)
             for first, z, run in made:
                 if options.plot:
                     self.kept.append((z, run))
@@ -129,11 +137,13 @@ class _FileRun:
         """The filter at the last row"""
         return self.filter.last if isinstance(self.filter, NonlinearSmoother) else self.filter
 
-    def _filtered(self) -> Iterator[tuple[int, np.ndarray, Run]]:
+    def _filtered(self, stack: ExitStack) -> Iterator[tuple[int, np.ndarray, Run]]:
         """The first row's number, measurements, and what was made of them, in blocks"""
         options = self.options
         self.filter = _filter(options, self.model)
-        given = {} if self.is_nonlinear else {"robust": Robust(options.robust) if options.robust else None}
+        if options.compiled:
+            stack.enter_context(self.filter)
+        given = {} if self.is_nonlinear or options.compiled else {"robust": Robust(options.robust) if options.robust else None}
         for first, row, z, u in self._blocks():
             run = self._run(partial(self.filter.run, **given), z, u, row)
             if first == 0 and self.is_nonlinear and options.method not in BY_POINTS:
@@ -205,14 +215,19 @@ class _FileRun:
         picture = pictures.draw_run(whole, np.vstack([z for z, _ in self.kept]), band)
         pictures.save(picture, self.options.plot, [self.options.data, self.options.model])
 
+    def _event_names(self) -> list[str]:
+        return self.filter.event_names if self.options.compiled else names_of(self.events)
+
     def _told(self, ahead: list[Filter]) -> dict[str, Any]:
         told = {
             "model": self.model.name, "arithmetic": self.options.arithmetic, "way": self.options.way, "rows": self.rows,
             "taken": self.taken, "missing": self.missing, "log_likelihood": self.log_likelihood,
-            "nis_per_measurement": self.nis / self.taken if self.taken else None, "events": names_of(self.events),
+            "nis_per_measurement": self.nis / self.taken if self.taken else None, "events": self._event_names(),
             "states": [state.name for state in self.model.states], "mean": self.last.mean,
             "covariance": self.last.covariance,
             "forecast": [{"mean": f.mean, "covariance": f.covariance} for f in ahead]}
+        if self.options.compiled:
+            told.update(way="compiled", digest=f"{self.filter.digest:08x}")
         if self.is_nonlinear:
             told["method"] = self.filter.method
         if isinstance(self.filter, NonlinearSmoother) and self.filter.passes > 1:
@@ -224,7 +239,7 @@ class _FileRun:
         options, last, told = self.options, self.last, self._told(ahead)
         if options.json:
             return print_json(told)
-        arithmetic = ", ".join(filter(None, (options.arithmetic, told.get("method"), options.way)))
+        arithmetic = ", ".join(filter(None, (options.arithmetic, told.get("method"), told["way"])))
         made = table("state", "mean", "sigma", *(["in %d rows" % len(ahead), "sigma "] if ahead else []),
                      title=f"{self.model.name}: after {self.rows} rows, {arithmetic}")
         for i, state in enumerate(self.model.states):
@@ -238,8 +253,8 @@ class _FileRun:
             said = "settled" if told["is_settled"] else \
                 "not settled: take no more from them than from the first" if told["halvings"] else "not settled"
             console.print(f"{told['passes']} passes of the smoother, {said}")
-        if self.events:
-            console.print("events: " + ", ".join(names_of(self.events)))
+        if told["events"]:
+            console.print("events: " + ", ".join(told["events"]))
         tell_written((options.out, options.plot), console)
 
 
@@ -249,6 +264,8 @@ def _filter(options: Options, model: AnyModel) -> Any:
         if options.smooth:
             return NonlinearSmoother(model, options.arithmetic, method, count, options.passes or 1)
         return NonlinearFilter(model, options.arithmetic, method, count)
+    if options.compiled:
+        return CompiledFilter(model, options.arithmetic)
     if options.lag is not None:
         return LagSmoother(model, options.lag, options.arithmetic)
     return Filter(model, options.arithmetic, way=options.way or "")

@@ -27,8 +27,10 @@ from kalmanq.run.filters import Filter
 WAY = "compiled"
 SAID = "C for this model alone, in straight lines: --out writes what kalmanq compile writes"
 SAVES = 0.85  # of a row that has not settled: the covariance form is shown where it costs less
-COLUMNS = ("arithmetic", "form", "two calls, not settled", "two calls, settled", "step, settled", "settled after",
-           "flash", "RAM", "stack", "mean, sigma", "P, sigma_i sigma_j")
+COLUMNS = ("arithmetic", "form", "two calls", "settled", "settled step", "settles in", "flash", "RAM", "stack", "mean",
+           "P")
+EXPLAINED = "instructions of a row in two calls before the gain is constant and after, and of one step after; full samples " \
+            "until then; bytes; errors in sigma and in sigma_i sigma_j"
 
 
 @dataclass(frozen=True)
@@ -51,7 +53,7 @@ class Offer:
         cost = self.costs.get(core)
         two, settled, step, flash, stack = [cost.cell(one) if cost else "" for one in
                                             ("two_calls", "two_calls_settled", "step_settled", "flash", "stack")]
-        after = "" if self.ram is None else f"{self.samples} samples" if self.samples else "never"
+        after = "" if self.ram is None else str(self.samples) if self.samples else "never"
         errors = ["" if one is None else f"{one:.1e}" for one in (self.mean, self.covariance)]
         return [self.arithmetic, self.form, two, settled, step, after, flash, "" if self.ram is None else str(self.ram),
                 stack, *errors]
@@ -125,16 +127,23 @@ def _tried(one: Offer, records: Sequence[Record], exact: Sequence[Any]) -> Trial
     """Its C on this machine, over the records"""
     assert one.product
     model = one.product.given.model
-    worst, squares, count, events = np.zeros(model.n), np.zeros(model.n), np.zeros(model.n), 0
+    bounded = model.changed(P0=one.product.given.of.doubles().P0, unknown=[]) if np.any(model.unknown) else None
+    worst, squares, count, events, start = np.zeros(model.n), np.zeros(model.n), np.zeros(model.n), 0, 0.0
     try:
         with CompiledFilter(model, one.arithmetic, one.product) as host:
             for record, double in zip(records, exact):
                 host.restart()
-                error = errors_of(host.run(record.z, record.u), double)
+                run = host.run(record.z, record.u)
+                error = errors_of(run, double)
+                if bounded:  # it starts with wide sigmas
+                    start = max(start, float(np.nanmax(np.abs(error), initial=0)))
+                    other = errors_of(run, Filter(bounded, "f64").run(record.z, record.u))
+                    error = np.where(np.abs(other) < np.abs(error), other, error)
                 worst = np.fmax(worst, np.nanmax(np.abs(error), axis=0, initial=0))
                 squares += np.nansum(error**2, axis=0)
                 count += np.sum(np.isfinite(error), axis=0)
                 events |= host.events
     except KalmanqError as problem:
-        return Trial(one.arithmetic, worst, worst, refused=f"{WAY} in {one.arithmetic}: {problem}")
-    return Trial(one.arithmetic, worst, np.sqrt(squares / np.maximum(count, 1)), lib.KQ_EVENT_SATURATED if events else 0)
+        return Trial(f"{WAY} in {one.arithmetic}", worst, worst, refused=f"{WAY} in {one.arithmetic}: {problem}")
+    return Trial(f"{WAY} in {one.arithmetic}", worst, np.sqrt(squares / np.maximum(count, 1)), lib.KQ_EVENT_SATURATED if events else 0,
+                 start=start)

@@ -14,6 +14,7 @@ from dataclasses import dataclass, field
 from typing import Iterator, Optional
 
 LINE = re.compile(r"^\s*(?:(?:const )?(float|u?int32_t|u?int64_t|reciprocal) (\w+)|f->(\w+(?:\[\d+\])?)|(\w+)) (\+?)= (.*);$")
+FAR = re.compile(r"^\s*(?:uint32_t )?far \|?= ")
 CHECK = re.compile(r"^\s*if \(\(\(.* >> \d+\)", re.M)  # of a word's range
 COUNTERS = re.compile(r"\bf->(?:rows|missed|gap_refused|sample_refused|calls|gap|events|rejected)\b")
 REGISTERS = (5, 8, 12, 16, 26, 30)  # of cores, less what addresses take
@@ -22,7 +23,7 @@ KINDS = (
     "stops", "literals", "new_literals", "sums", "negations", "products", "fused", "divisions", "roots", "shifts",
     "constant_products", "powers", "accumulated", "wide_sums", "roundings", "wide", "called_wide", "whole",
     "whole_wide", "highs", "high_shifts", "wide_shifts", "has_product", "has_wide", "has_inverse", "selects", "controls",
-    "components", "settles", "tables", "parts", "shifted", "fractions", "words", "narrowed", "stopped", "checks",
+    "components", "settles", "tables", "parts", "shifted", "fractions", "words", "narrowed", "stopped", "checks", "far",
     "checked",
     *(f"spills{k}" for k in REGISTERS))
 ARGUMENTS = {"f", "z", "u"}  # which point to words
@@ -37,7 +38,9 @@ def counted(body: str, is_fixed: bool) -> Counter[str]:
     counting = Counting(is_fixed)
     for line in body.splitlines():
         found = LINE.match(re.sub(r"/\*.*?\*/", "", line).rstrip())
-        if found and "= stopped(" in line:
+        if FAR.match(line):
+            counting.made["far"] += 1
+        elif found and "= stopped(" in line:
             counting.made["stopped"] += 1
         elif found and not COUNTERS.search(line):
             *places, adds, text = found.groups()
@@ -193,7 +196,7 @@ class Counting:
             self._value(tree.args[2])
             return self._value(tree.args[1])
         if called == "product":
-            self._product(first)
+            self._product(next((one for one in tree.args if isinstance(one, ast.Constant)), first))
         else:  # wide, INT64_C
             self.made["wide"] += called == "wide"
             self._value(first)

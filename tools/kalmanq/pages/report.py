@@ -9,7 +9,7 @@ from typing import Optional
 
 import numpy as np
 
-from kalmanq.compiler.offers import COLUMNS, offers
+from kalmanq.compiler.offers import COLUMNS, EXPLAINED, offers
 from kalmanq.firmware import costs
 from kalmanq.firmware.ranges import widened
 from kalmanq.firmware.reach import Record
@@ -240,7 +240,8 @@ def _compiled(model: Model) -> list[str]:
     table = [page.table("Compiled for this model alone", ["core", *COLUMNS], rows, text_columns=(1, 2))] if rows else []
     return [page.paragraph("`kalmanq compile` writes C for this model alone. The errors of the factor form were observed over "
                            "records with gaps, those of the covariance form are proven. Behind each cost is how far off "
-                           "such an estimate was at most, of about 100 filters on that emulated core (gcc 12, -O2)."), *table,
+                           "such an estimate was at most, of about 100 filters on that emulated core (gcc 12, -O2). "
+                           f"Columns: {EXPLAINED}."), *table,
             *(page.paragraph(f"Compiled in {one.arithmetic}: {one.remark}.") for one in made if one.remark)]
 
 
