@@ -684,3 +684,8 @@ def test_an_int_of_16_bits_counts_as_far(arithmetic: str, said: str, tmp_path: P
     done = subprocess.run(["avr-gcc", "-mmcu=atmega2560", "-Os", *STRICT, "-c", str(tmp_path / "flt.c"), "-o",
                            str(tmp_path / "flt.o")], capture_output=True, text=True)
     assert said in done.stderr if said else done.returncode == 0, done.stderr
+
+
+def test_sixteen_measurements_have_a_bit_each(tmp_path: Path) -> None:
+    model = Model(0.9, np.ones((16, 1)), np.ones(16), Q=0.1, P0=1)
+    accurate(model.changed(name="many"), "f32", 200, (1,), tmp_path)

@@ -140,7 +140,7 @@ class LoopedFilter(FloatFilter):
         places = [(i, k) for i in range(n) for k in range(n) if of.A[i, k]]
         first = [sum(i < row for i, _ in places) for row in range(n + 1)]
         noise = self.coefficients.noise()
-        lines = [f"static const uint16_t a_first[{n + 1}] = {{{', '.join(map(str, first))}}}; /* rows of A */",
+        lines = [f"static const int16_t a_first[{n + 1}] = {{{', '.join(map(str, first))}}}; /* rows of A */",
                  f"static const uint8_t a_column[{len(places)}] = {{{', '.join(str(k) for _, k in places)}}};",
                  f"static const {self.type} a_value[{len(places)}] = {self._table([of.A[one] for one in places])};",
                  f"static const {self.type} q[{max(len(noise), 1)}] = {self._table([one.weight.value for one in noise] or [0])};",

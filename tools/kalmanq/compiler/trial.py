@@ -54,7 +54,7 @@ class Trial:
                      f"{{{', '.join(self.a.literal(value) for value in self.ran.reading[t])}}}"]
             lines.append(f"{{{', '.join(cells)}}},")
         return ["static const struct {", *indented([
-            f"unsigned char what, present; /* {PREDICTS}: predict, {UPDATES}: update */", *controls,
+            f"unsigned char what; /* {PREDICTS}: predict, {UPDATES}: update */", "unsigned present;", *controls,
             f"{self.a.type} z[{m}], mean[{n}];"]), f"}} rows[{ROWS}] = {{", *indented(lines), "};", ""]
 
     def _list(self, which: str, values: Sequence[float]) -> str:
