@@ -120,8 +120,8 @@ class CycleText(Text):
         literals = [", ".join(a.number(one[key]) for key in a.live) or "0" for one in map(ud.factor, factors)]
         gains = [", ".join(a.number(float(one)) for one in row.gain.ravel()) for row in rows]
         return "\n".join([
-            f"enum {{ ROWS = {self.length}, LOST = {self.length + 1}, SETTLED = {2 * self.length * self.cycle.cycles} }}; "
-            f"/* calls: {self.cycle.cycles} cycles of so many rows */",
+            f"enum {{ ROWS = {self.length}, LOST = {self.length + 1} }};",
+            f"#define SETTLED UINT32_C({2 * self.length * self.cycle.cycles}) /* calls: {self.cycle.cycles} cycles of so many rows */",
             f"static const {a.type} steady[{2 * self.length}][{max(len(a.live), 1)}] = {{ /* updated in a row, predicted to the next */",
             *(f"    {{{one}}}," for one in literals), "};",
             f"static const {a.type} gain[{self.length}][{n * m}] = {{", *(f"    {{{one}}}," for one in gains), "};",

@@ -172,8 +172,10 @@ class FloatFilter:
         body = Body(self.words, hints={id(y): "y", id(r): "r"} if options.student else {id(y): "y"})
         if options.gate is None:
             return body.assign(targets)
-        passes = make("or", y * y * weight <= options.gate**2, symbol(f"f->rejected[{j}] >= {RUN}"))
-        return body.assign(targets, passes, [f"f->rejected[{j}] = 0;"],
+        within = y * y * weight <= options.gate**2
+        body = Body(self.words, hints={**body.hints, id(within): "is_near"})
+        passes = make("or", within, symbol(f"f->rejected[{j}] >= {RUN}"))
+        return body.assign(targets, passes, [f"if (is_near) f->rejected[{j}] = 0;"],
                            [f"f->rejected[{j}]++;", f"f->events |= {self.given.upper}_GATED;", f"taken &= ~{1 << j}u;"])
 
     def _spread(self, j: int, P: ud.Entries) -> Node:

@@ -119,8 +119,9 @@ class LoopedFilter(FloatFilter):
             taken += [f"f->s[{j}] = s + {self.number(self.of.R[j])};", f"f->nis += y * y / f->s[{j}];"]
         if options.gate is None:
             return [*lines, *taken]
-        passes = f"y * y <= {self.number(options.gate**2)} * (s + {r}) || f->rejected[{j}] >= {RUN}"
-        return [*lines, f"if ({passes}) {{", *(f"    {line}" for line in (*taken, f"f->rejected[{j}] = 0;")), "} else {",
+        return [*lines, f"const int is_near = y * y <= {self.number(options.gate**2)} * (s + {r});",
+                f"if (is_near || f->rejected[{j}] >= {RUN}) {{",
+                *(f"    {line}" for line in (*taken, f"if (is_near) f->rejected[{j}] = 0;")), "} else {",
                 f"    f->rejected[{j}]++;", f"    f->events |= {self.given.upper}_GATED;", f"    taken &= ~{1 << j}u;", "}"]
 
     def routines(self, text: str) -> str:

@@ -86,7 +86,7 @@ def _factor(model: Model, arithmetic: str, name: str) -> Offer:
             found = report.findings(product, host)
     except NoCompiler as problem:
         return Offer(**made, remark=f"not tried: {problem}")
-    return Offer(**made, mean=found.mean, covariance=found.covariance, remark="; ".join(report.warned(found)))
+    return Offer(**made, mean=found.mean, covariance=found.covariance, remark="; ".join(report.warned(found, arithmetic)))
 
 
 def _covariance(model: Model, arithmetic: str, factor: Offer) -> list[Offer]:

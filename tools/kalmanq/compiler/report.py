@@ -42,7 +42,7 @@ def files(product: Product, host: Host, found: Findings, source: str) -> dict[st
 
 
 def lines(product: Product, found: Findings) -> list[str]:
-    made = [*_what(product), *_settles(product), *_accuracy(found), *_chosen(product), *_unknown(product),
+    made = [*_what(product), *_settles(product), *_accuracy(found), *_coarse(found, product.given.options.arithmetic), *_chosen(product), *_unknown(product),
             *_correlated(product)]
     return made
 
@@ -72,15 +72,15 @@ def _settles(product: Product) -> list[str]:
 def _accuracy(found: Findings) -> list[str]:
     return [f"  Observed in {len(SEEDS)} records of {ROWS} rows, with gaps of up to {found.longest_gap} rows, samples in part and second",
             f"  updates, beside long double: means within {found.mean:.1e} sigma, covariances within {found.covariance:.1e}",
-            f"  sigma_i sigma_j. {100 * (1 - found.taken):.0f} % of the measurements were refused as out of range.",
-            *_coarse(found)]
+            f"  sigma_i sigma_j. {100 * (1 - found.taken):.0f} % of the measurements were refused as out of range."]
 
 
-def _coarse(found: Findings) -> list[str]:
+def _coarse(found: Findings, arithmetic: str) -> list[str]:
     if found.mean <= COARSE and found.covariance <= COARSE:
         return []
+    cure = "Use a smaller P0, or a larger R, where you can." if arithmetic == "f64" else "--arith f64 is finer there."
     return [f"  The error is above {COARSE:g}: the first variance (P0) is very far above what it settles to, or R is very",
-            "  small beside it. --arith f64 is exact there."]
+            f"  small beside it. {cure}"]
 
 
 def _chosen(product: Product) -> list[str]:
@@ -110,5 +110,5 @@ def _correlated(product: Product) -> list[str]:
                       for group in groups)] if groups else []
 
 
-def warned(found: Findings) -> Sequence[str]:
-    return [line.strip() for line in _coarse(found)]
+def warned(found: Findings, arithmetic: str) -> Sequence[str]:
+    return [line.strip() for line in _coarse(found, arithmetic)]

@@ -155,9 +155,9 @@ class WordFilter(Readings):
         if self.given.options.gate is None:
             return living([*made, *writes])
         most = self._gate(j)
-        passes = f"(v >= -{most} && v <= {most}) || f->rejected[{j}] >= {RUN}"
-        return [*living([*made, *writes])[:-len(writes)], f"if ({passes}) {{",
-                *indented([*writes, f"f->rejected[{j}] = 0;"]), "} else {",
+        return [*living([*made, *writes])[:-len(writes)], f"const int is_near = v >= -{most} && v <= {most};",
+                f"if (is_near || f->rejected[{j}] >= {RUN}) {{",
+                *indented([*writes, f"if (is_near) f->rejected[{j}] = 0;"]), "} else {",
                 *indented([f"f->rejected[{j}]++;", self.event("GATED"), f"taken &= ~{1 << j}u;"]), "}"]
 
     def _gate(self, j: int) -> int:
