@@ -1,13 +1,13 @@
 #!/usr/bin/env bash
-# compiled.sh TOOLS_PYTHON PYTHON WORK: five models compiled in f32 and q31.  On the emulated cores each does what it did
+# compiled.sh TOOLS_PYTHON PYTHON WORK [few]: five models compiled in f32 and q31; few: two, in the factor form, at -O2.  On the emulated cores each does what it did
 # on the host, with gcc at -Os and -O2 and on one with clang, and costs no more than it may.
 set -euo pipefail
-tools_python=$1 python=$2 work=$3
+tools_python=$1 python=$2 work=$3 which=${4:-others}
 here=$(cd "$(dirname "$0")" && pwd)
 root=$(cd "$here/../.." && pwd)
 rm -rf "$work"
 mkdir -p "$work"
-"$tools_python" -B "$here/compiled_table.py" "$work/filters" others
+"$tools_python" -B "$here/compiled_table.py" "$work/filters" "$which"
 cc -O2 "$root/port/boards/avr_emulator.c" -lsimavr -o "$work/avr_emulator"
 export KQ_AVR_EMULATOR="$work/avr_emulator" KQ_TIME_LIMIT=60
 . "$root/tests/target/cores.sh"
@@ -39,13 +39,13 @@ for folder in "$work"/filters/*; do
         esac
         core_select "$core"
         case $core in m4f | m33) contract=fast ;; *) contract=off ;; esac
-        for level in Os O2; do
+        for level in $([ "$which" = few ] || echo Os) O2; do
             tried "$gcc"
         done
         case $name in factor_*) same_digest ;; esac
         echo "$(basename "$folder") on $core: as on the host"
     done
-    if command -v clang >/dev/null; then
+    if [ "$which" != few ] && command -v clang >/dev/null; then
         # shellcheck disable=SC2086
         clang $strict -O2 -c "$folder/$name.c" -o "$work/clang.o"
         core_select m3 clang && contract=off level=O2
@@ -53,6 +53,6 @@ for folder in "$work"/filters/*; do
         echo "$(basename "$folder") on $core by clang: as on the host"
     fi
 done
-"$python" -B "$root/tools/cost/compiled.py" "$work"/filters/*_f32 --core m4f --level O2 --level Os
-"$python" -B "$root/tools/cost/compiled.py" "$work"/filters/*_q31 --core m3 --core m0
+"$python" -B "$root/tools/cost/compiled.py" "$work"/filters/*_f32 --core m4f --level O2 $([ "$which" = few ] || echo --level Os)
+"$python" -B "$root/tools/cost/compiled.py" "$work"/filters/*_q31 --core m3 $([ "$which" = few ] || echo --core m0)
 echo "all compiled filters are as on the host"

@@ -1,4 +1,4 @@
-"""compiled_table.py FOLDER: the five models compiled in both arithmetics, with what each may cost at most.
+"""compiled_table.py FOLDER [others | few]: the five models compiled in both arithmetics, with what each may cost at most.
 
 The factor form, and the covariance form that is proven.
 
@@ -25,8 +25,10 @@ MUST = {  # of n: M4F f32 two calls, a settled step, bytes at -Os; M3 q31 two ca
     2: (72, 33, 540, 110, 38, 600, 155), 3: (120, 46, 825, 210, 60, 1150, 290), 4: (183, 66, 1290, 420, 80, 2050, 435),
     6: (344, 113, 2700, 1120, 145, 4750, 840), 9: (930, 160, 6600, 2500, 280, 10800, 1450)}
 
-FACTOR = {2: (102, 35), 3: (177, 49), 4: (300, 72), 6: (745, 122), 9: (2081, 164)}  # of n: M4F f32 two calls, a settled step
-FACTORS = ("f32",)  # arithmetics of the factor form
+# Of the factor form: core, and of n instructions in two calls and of a settled step
+FACTOR = {"f32": ("m4f", {2: (102, 35), 3: (177, 49), 4: (300, 72), 6: (745, 122), 9: (2081, 164)}),
+          "q31": ("m3", {2: (385, 45), 3: (686, 61), 4: (1367, 127), 6: (3132, 243), 9: (6771, 365)})}
+FEW = (2, 4)  # n of the models for every day
 
 
 def promises(n: int, arithmetic: str) -> dict[str, dict[str, int]]:
@@ -80,18 +82,19 @@ def write_others(folder: Path, arithmetic: str) -> None:
         write(folder, kinematic(1, 2).changed(R=0.01, P0=[100, 100]), arithmetic, "root", {})
 
 
-def write_factors(folder: Path) -> None:
-    for arithmetic in FACTORS:
+def write_factors(folder: Path, few: bool) -> None:
+    for arithmetic, (core, promised) in FACTOR.items():
         for model in five(arithmetic == "q31"):
-            two_calls, settled = FACTOR[model.n]
-            write(folder, model, arithmetic, f"factor_{model.name}",
-                  {"m4f O2": {"two_calls": two_calls, "step_settled": settled}} if arithmetic == "f32" else {})
+            two_calls, settled = promised[model.n]
+            if not few or model.n in FEW:
+                write(folder, model, arithmetic, f"factor_{model.name}",
+                      {f"{core} O2": {"two_calls": two_calls, "step_settled": settled}})
 
 
 def main() -> None:
     folder = Path(sys.argv[1])
-    write_factors(folder)
-    for arithmetic in ("f32", "q31"):
+    write_factors(folder, "few" in sys.argv[2:])
+    for arithmetic in () if "few" in sys.argv[2:] else ("f32", "q31"):
         for model in five(arithmetic == "q31"):
             write(folder, model, arithmetic, model.name, promises(model.n, arithmetic))
         if "others" in sys.argv[2:]:
