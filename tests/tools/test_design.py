@@ -334,7 +334,7 @@ def test_the_reading_that_the_header_names_keeps_its_figure(arithmetic):
 
 
 def test_the_header_and_json_say_what_the_reading_is_off(tmp_path):
-    done = kalmanq("design", EXAMPLES / "track.toml", "--core", "m3", "--arith", "q31", "-o", tmp_path, "--json")
+    done = kalmanq("design", EXAMPLES / "track.toml", "--core", "m3", "--arith", "q31", "--way", "init", "-o", tmp_path, "--json")
     told = json.loads(done.stdout)["trials"]["q31"]["kq_mean"]
     text = " ".join((tmp_path / "track.h").read_text().replace("\n *", "").split())
     said = re.search(r"kq_mean_q31 alone is within (\S+) sigma of double's mean while states are within their ranges. Its 32 "
@@ -350,9 +350,11 @@ def test_page_header_and_json_say_life_and_chance(tmp_path):
     (tmp_path / "level.toml").write_text("[model]\nA = 1.0\nH = 1.0\nR = 1.0\nQ = 0.1\nP0 = 1e4\n")
     (tmp_path / "z.csv").write_text("z1\n" + "\n".join(f"{np.sin(row / 9):.3f}" for row in range(200)))
     options = ("design", tmp_path / "level.toml", "--core", "m3", "--data", tmp_path / "z.csv", "--arith", "q31")
-    done = kalmanq(*options, "-o", tmp_path)
+    done = kalmanq(*options, "--way", "init", "-o", tmp_path)
     header = " ".join((tmp_path / "level.h").read_text().replace("\n *", "").split())
-    for text in (" ".join(done.stdout.split()), header):
+    kalmanq(*options, "--way", "compiled", "-o", tmp_path)
+    compiled = " ".join((tmp_path / "level_report.txt").read_text().split())
+    for text in (" ".join(done.stdout.split()), header, compiled):
         assert re.search(r"x1: a range of 1100 was chosen; the data reach \S+, the model 6\d\d in 10000 rows \(farther: a chance "
                          r"of 1e-06\); it wanders, and goes farther later: declare what bounds it", text), text
     chosen = json.loads(kalmanq(*options, "--json").stdout)["chosen_ranges"]
@@ -505,13 +507,17 @@ def test_the_flags_of_a_cost_are_those_it_was_measured_with(core):
 
 
 def test_every_estimate_says_its_flags(tmp_path):
-    done = kalmanq("design", EXAMPLES / "track.toml", "--core", "m3", "-o", tmp_path)
+    done = kalmanq("design", EXAMPLES / "track.toml", "--core", "m3", "--way", "init", "-o", tmp_path)
     printed, header = " ".join(done.stdout.split()), (tmp_path / "track.h").read_text()
     comment = " ".join(header[: header.index("*/")].replace(" * ", " ").split())
     for text in (printed, comment):
         assert f"gcc {costs.flags('m3')}" in text and "-Iport/armv7m -Iinclude" in text and costs.COMPACT in text
     told = json.loads(kalmanq("design", EXAMPLES / "track.toml", "--core", "m3", "--json").stdout)
-    assert all(one["flags"] == costs.flags("m3") and one["include"].startswith("-Iport/armv7m") for one in told["ways"])
+    for one in told["ways"]:
+        if one["way"] == "compiled":
+            assert "-ffp-contract" in one["flags"] and "include" not in one
+        else:
+            assert one["flags"] == costs.flags("m3") and one["include"].startswith("-Iport/armv7m")
 
 
 # ------------------------------------------------------------------------------ the command
@@ -522,7 +528,8 @@ def test_the_command_writes_a_filter(core, tmp_path):
     done = kalmanq("design", EXAMPLES / "track.toml", "--core", core, "--flash", 512, "-o", tmp_path, "--json")
     assert done.returncode == 0, done.stderr
     told = json.loads(done.stdout)
-    assert told["chosen"] and sorted(path.name for path in tmp_path.iterdir()) == ["track.c", "track.h"]
+    others = ["track_report.txt", "track_test.c"] if told["chosen"]["way"] == "compiled" else []
+    assert sorted(path.name for path in tmp_path.iterdir()) == ["track.c", "track.h", *others]
     assert {one["arithmetic"] for one in told["ways"]} == {"f32", "q31"}
     assert all(one["instructions"] > 0 and one["stack"] > 0 for one in told["ways"])
 

@@ -96,18 +96,19 @@ def _reason(options: Options, made: Designs) -> str:
 def _write(options: Options, made: Designs, chosen: Way, compiled: Sequence[Offer]) -> list[Path]:
     require_folder(options.out)
     if chosen.way == COMPILED:
-        return _write_compiled(options, next(one for one in compiled if one.arithmetic == chosen.arithmetic))
+        return _write_compiled(options, made, next(one for one in compiled if one.arithmetic == chosen.arithmetic))
     text = source(Parts(made.model, chosen.arithmetic), chosen.way, options.name or identifier(made.model.name),
                   _remarks(made, chosen))
     return _written(options, {f"{text.name}.h": text.header, f"{text.name}.c": text.text})
 
 
-def _write_compiled(options: Options, one: Offer) -> list[Path]:
-    """What kalmanq compile writes"""
+def _write_compiled(options: Options, made: Designs, one: Offer) -> list[Path]:
+    """What kalmanq compile writes; of q31 the report says which ranges were chosen"""
     said = fingerprint(options.model)
     product = remarked(one.product, said)
+    notes = [line for note in made.notes for line in _in_lines(f"{note}.")] if one.arithmetic == "q31" else []
     with Host(product) as host:
-        files = compiled_report.files(product, host, compiled_report.findings(product, host), said)
+        files = compiled_report.files(product, host, compiled_report.findings(product, host), "\n".join([said, *notes]))
     return _written(options, files)
 
 
@@ -255,8 +256,7 @@ def _tell_compiled(made: Designs, compiled: Sequence[Offer], console: Console) -
     for one in told:
         unpaid = [] if not one.product or made.part.core in one.costs else ["its cost was not measured on this core"]
         for remark in filter(None, (one.remark, *unpaid)):
-            console.print(f"  compiled in {one.arithmetic}, {one.form}: {remark}" if one.product or one.form == "covariance"
-                          else f"  compiled in {one.arithmetic}: {remark}")
+            console.print(f"  compiled in {one.arithmetic}, {one.form}: {remark}")
 
 
 command = command_of(Options, design_file)

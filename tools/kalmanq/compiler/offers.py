@@ -78,7 +78,7 @@ def _factor(model: Model, arithmetic: str, name: str) -> Offer:
     try:
         product = compiled(model, name, Options(arithmetic))
     except KalmanqError as problem:
-        return Offer(arithmetic, "refused", remark=f"refused: {problem}")
+        return Offer(arithmetic, "refused", remark=str(problem))
     samples = product.steady.samples if product.steady else None
     made = dict(arithmetic=arithmetic, costs=estimates(product), ram=product.ram, samples=samples, product=product)
     try:
@@ -86,7 +86,13 @@ def _factor(model: Model, arithmetic: str, name: str) -> Offer:
             found = report.findings(product, host)
     except NoCompiler as problem:
         return Offer(**made, remark=f"not tried: {problem}")
+<<<<<<< HEAD
     return Offer(**made, mean=found.mean, covariance=found.covariance, remark="; ".join(report.warned(found, arithmetic)))
+=======
+    except KalmanqError as problem:
+        return Offer(arithmetic, "refused", remark=str(problem))
+    return Offer(**made, mean=found.mean, covariance=found.covariance, remark="; ".join(report.warned(found)))
+>>>>>>> design28
 
 
 def _covariance(model: Model, arithmetic: str, factor: Offer) -> list[Offer]:

@@ -242,7 +242,7 @@ def _compiled(model: Model) -> list[str]:
                            "records with gaps, those of the covariance form are proven. Behind each cost is how far off "
                            "such an estimate was at most, of about 100 filters on that emulated core (gcc 12, -O2). "
                            f"Columns: {EXPLAINED}."), *table,
-            *(page.paragraph(f"Compiled in {one.arithmetic}: {one.remark}.") for one in made if one.remark)]
+            *(page.paragraph(f"Compiled in {one.arithmetic}, {one.form}: {one.remark}.") for one in made if one.remark)]
 
 
 def _model(model: Model, path: Path) -> str:
