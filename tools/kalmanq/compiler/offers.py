@@ -86,13 +86,9 @@ def _factor(model: Model, arithmetic: str, name: str) -> Offer:
             found = report.findings(product, host)
     except NoCompiler as problem:
         return Offer(**made, remark=f"not tried: {problem}")
-<<<<<<< HEAD
-    return Offer(**made, mean=found.mean, covariance=found.covariance, remark="; ".join(report.warned(found, arithmetic)))
-=======
     except KalmanqError as problem:
         return Offer(arithmetic, "refused", remark=str(problem))
-    return Offer(**made, mean=found.mean, covariance=found.covariance, remark="; ".join(report.warned(found)))
->>>>>>> design28
+    return Offer(**made, mean=found.mean, covariance=found.covariance, remark="; ".join(report.warned(found, arithmetic)))
 
 
 def _covariance(model: Model, arithmetic: str, factor: Offer) -> list[Offer]:
