@@ -14,7 +14,7 @@ from rich.console import Console
 from kalmanq.commands import compile_proven
 from kalmanq.commands.messages import print_json, tell_written
 from kalmanq.commands.options import JSON, MODEL, choices, command_of
-from kalmanq.compiler import report
+from kalmanq.compiler import costs, report
 from kalmanq.compiler.host import Host
 from kalmanq.compiler.product import Product, compiled
 from kalmanq.compiler.request import ARITHMETICS, Options as Wanted
@@ -97,9 +97,10 @@ def write(options: Options, texts: dict[str, str]) -> list[Path]:
 def _told(product: Product, found: report.Findings, written: list[Path]) -> dict:
     given, steady = product.given, product.steady
     return {"name": given.name, "arithmetic": given.options.arithmetic, "form": "factor", "n": given.of.n,
-            "m": given.of.m, "l": given.of.l, "ram": product.ram, "entries": len(product.arithmetic.live),
+            "m": given.of.m, "l": given.of.l, "ram": product.ram, "calls": product.calls, "entries": len(product.arithmetic.live),
             "settles": None if steady is None else {
                 "samples": steady.samples, "after_gap": list(steady.after_gap), "tolerance": steady.tolerance},
+            "costs": {f"{core} O2": asdict(cost) for core, cost in costs.estimates(product).items()},
             "observed": asdict(found), "files": written}
 
 
