@@ -567,15 +567,26 @@ def test_a_gate_looks_at_each_component(tmp_path: Path) -> None:
                 continue
             h, r = model.H[j], model.R[j, j]
             y, s = row[j] - h @ x, h @ P @ h + r
-            if y * y > gate**2 * s and rejected[j] < 8:
+            is_near = y * y <= gate**2 * s
+            if not is_near and rejected[j] < 8:
                 rejected[j] += 1
                 continue
-            rejected[j], bits = 0, bits | 1 << j
+            rejected[j], bits = 0 if is_near else 8, bits | 1 << j
             k = P @ h / s
             x, P = x + k * y, P - np.outer(k, h @ P)
         settled += one.is_settled
         assert ours["taken"][t] == bits, t
         assert np.abs((ours["mean"][t] - x) / np.sqrt(np.diag(P))).max() < 1e-4
+
+
+@pytest.mark.parametrize("arithmetic", ["f32", "q31"])
+def test_a_gate_follows_a_jump_that_lasts(arithmetic: str) -> None:
+    z = np.zeros((400, 1))
+    z[200:] = 100.0
+    with Host(compiled(tank(), "filter", Options(arithmetic, gate=3.89))) as host:
+        ran = host.run(z)
+    assert np.flatnonzero(ran.taken[:220] == 0).tolist() == list(range(200, 208))  # eight rejections, then all
+    assert abs(ran.mean[-1, 0] - 100) < 0.1
 
 
 @pytest.mark.parametrize("arithmetic", ARITHMETICS)
