@@ -700,3 +700,11 @@ def test_an_int_of_16_bits_counts_as_far(arithmetic: str, said: str, tmp_path: P
 def test_sixteen_measurements_have_a_bit_each(tmp_path: Path) -> None:
     model = Model(0.9, np.ones((16, 1)), np.ones(16), Q=0.1, P0=1)
     accurate(model.changed(name="many"), "f32", 200, (1,), tmp_path)
+
+
+@pytest.mark.parametrize("arithmetic", ["f32", "f64", "q31"])
+def test_a_model_without_any_noise_compiles(arithmetic: str, tmp_path: Path) -> None:
+    for model in (Model([[1, 1], [0, 1]], [1, 0], 1e-30, [0, 0], P0=[0, 0]), Model(1, 1, 1e-30, 0, P0=0)):
+        with Host(compiled(model, "filter", Options(arithmetic))) as host:
+            ran = host.run(np.zeros((5, 1)))
+        assert not np.any(ran.mean) and not np.any(ran.covariance)

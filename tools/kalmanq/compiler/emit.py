@@ -242,7 +242,7 @@ class Text:
         factor = self._factor() if self.settles else "f->P"
         result = getattr(self.a, "covariance_type", type_)
         return function(f"{result} {self.given.name}_covariance(const {self.given.type} *f, int i, int j)",
-                        [f"const {type_} *P = {factor};", *self.a.covariance()])
+                        [*([f"const {type_} *P = {factor};"] if self.a.live else []), *self.a.covariance()])
 
 
 def function(head: str, body: Sequence[str], remark: str = "") -> list[str]:

@@ -272,6 +272,8 @@ class FloatFilter:
             if is_plain:
                 return f"P[{index}]"
             where = f"place[{index}]"
+            if not slots:
+                return f"constants[{where}]"
             return f"({value.format(where, where, where)})" if constants else f"P[{where}]"
 
         one = self.number(1)

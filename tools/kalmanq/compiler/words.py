@@ -127,6 +127,8 @@ class WordFilter(Readings):
         lines = Lines()
         after = self.factor.predict(lines, self.entries)
         beyond = self.factor.too_long(lines, after)
+        if not beyond:
+            return living([*lines.lines, *self._stored(after)])
         return living([*lines.lines, f"if ({beyond}) {self.event('SIGMA_SATURATED')}", "else {",
                        *indented(self._stored(after)), "}"])
 
