@@ -240,9 +240,9 @@ class Text:
     def _covariance(self) -> list[str]:
         type_ = self.a.type
         factor = self._factor() if self.settles else "f->P"
-        result = getattr(self.a, "covariance_type", type_)
+        result, lines = getattr(self.a, "covariance_type", type_), self.a.covariance()
         return function(f"{result} {self.given.name}_covariance(const {self.given.type} *f, int i, int j)",
-                        [*([f"const {type_} *P = {factor};"] if self.a.live else []), *self.a.covariance()])
+                        [*([f"const {type_} *P = {factor};"] if any("P[" in one for one in lines) else []), *lines])
 
 
 def function(head: str, body: Sequence[str], remark: str = "") -> list[str]:
