@@ -8,7 +8,7 @@
 #ifdef KQ_TEST_Q31
 #define CONSISTENCY KQ_CONSISTENCY_Q31
 #define CONSISTENCY_LEN KQ_CONSISTENCY_LEN_Q31
-#define ALLOWED(size) ((void)(size), 0x1p-19 * 8) /* an innovation is good to some units of 2^-24 */
+#define ALLOWED(size) (0x1p-19 * (1 + (size))) /* an innovation is good to some units of 2^-24 */
 #define FAR 900
 #elif defined(KQ_TEST_F32)
 #define CONSISTENCY KQ_CONSISTENCY_F32

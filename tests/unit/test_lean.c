@@ -377,6 +377,30 @@ TEST(after_any_outage_it_comes_back)
     }
 }
 
+#ifdef KQ_TEST_Q31
+/* Of sigmas far beyond the words, too */
+TEST_Q31(twelve_measurements_after_an_outage_they_agree)
+{
+    static const int32_t outages[] = {10, 100, 10000};
+    static const double noises[] = {1, 0.01, 1e-4};
+    for (int k = 0; k < COUNT(outages); k++) {
+        for (int j = 0; j < COUNT(noises); j++) {
+            for (int c = 0; c < 3; c++) r[c] = noises[j];
+            put_sensors(H);
+            begin();
+            for (int32_t t = 0; t < outages[k]; t++) predict_both();
+            for (int t = 0; t < 12; t++) {
+                ASSERT_OK(S(step)(&twin, &motion.process, NULL, &lean.sensor, z));
+                ASSERT_OK(S(step)(&track, &motion.process, NULL, &full.sensor, z));
+            }
+            for (int i = 0; i < 2; i++) {
+                ASSERT_WITHIN(0.02 * S(sigma)(&track, i) + 2, S(sigma)(&track, i), S(sigma)(&twin, i));
+            }
+        }
+    }
+}
+#endif
+
 TEST(bad_inputs)
 {
     ASSERT_REFUSED(KQ_ERR_NOT_READY, S(update)(&track, &unmade.sensor, z));

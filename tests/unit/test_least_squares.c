@@ -44,8 +44,10 @@ static int32_t bad_value(void) { return measured_format->range + 1; }
 #define LARGE (ldexp(1, 100 - line.state_format[0].fraction)) /* where fading stops */
 #define LEAST 0x1p-970                                        /* a lambda that is hardly one */
 #define UNIT 0x1p-30
-#define ROUNDING_OF_RUN 0x1p-24 /* forgetting remembers some hundred steps */
+#define ALLOWED_OF_MEAN(b, sigma, mean) (0x1p-22 * (sigma + fabs(mean))) /* forgetting remembers some hundred steps */
+#define ALLOWED_OF_P(b, size) (0x1p-22 * (size))
 #define ROUNDING_OF_RESIDUAL 0x1p-22
+#define ROUNDING_OF_FADING 0x1p-27
 #else
 static kq_status init(K(least_squares) *q, K(filter) *f, double lambda)
 {
@@ -63,8 +65,10 @@ static num bad_value(void) { return (num)INFINITY; }
 #define LARGE LARGE_SIGMA
 #define LEAST FLT_MIN
 #define UNIT EPS
-#define ROUNDING_OF_RUN TOLERANCE
+#define ALLOWED_OF_MEAN(b, sigma, mean) ((void)(sigma), TOLERANCE * 4 * (b)->condition)
+#define ALLOWED_OF_P(b, size) ((void)(size), TOLERANCE * (b)->condition * ((b)->P[0] + (b)->P[3]))
 #define ROUNDING_OF_RESIDUAL TOLERANCE
+#define ROUNDING_OF_FADING (TOLERANCE / 4)
 #endif
 
 static kq_status add(int k, int count) { return S(least_squares_add)(&fit, h + 2 * k, z + k, r + k, (size_t)count); }
@@ -110,7 +114,10 @@ TEST(fading_divides_the_covariance)
         begin(1);
         ASSERT_OK(S(forget)(&line, number(lambda)));
         read_now(&after, &line, 2);
-        for (int k = 0; k < 4; k++) ASSERT_ALIKE((double)before.P[k] / lambda, after.P[k], 0.5 / lambda);
+        for (int k = 0; k < 4; k++) {
+            const double size = sqrt((double)before.P[3 * (k / 2)] * (double)before.P[3 * (k % 2)]) / lambda;
+            ASSERT_WITHIN(ROUNDING_OF_FADING * size, (double)before.P[k] / lambda, after.P[k]);
+        }
         for (int i = 0; i < 2; i++) ASSERT_WITHIN(0, whole(&before, i), whole(&after, i));
         TEST_ASSERT_EQUAL_HEX(0, after.events);
     }
@@ -215,9 +222,13 @@ TEST(the_recursion_is_the_weighted_batch)
             ASSERT_OK(add(k, 1));
             batch_of(&b, k + 1, lambdas[l]);
             read_now(&now, &line, 2);
-            const double size = b.condition * (b.P[0] + b.P[3]);
-            for (int i = 0; i < 2; i++) ASSERT_WITHIN(ROUNDING_OF_RUN * 4 * b.condition, b.x[i], whole(&now, i));
-            for (int i = 0; i < 4; i++) ASSERT_WITHIN(ROUNDING_OF_RUN * size, b.P[i], now.P[i]);
+            const double sigma[] = {sqrt(b.P[0]), sqrt(b.P[3])};
+            for (int i = 0; i < 2; i++) {
+                ASSERT_WITHIN(ALLOWED_OF_MEAN(&b, sigma[i], b.x[i]), b.x[i], whole(&now, i));
+                for (int j = 0; j < 2; j++) {
+                    ASSERT_WITHIN(ALLOWED_OF_P(&b, sigma[i] * sigma[j]), b.P[2 * i + j], now.P[2 * i + j]);
+                }
+            }
             ASSERT_WITHIN(ROUNDING_OF_RESIDUAL * (b.J + 4), b.J, residual());
             ASSERT_WITHIN(ROUNDING_OF_RESIDUAL * b.weight, b.weight, weight());
         }
