@@ -97,12 +97,47 @@ static void begin_filter(own_filter *f, int n)
     ASSERT_OK(init_filter(&f->filter, &prior));
 }
 
-static void make_process(int n) { put_process(&process_of, n, 1, range, range, A, B, Q); }
+/* Steps of compile-time sizes are for objects that share a table of formats; others go to the library. */
+#ifdef KQ_TEST_Q31
+static kq_format_q31 shared[STATES];
+
+static void share_of_process(void)
+{
+    put_formats(shared, range, STATES);
+    process_of.table.state_format = shared;
+    ASSERT_OK(kq_process_init_q31(&process_of.process, &process_of.table, NULL));
+}
+
+static void share_of_sensor(int is_diagonal)
+{
+    put_formats(shared, range, STATES);
+    sensor_of.table.state_format = shared;
+    if (is_diagonal) ASSERT_OK(kq_sensor_init_diagonal_q31(&sensor_of.sensor, &sensor_of.table, NULL));
+    else ASSERT_OK(kq_sensor_init_q31(&sensor_of.sensor, &sensor_of.table, NULL));
+}
+
+static void share_of_prior(void) { prior.table.state_format = shared; }
+
+#define R_IS_DIAGONAL(m) (r_is_diagonal || (m) == 1 || R[1] == 0)
+#else
+static void share_of_process(void) {}
+static void share_of_sensor(int is_diagonal) { (void)is_diagonal; }
+static void share_of_prior(void) {}
+
+#define R_IS_DIAGONAL(m) r_is_diagonal
+#endif
+
+static void make_process(int n)
+{
+    put_process(&process_of, n, 1, range, range, A, B, Q);
+    share_of_process();
+}
 
 /* The numbers as they are now */
 static void begin_filters(int n)
 {
     put_prior(&prior, n, range, x0, P0);
+    share_of_prior();
     begin_filter(&ours, n);
     begin_filter(&theirs, n);
 }
@@ -112,8 +147,10 @@ static int r_is_diagonal; /* R is given as its diagonal */
 static void make_sensor(int n, int m)
 {
     const num r[] = {R[0], R[m * m - 1]};
-    if (r_is_diagonal) put_independent(&sensor_of, n, m, range, range, H, r);
+    const int is_diagonal = R_IS_DIAGONAL(m);
+    if (is_diagonal) put_independent(&sensor_of, n, m, range, range, H, r);
     else put_sensor(&sensor_of, n, m, range, range, H, R);
+    share_of_sensor(is_diagonal);
 }
 
 static void begin(int n, int m, int upper_only)
