@@ -20,8 +20,8 @@ static inline uint32_t scaled_bits(scaled a)
 
 static const scaled scaled_one = {INT32_C(1) << 30, -30};
 
-/* What is large is called, and is two functions: of words, and of numbers.  Which of them is there and which is inlined
-   into it or into its callers is the core's: Arm passes a number, a struct, through memory, words and 64 bits not. */
+/* A large operation is two functions: packed_... of words, and scaled_... of numbers.  One of them is called, the other
+   is inlined into it or into its callers.  Arm returns a number, a struct, through memory, but 64 bits in registers. */
 #if defined(__arm__)
 #define KQ_OF_WORDS KQ_SHARED
 #define KQ_OF_NUMBERS KQ_INLINE
@@ -109,15 +109,10 @@ static inline scaled scaled_times(scaled a, scaled b)
 }
 
 /* b != 0.  1 / |b| = reciprocal(2 |b|) 2^-62 */
-KQ_OF_WORDS packed packed_over(int32_t a, int32_t b, int32_t exponent)
+KQ_SHARED scaled scaled_over(scaled a, scaled b)
 {
-    const int32_t inverse = (int32_t)(reciprocal(magnitude(b) << 1) >> 1);
-    return pack(scaled_of_product(b < 0 ? -a : a, inverse, exponent - 61));
-}
-
-KQ_OF_NUMBERS scaled scaled_over(scaled a, scaled b)
-{
-    return unpack(packed_over(a.mantissa, b.mantissa, a.exponent - b.exponent));
+    const int32_t inverse = (int32_t)(reciprocal(magnitude(b.mantissa) << 1) >> 1);
+    return scaled_of_product(b.mantissa < 0 ? -a.mantissa : a.mantissa, inverse, a.exponent - b.exponent - 61);
 }
 
 KQ_OF_WORDS packed packed_plus(int32_t a, int32_t p, int32_t b, int32_t q)
@@ -142,25 +137,19 @@ KQ_OF_NUMBERS scaled scaled_plus(scaled a, scaled b)
 static inline scaled scaled_minus(scaled a, scaled b) { return scaled_plus(a, scaled_negative(b)); }
 
 /* a b + c d, rounded once; the mantissas need not be normalised */
-KQ_OF_WORDS packed packed_products(int32_t a, int32_t b, int32_t exponent, int32_t c, int32_t d, int32_t other)
+KQ_SHARED scaled scaled_products(scaled a, scaled b, scaled c, scaled d)
 {
-    int64_t high = product(a, b), low = product(c, d);
-    int32_t down = exponent - other;
+    int64_t high = product(a.mantissa, b.mantissa), low = product(c.mantissa, d.mantissa);
+    int32_t exponent = a.exponent + b.exponent, down = exponent - c.exponent - d.exponent;
     if (high == 0 || (low != 0 && down < 0)) {
-        const int64_t first = high;
+        const int64_t other = high;
         high = low;
-        low = first;
+        low = other;
         exponent -= down;
         down = -down;
     }
     if (low != 0) high = sum_of(high, down < 63 ? low >> down : 0, 63);
-    return pack(scaled_of(high, exponent));
-}
-
-KQ_OF_NUMBERS scaled scaled_products(scaled a, scaled b, scaled c, scaled d)
-{
-    return unpack(packed_products(a.mantissa, b.mantissa, a.exponent + b.exponent, c.mantissa, d.mantissa,
-                                  c.exponent + d.exponent));
+    return scaled_of(high, exponent);
 }
 
 /* a >= 0: sqrt(m 2^e) = sqrt(v) 2^((e - odd) / 2), v = m or, for e odd, 2 m: in [2^30, 2^32) */
