@@ -8,11 +8,12 @@ that is missing, or in part, or a second update) leaves the steady state and goe
 from __future__ import annotations
 
 import re
-from typing import Protocol, Sequence
+from typing import Optional, Sequence
 
 from kalmanq.compiler.enclosure import Settled
 from kalmanq.compiler.printing import indented
 from kalmanq.compiler.request import LONGEST_GAP, Request
+from kalmanq.model import Model
 
 NO_FAST_MATH = """\
 #if defined __FAST_MATH__
@@ -26,37 +27,46 @@ SHORT_DOUBLE = """\
 """
 
 
-class Arithmetic(Protocol):
-    """What the text of a filter is made of; all but `routines` are lines or expressions of C"""
+class Arithmetic:
+    """What the text of a filter is made of: lines and expressions of C (FloatFilter, WordFilter).
+
+    type, zero       of a measurement, and 0 of it
+    covariance_type  of an entry of the covariance
+    model            with all ranges that the C uses
+    live             entries of the factor that are carried, as P[0], P[1], ...
+    steady           None: the gain is never a constant
+    events           bits of f->events after those of all filters: name, and what it means
+    includes         what the header needs
+    """
 
     type: str
+    zero: str
+    covariance_type: str
+    model: Model
     live: Sequence[tuple[int, int]]
-    steady: Settled | None
+    steady: Optional[Settled]
+    events: Sequence[tuple[str, str]] = ()
+    includes: Sequence[str] = ()
 
-    @property
-    def fields(self) -> list[str]: ...
-    def start(self) -> list[str]: ...
-    def start_at(self) -> list[str]: ...
-    def places(self, mean: bool = True, factor: bool = True) -> list[tuple[str, str, str]]: ...
-    def predict_mean(self) -> list[str]: ...
-    def predict_factor(self) -> list[str]: ...
-    def update(self, j: int) -> list[str]: ...
-    def settled(self, predicts: bool, then: Sequence[str]) -> list[str]: ...
-    def steady_literals(self) -> list[list[str]]: ...
-    def accepts(self, j: int) -> str: ...
-    def mixed(self, j: int) -> str: ...
-    def most_control(self, k: int) -> str: ...
-    def covariance(self) -> list[str]: ...
-    def functions(self) -> list[str]: ...
-    def mean_text(self, i: int) -> str: ...
-    def routines(self, text: str) -> str: ...
-    @property
-    def arrays(self) -> list[str]: ...
-    def raw(self, which: str, k: int, value: float) -> float: ...
-    def literal(self, value: float) -> str: ...
-    def from_double(self, which: str, k: int, text: str) -> str: ...
-    def mean_double(self, i: int) -> str: ...
-    def covariance_double(self, i: str, j: str) -> str: ...
+    def enumerators(self) -> list[str]:
+        """Of the header: fractions of raw values, or places of coefficients"""
+        return []
+
+    def calls(self) -> list[str]:
+        """Declarations of `functions`, and readings, beside those of all filters"""
+        return []
+
+    def functions(self) -> list[str]:
+        """Beside those of all filters"""
+        return []
+
+    def format_of(self, which: str, k: int) -> str:
+        """Of a raw value, as in Q16.15"""
+        return ""
+
+    def routines(self, text: str) -> str:
+        """What the functions of `text` call"""
+        return ""
 
 
 class Text:
@@ -133,8 +143,7 @@ class Text:
     def _control(self) -> list[str]:
         if not self.given.of.l:
             return []
-        type_ = self.a.type
-        zero = "0" if type_ == "int32_t" else "0.0f" if type_ == "float" else "0.0"
+        type_, zero = self.a.type, self.a.zero
         low = "-most" if type_ == "int32_t" else f"u < {zero} ? -most : {zero}"
         return function(f"static {type_} control({self.filter}, {type_} u, {type_} most)", [
             "if (u >= -most && u <= most) return u;", f"f->events |= {self.given.upper}_CONTROL_REFUSED;",
@@ -176,7 +185,8 @@ class Text:
     def _settled_lines(self, predicts: bool) -> list[str]:
         """Of a full sample, once settled; it returns."""
         gates = range(self.given.of.m) if self.given.options.gate is not None else ()
-        ends = [*(f"f->rejected[{j}] = 0;" for j in gates), *([] if predicts else ["f->calls = SETTLED;"]), f"return {self.given.all}u;"]
+        counted = [] if predicts else ["f->calls = SETTLED;"]
+        ends = [*(f"f->rejected[{j}] = 0;" for j in gates), *counted, f"return {self.given.all}u;"]
         mark = "/* store */"
         body = self.a.settled(predicts, [mark, *ends])
         return [*self._measured(), *within(self.a.places(factor=False), body, mark)]
@@ -184,8 +194,7 @@ class Text:
     def _taken(self) -> list[str]:
         """static: the components whose bits are set"""
         given, a = self.given, self.a
-        lines = [f"f->nis = {'0' if a.type == 'int32_t' else '0.0f' if a.type == 'float' else '0.0'};"] \
-            if given.options.nis else []
+        lines = [f"f->nis = {a.zero};"] if given.options.nis else []
         lines += ["if (!taken) return 0;"]
         lines += self._leave_before() if self.settles else []
         body: list[str] = []
@@ -201,7 +210,8 @@ class Text:
 
     def _count_update(self) -> list[str]:
         return [f"if (taken != {self.given.all}u || !(f->calls & 1u)) f->calls = 0;",
-                "else if (f->gap) f->calls = SETTLED + 2u - UINT32_C(2) * after_gap[f->gap - 1];", "else f->calls++;", "f->gap = 0;"]
+                "else if (f->gap) f->calls = SETTLED + 2u - UINT32_C(2) * after_gap[f->gap - 1];", "else f->calls++;",
+                "f->gap = 0;"]
 
     def _update(self) -> list[str]:
         given = self.given
@@ -240,8 +250,8 @@ class Text:
     def _covariance(self) -> list[str]:
         type_ = self.a.type
         factor = self._factor() if self.settles else "f->P"
-        result, lines = getattr(self.a, "covariance_type", type_), self.a.covariance()
-        return function(f"{result} {self.given.name}_covariance(const {self.given.type} *f, int i, int j)",
+        lines = self.a.covariance()
+        return function(f"{self.a.covariance_type} {self.given.name}_covariance(const {self.given.type} *f, int i, int j)",
                         [*([f"const {type_} *P = {factor};"] if any("P[" in one for one in lines) else []), *lines])
 
 

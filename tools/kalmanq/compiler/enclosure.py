@@ -24,6 +24,7 @@ DIGITS = decimal.Context(prec=90, Emax=decimal.MAX_EMAX, Emin=decimal.MIN_EMIN) 
 BEYOND = Decimal("1e40")  # > n times the largest float
 MOST = 17  # doublings until which a covariance has to settle: 131072 samples
 MORE = 4  # doublings after which the steady covariance is exact
+NEGLIGIBLE = 1e-12  # of a sigma
 GONE = Decimal("1e-40")  # of its first variance: a state without noise whose variance fades away
 
 
@@ -67,6 +68,13 @@ class Settled:
     gain: np.ndarray  # n x m
     variances: np.ndarray  # m, of innovations, each given the components before it
     lower: np.ndarray  # m x m, unit: innovations = lower * those given the components before
+
+    @property
+    def gain_that_moves(self) -> np.ndarray:
+        """The gain in double; 0 where an innovation of one sigma moves a state by next to nothing"""
+        gain, sigma = self.gain.astype(float), np.sqrt(np.diag(self.filtered).astype(float).clip(1e-300))
+        moved = np.abs(gain) * np.sqrt(self.variances.astype(float)) / sigma[:, None]
+        return np.where(moved < NEGLIGIBLE, 0, gain)
 
 
 def steps(of: Numbers) -> tuple[Map, Map]:

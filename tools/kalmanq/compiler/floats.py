@@ -12,27 +12,30 @@ import numpy as np
 
 from kalmanq.compiler import lag, ud
 from kalmanq.compiler.coefficients import coefficients
+from kalmanq.compiler.emit import Arithmetic
 from kalmanq.compiler.enclosure import Settled
 from kalmanq.compiler.facts import entries_of, facts
 from kalmanq.compiler.graph import Node, constant, dot, inverse, make, node, symbol
+from kalmanq.compiler.head import reading
 from kalmanq.compiler.printing import Body, Floats, Target
 from kalmanq.compiler.request import RUN, Request
 
 MOST = {"float": 1e18, "double": 1e150}  # of what has no range: its square is a number, and what comes of it
 LEAST = {"float": ud.LEAST, "double": 1e-280}  # a D below this is 0: its inverse would overflow
 SMALLEST, LARGEST = 1e-30, 1e37  # of a square that a float holds with all its digits
-NEGLIGIBLE = 1e-12  # of a sigma: a gain by which an innovation of one sigma moves a state by less is 0
 STUDENT_STEPS = 3
 Mean = list[tuple[Node, Node]]
 Place = tuple[str, str, str]
 
 
-class FloatFilter:
-    """What the shell asks of an arithmetic, in float or double."""
+class FloatFilter(Arithmetic):
+    """In float or double"""
 
     def __init__(self, given: Request, steady: Optional[Settled]):
         self.given, self.of = given, given.of.doubles()
-        self.type = "float" if given.options.arithmetic == "f32" else "double"
+        self.type = self.covariance_type = "float" if given.options.arithmetic == "f32" else "double"
+        self.zero, self.model = "0.0f" if self.type == "float" else "0.0", given.model
+        self.includes = ["#include <math.h>"] if given.options.nis else []
         self.words = Floats(self.type)
         self.steady = steady
         self.coefficients = coefficients(given, self.type, self.number)
@@ -196,19 +199,12 @@ class FloatFilter:
 
     # ---- settled
 
-    @property
-    def gain(self) -> np.ndarray:
-        assert self.steady is not None
-        gain, sigma = self.steady.gain.astype(float), np.sqrt(np.diag(self.steady.filtered).astype(float).clip(1e-300))
-        moved = np.abs(gain) * np.sqrt(self.steady.variances.astype(float)) / sigma[:, None]
-        return np.where(moved < NEGLIGIBLE, 0, gain)
-
     def settled(self, predicts: bool, then: Sequence[str]) -> list[str]:
         """The mean by the constant gain, from z0, z1, ..., and `then`; predicts: A x + B u before.  With gates nothing
         is done where a component is beyond its gate."""
         x = self._moved(self.mean) if predicts else self.mean
         y = [self.innovation(x, j, symbol(f"z{j}")) for j in range(self.of.m)]
-        targets = self._written([(high, dot(zip(row, y), low)) for (high, low), row in zip(x, self.gain)])
+        targets = self._written([(high, dot(zip(row, y), low)) for (high, low), row in zip(x, self.steady.gain_that_moves)])
         body = Body(self.words, hints={id(one): f"y{j}" for j, one in enumerate(y)})
         apart, variances = self._apart(y), self.steady.variances.astype(float)
         if self.given.options.nis:
@@ -282,16 +278,33 @@ class FloatFilter:
                 f"    const {self.type} a = i == k ? {one} : {at('column + i')}, b = j == k ? {one} : {at('column + j')};",
                 f"    sum += a * b * {at('column + k')};", "}", "return sum;"]
 
+    def size(self) -> int:
+        """Bytes of its fields"""
+        n, m, options = self.of.n, self.of.m, self.given.options
+        words = 2 * n + max(len(self.live), 1) + len(self.coefficients.start)
+        words += (m + 1 if options.nis else 0) + (m if options.lag else 0)
+        return (4 if self.type == "float" else 8) * words
+
+    def enumerators(self) -> list[str]:
+        return self.coefficients.enumerators()
+
     def functions(self) -> list[str]:
         return [*self.coefficients.functions(),
                 *(lag.functions(self.given, self.steady, self.type, self.number) if self.steady else [])]
 
-    def routines(self, text: str) -> str:
-        return ""
+    def calls(self) -> list[str]:
+        variances = [line for i, state in enumerate(self.given.states) for line in
+                     reading(self.given, self.type, f"variance_{state}", f"{self.given.name}_covariance(f, {i}, {i})")]
+        return [*self.coefficients.calls(), *variances, *(self._likelihood() if self.given.options.nis else []),
+                *lag.calls(self.given, self.type)]
 
-    def likelihood(self, given: Request) -> list[str]:
+    def nis_fields(self) -> list[str]:
+        return [f"{self.type} nis;",
+                f"{self.type} s[{self.of.m}]; /* variance of each innovation, given the components before it */"]
+
+    def _likelihood(self) -> list[str]:
         """Of the components that the last update took"""
-        logarithm, m = ("logf" if self.type == "float" else "log"), self.of.m
+        given, logarithm, m = self.given, "logf" if self.type == "float" else "log", self.of.m
         return [f"/** Logarithm of the likelihood of the last update; `taken`: what it returned. */",
                 f"static inline {self.type} {given.name}_log_likelihood(const {given.type} *f, unsigned taken)", "{",
                 f"    {self.type} sum = f->nis;",

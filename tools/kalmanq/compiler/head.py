@@ -5,7 +5,7 @@ from __future__ import annotations
 from kalmanq.compiler import lag
 from kalmanq.compiler.emit import Arithmetic, Text, comment
 from kalmanq.compiler.printing import indented
-from kalmanq.compiler.request import RUN, Request
+from kalmanq.compiler.request import Request
 from kalmanq.firmware.c_source import plain
 
 
@@ -23,9 +23,9 @@ class Header:
         guard = f"{self.given.upper}_H"
         return "\n".join([
             *comment([*self._what(), "", *self._usage(), "", *self._quantities()]), f"#ifndef {guard}",
-            f"#define {guard}", "", *self._includes(), "#include <stdint.h>", "", "#ifdef __cplusplus",
-            'extern "C" {', "#endif", "", *self._events(), *self._points(), *self._tuned("enumerators"), *self._fields(),
-            *self._calls(), *self._tuned("calls"), *self._readings(), *lag.calls(self.given, self.a.type), "#ifdef __cplusplus", "}", "#endif", "", f"#endif /* {guard} */", ""])
+            f"#define {guard}", "", *self.a.includes, "#include <stdint.h>", "", "#ifdef __cplusplus",
+            'extern "C" {', "#endif", "", *self._events(), *self.a.enumerators(), *self._fields(), *self._calls(),
+            *self._means(), *self.a.calls(), "#ifdef __cplusplus", "}", "#endif", "", f"#endif /* {guard} */", ""])
 
     def _what(self) -> list[str]:
         model, options = self.given.model, self.given.options
@@ -43,17 +43,14 @@ class Header:
         return [f"    {call:<{width}}{what}".rstrip() for call, what in rows]
 
     def _quantities(self) -> list[str]:
-        fractions, model = getattr(self.a, "fraction", None), getattr(self.a, "model", self.given.model)
-        rows = [("", "name", "unit", "range", *(["format"] if fractions else []))]
+        rows = [("", "name", "unit", "range", "format")]
         for which in ("states", "measurements", "controls"):
-            for k, one in enumerate(getattr(model, which)):
+            for k, one in enumerate(getattr(self.a.model, which)):
                 rows.append((f"{which[:-1]} {k}", plain(one.name), plain(one.unit), f"{one.range:g}" if one.range else "",
-                             *([f"Q{31 - fractions(which, k)}.{fractions(which, k)}"] if fractions else [])))
+                             self.a.format_of(which, k)))
+        rows = rows if rows[1][-1] else [row[:-1] for row in rows]
         widths = [max(len(row[k]) for row in rows) for k in range(len(rows[0]))]
         return ["    " + "  ".join(f"{cell:<{width}}" for cell, width in zip(row, widths)).rstrip() for row in rows]
-
-    def _includes(self) -> list[str]:
-        return ["#include <math.h>"] if self.given.options.nis and self.a.type != "int32_t" else []
 
     def _events(self) -> list[str]:
         """They stay set until f->events is set to 0."""
@@ -62,26 +59,16 @@ class Header:
             if self.given.of.l else []
         rows += [("GATED", "a measurement was too far off: it was not taken")] \
             if self.given.options.gate is not None else []
-        rows += list(getattr(self.a, "events", ()))
+        rows += self.a.events
         lines = [f"{self.given.upper}_{name} = {1 << bit}{',' if bit < len(rows) - 1 else ''} /* {what} */"
                  for bit, (name, what) in enumerate(rows)]
         return ["/* f->events: bits that stay set until you clear them */", "enum {", *indented(lines), "};", ""]
-
-    def _points(self) -> list[str]:
-        points = getattr(self.a, "points", None)
-        return points() if points else []
-
-    def _tuned(self, which: str) -> list[str]:
-        coefficients = getattr(self.a, "coefficients", None)
-        return getattr(coefficients, which)() if coefficients else []
 
     def _fields(self) -> list[str]:
         options, m = self.given.options, self.given.of.m
         lines = [*self.a.fields, "uint32_t calls; /* predict and full update in turn */", f"uint16_t {self.c.counter[0]};",
                  "uint16_t events;"]
-        lines += [f"{self.a.type if self.a.type != 'int32_t' else 'int64_t'} nis;",
-                  f"{self.a.type} s[{m}]; /* variance of each innovation, given the components before it */"] \
-            if options.nis else []
+        lines += self.a.nis_fields() if options.nis else []
         lines += [f"uint8_t rejected[{m}]; /* in a row, by the gate */"] if options.gate is not None else []
         lines += [f"{self.a.type} y[{m}]; /* innovations of the last sample, once settled */"] if options.lag else []
         return ["typedef struct {", *indented(lines), f"}} {self.given.type};", "", *lag.struct(self.given, self.a.type)]
@@ -103,22 +90,16 @@ class Header:
         lines += ["/** Predict and update: the same result in fewer instructions. */",
                   f"unsigned {self.name}_step({self.filter}{u}, {z});", "",
                   "/** Entry i, j of the covariance. */",
-                  f"{getattr(self.a, 'covariance_type', self.a.type)} {self.name}_covariance(const {self.given.type} *f, int i, int j);", ""]
+                  f"{self.a.covariance_type} {self.name}_covariance(const {self.given.type} *f, int i, int j);", ""]
         return lines
 
-    def _readings(self) -> list[str]:
-        lines: list[str] = []
-        for i, state in enumerate(self.given.states):
-            lines += self._reading(f"mean_{state}", self.a.mean_text(i))
-            lines += [] if self.a.type == "int32_t" else \
-                self._reading(f"variance_{state}", f"{self.name}_covariance(f, {i}, {i})")
-        if self.given.options.nis and self.a.type != "int32_t":
-            lines += self.a.likelihood(self.given)
-        return lines
+    def _means(self) -> list[str]:
+        return [line for i, state in enumerate(self.given.states)
+                for line in reading(self.given, self.a.type, f"mean_{state}", self.a.mean_text(i))]
 
-    def _reading(self, name: str, text: str) -> list[str]:
-        return [f"static inline {self.a.type} {self.name}_{name}(const {self.given.type} *f)", "{", f"    return {text};",
-                "}", ""]
+
+def reading(given: Request, type_: str, name: str, text: str) -> list[str]:
+    return [f"static inline {type_} {given.name}_{name}(const {given.type} *f)", "{", f"    return {text};", "}", ""]
 
 
 def count(number: int, what: str) -> str:

@@ -41,15 +41,10 @@ class Product:
 
     @property
     def ram(self) -> int:
-        """Bytes of the filter where words are aligned"""
-        options, of, live = self.given.options, self.given.of, len(self.arithmetic.live)
-        word = 8 if options.arithmetic == "f64" else 4
-        size = of.n * (8 if options.arithmetic == "q31" else 2 * word) + word * max(live, 1) + 8
-        size += word * (of.m + 1) if options.nis else 0
-        size += word * of.m if options.lag else 0
-        size += word * len(getattr(self.arithmetic.coefficients, "start", ()))
-        size += of.m if options.gate is not None else 0
-        align = 8 if options.arithmetic in ("q31", "f64") else 4
+        """Bytes of the filter where words are aligned: its arithmetic's, calls, a counter, events, rejections"""
+        options = self.given.options
+        size = self.arithmetic.size() + 8 + (self.given.of.m if options.gate is not None else 0)
+        align = 4 if options.arithmetic == "f32" else 8
         return -(-size // align) * align
 
 

@@ -42,9 +42,8 @@ def files(product: Product, host: Host, found: Findings, source: str) -> dict[st
 
 
 def lines(product: Product, found: Findings) -> list[str]:
-    made = [*_what(product), *_settles(product), *_accuracy(found), *_coarse(found, product.given.options.arithmetic), *_chosen(product), *_unknown(product),
-            *_correlated(product)]
-    return made
+    return [*_what(product), *_settles(product), *_accuracy(found), *_coarse(found, product.given.options.arithmetic),
+            *_chosen(product), *_unknown(product), *_correlated(product)]
 
 
 def _what(product: Product) -> list[str]:
@@ -85,7 +84,7 @@ def _coarse(found: Findings, arithmetic: str) -> list[str]:
 
 def _chosen(product: Product) -> list[str]:
     """Ranges of q31 that the model does not declare"""
-    declared, ranged = product.given.model, getattr(product.arithmetic, "model", product.given.model)
+    declared, ranged = product.given.model, product.arithmetic.model
     made = [f"{after.name} {after.range:.4g} {after.unit}".rstrip() for which in ("states", "measurements", "controls")
             for before, after in zip(getattr(declared, which), getattr(ranged, which)) if before.range is None
             and after.range is not None]

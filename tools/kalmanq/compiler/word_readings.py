@@ -6,6 +6,7 @@ import math
 from typing import Sequence
 
 from kalmanq.compiler import word_routines
+from kalmanq.compiler.emit import Arithmetic
 from kalmanq.compiler.printing import indented
 from kalmanq.compiler.request import Request
 from kalmanq.compiler.word_factor import Factor, Key, keys
@@ -13,7 +14,7 @@ from kalmanq.compiler.word_formats import BITS, Formats
 from kalmanq.compiler.word_mean import Mean
 
 
-class Readings:
+class Readings(Arithmetic):
     """Of a filter in words, which has these"""
 
     given: Request
@@ -42,10 +43,21 @@ class Readings:
     def fraction(self, which: str, k: int) -> int:
         return {"states": self.formats.read, "measurements": self.formats.z, "controls": self.formats.u}[which][k]
 
+    def format_of(self, which: str, k: int) -> str:
+        return f"Q{31 - self.fraction(which, k)}.{self.fraction(which, k)}"
+
+    def nis_fields(self) -> list[str]:
+        return ["int64_t nis;", f"int32_t s[{self.given.of.m}]; /* sigma of each innovation, given the components before it */"]
+
+    def size(self) -> int:
+        """Bytes of its fields"""
+        n, m = self.given.of.n, self.given.of.m
+        return 8 * n + 4 * max(len(self.live), 1) + (8 + 4 * m if self.given.options.nis else 0)
+
     def sigma_fraction(self, i: int) -> int:
         return BITS - self.formats.exponent[i]
 
-    def points(self) -> list[str]:
+    def enumerators(self) -> list[str]:
         """The header's fractions"""
         given, upper = self.given, self.given.upper
         rows = [(name, "states", i) for i, name in enumerate(given.states)]
@@ -84,9 +96,6 @@ class Readings:
         column = "k * (k + 1) / 2"
         return [*lines, "int64_t sum = 0;", f"for (int k = {a} > {b} ? {a} : {b}; k < {n}; k++)",
                 f"    sum += product({at.format(f'{column} + {a}')}, {at.format(f'{column} + {b}')});", "return sum;"]
-
-    def functions(self) -> list[str]:
-        return []
 
     def routines(self, text: str) -> str:
         stop = "\n".join(self.mean.stop(self.given.type)) if "stop(f)" in text else ""

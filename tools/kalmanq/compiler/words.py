@@ -22,17 +22,16 @@ from kalmanq.compiler.word_readings import Readings
 from kalmanq.compiler.word_text import Lines, Value, living
 from kalmanq.errors import KalmanqError
 
-NEGLIGIBLE = 1e-12  # of a sigma: a gain by which an innovation of one sigma moves a state by less is 0
+NEGLIGIBLE = 1e-12  # of an innovation's sigma
 GAIN_ERROR = 4e-6
 ALL_ORDERS = 4  # states, of which all orders are tried
 Place = tuple[str, str, str]
 
 
 class WordFilter(Readings):
-    type = "int32_t"
+    type, zero = "int32_t", "0"
     covariance_type = "int64_t"
     arrays = ("x", "P")  # without padding
-    coefficients = None
     events = (("SIGMA_SATURATED", "a sigma would be beyond its format: the covariance was not predicted"),
               ("MEAN_SATURATED", "a mean or an innovation was beyond its format: the nearer end was taken"))
 
@@ -95,12 +94,12 @@ class WordFilter(Readings):
                 *(f"f->P[{slot}] = {first[key]};" for slot, key in enumerate(self.live))]
 
     def start_at(self) -> list[str]:
-        """From mean[n] and sigma[n]"""
+        """From mean[n] and sigma[n], each at most what its format holds"""
         f, lines = self.formats, []
         for i in range(self.of.n):
-            by = f.x[i] - f.read[i]
-            text = f"mean[{i}]"
-            lines.append(f"f->x[{i}] = {f'((int64_t){text} >> {-by})' if by < 0 else f'{text} * (INT64_C(1) << {by})'};")
+            by, most = f.x[i] - f.read[i], min(2 ** max(f.end[i] - f.x[i] + f.read[i], 0), 2**31 - 1)
+            text = f"(mean[{i}] > {most} ? {most} : mean[{i}] < -{most} ? -{most} : mean[{i}])"
+            lines.append(f"f->x[{i}] = {f'(int64_t){text} >> {-by}' if by < 0 else f'{text} * (INT64_C(1) << {by})'};")
         for slot, (i, j) in enumerate(self.live):
             state = self.factor.order[i]
             most = 1 << BITS - self.factor.exponent[i] + self.factor.held[i]
@@ -182,13 +181,6 @@ class WordFilter(Readings):
     # ---- settled
 
     @property
-    def gain(self) -> np.ndarray:
-        assert self.steady is not None
-        gain, sigma = self.steady.gain.astype(float), np.sqrt(np.diag(self.steady.filtered).astype(float).clip(1e-300))
-        moved = np.abs(gain) * np.sqrt(self.steady.variances.astype(float)) / sigma[:, None]
-        return np.where(moved < NEGLIGIBLE, 0, gain)
-
-    @property
     def resolution(self) -> np.ndarray:
         """What a gain may be off by: an innovation of one sigma moves the state by as much less than its own"""
         sigma = np.sqrt(np.diag(self.steady.filtered).astype(float))
@@ -198,7 +190,7 @@ class WordFilter(Readings):
         """The mean by the constant gain, from z0, z1, ..., and `then`"""
         lines, x = self.mean.predicted(np.any(self.of.H != 0, axis=0)) if predicts else ([], {})
         lines += [f"const int32_t y{j} = {self.mean.innovation(j, x)};" for j in range(self.of.m)]
-        x = {i: x.get(i, f"x{i}") + self.mean.corrected(i, self.gain[i], self.resolution[i]) for i in range(self.of.n)}
+        x = {i: x.get(i, f"x{i}") + self.mean.corrected(i, self.steady.gain_that_moves[i], self.resolution[i]) for i in range(self.of.n)}
         options = self.given.options
         writes = ["f->nis = 0;"] if options.nis else []
         if options.nis or options.gate is not None:

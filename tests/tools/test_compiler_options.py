@@ -1,0 +1,229 @@
+"""Options of kalmanq compile: each beside another way to the same numbers."""
+
+import ctypes
+import subprocess
+from itertools import product
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from compiled_models import kinematic
+from driven import doubles
+from kalmanq import Model
+from kalmanq.compiler import record
+from kalmanq.compiler.host import PREDICTS, UPDATES, Host, build, compiler
+from kalmanq.compiler.product import compiled
+from kalmanq.compiler.request import Options, due
+from kalmanq.errors import KalmanqError
+from products import gps, heart, motor, oven, press, tank
+
+
+def navigation() -> Model:
+    """A position ten times less often than a speed, which has a bias"""
+    dt = 0.01
+    return Model([[1, dt, 0], [0, 1, 0], [0, 0, 1]], [[1, 0, 0], [0, 1, 1]], [4, 0.01], [1e-6, 1e-3, 1e-7],
+                 P0=[100, 10, 1], name="navigation")
+
+
+def library(folder: Path, made, text: str) -> ctypes.CDLL:
+    for name, source in {**made.sources(), "more.c": text}.items():
+        (folder / name).write_text(source, encoding="utf-8")
+    return ctypes.CDLL(str(build(folder, ["flt.c", "more.c"], "flt.so", ("-shared", "-fPIC"))))
+
+
+# ------------------------------------------------------------------------------ --lag
+
+LAG = """\
+#include "flt.h"
+void run(int rows, const double *z, const double *u, double *lagged, int *is_there)
+{{
+    static flt_filter f;
+    static flt_lag l;
+    (void)u;
+    flt_start(&f);
+    flt_lag_start(&l);
+    for (int t = 0; t < rows; t++) {{
+        if (t == 0) flt_update(&f, z);
+        else flt_step(&f{u}, z + {m} * t);
+        is_there[t] = flt_lag_step(&l, &f);
+        for (int i = 0; i < {n}; i++) lagged[{n} * t + i] = l.x[{lag}][i];
+    }}
+}}
+"""
+
+
+def augmented(of, z, u, lag):
+    """Means and sigmas `lag` samples ago, by a filter whose state holds the last ones, too"""
+    n, N = of.n, of.n * (lag + 1)
+    A, Q, H, x, P = np.zeros((N, N)), np.zeros((N, N)), np.zeros((of.m, N)), np.zeros(N), np.zeros((N, N))
+    A[:n, :n], A[n:, :-n], Q[:n, :n], H[:, :n], x[:n], P[:n, :n] = of.A, np.eye(N - n), of.Q, of.H, of.x0, of.P0
+    for t, row in enumerate(z):
+        if t:
+            x, P = A @ x, A @ P @ A.T + Q
+            x[:n] += of.B @ u[t]
+        K = P @ H.T @ np.linalg.inv(H @ P @ H.T + np.diag(of.R))
+        left = np.eye(N) - K @ H
+        x, P = x + K @ (row - H @ x), left @ P @ left.T + K @ np.diag(of.R) @ K.T
+        yield x[-n:].copy(), np.sqrt(np.diag(P)[-n:])
+
+
+@pytest.mark.parametrize("make", [gps, oven])
+def test_the_lagged_mean_is_that_of_the_augmented_filter(make, tmp_path):
+    lag, made = 5, compiled(make(), "flt", Options("f64", lag=5))
+    of, rows = made.given.of.doubles(), made.steady.samples + 60
+    drawn = record.drawn(made.given, rows, 1)
+    text = LAG.format(u=f", u + {of.l} * t" if of.l else "", m=of.m, n=of.n, lag=lag)
+    lagged, is_there = np.zeros((rows, of.n)), np.zeros(rows, np.int32)
+    library(tmp_path, made, text).run(rows, doubles(drawn.z.ravel()), doubles(drawn.u.ravel()), lagged.ctypes.data_as(ctypes.c_void_p),
+                                      is_there.ctypes.data_as(ctypes.c_void_p))
+    assert is_there.sum() > 50 and not is_there[:made.steady.samples].any()
+    for t, (mean, sigma) in enumerate(augmented(of, drawn.z, drawn.u, lag)):
+        assert not is_there[t] or np.abs((lagged[t] - mean) / sigma).max() < 1e-5, t
+
+
+def test_a_lag_needs_a_constant_gain():
+    drifts = Model([[1, 1], [0, 1]], [1, 0], 1.0, [0.1, 0], P0=[1, 1])
+    with pytest.raises(KalmanqError, match="--lag"):
+        compiled(drifts, "flt", Options(lag=2))
+
+
+# ------------------------------------------------------------------------------ --every
+
+
+def regular(made, rows):
+    """A record in which every row has what is due in it"""
+    drawn = record.drawn(made.given, rows, 3)
+    drawn.what[:], drawn.what[0] = PREDICTS | UPDATES, UPDATES
+    drawn.present[:] = [due(made.given.options.every, t) for t in range(rows)]
+    return drawn
+
+
+@pytest.mark.parametrize("make, every", [(navigation, (10, 1)), (gps, (1, 4)), (heart, (1, 3)), (press, (1, 5))])
+def test_a_cycle_of_rows_settles(make, every):
+    made = compiled(make(), "flt", Options("f64", every=every))
+    length, cycles = len(made.cycle.rows), made.cycle.cycles
+    rows = min(length * (cycles + 4), 20_000)
+    with Host(made) as host:
+        for seed in (1, 2):  # with gaps, samples in part and second updates, it never settles for long
+            tried = record.tried(made.given, host, 1000, seed)
+            assert tried.mean < 1e-6 and tried.covariance < 1e-6 and not tried.events
+        drawn = regular(made, rows)
+        ran = host.run(drawn.z, drawn.u, drawn.present, drawn.what)
+    accuracy = record.accuracy(made.given, drawn, ran)
+    assert accuracy.mean < 1e-5 and accuracy.covariance < 1e-5  # as --settle says, and it takes the constant gains
+    last = ran.covariance[-2 * length:]
+    assert rows < length * (cycles + 4) or np.array_equal(last[:length], last[length:])
+
+
+def test_what_is_refused_of_rates():
+    for every, options, said in (((2, 2), {}, "longer step"), ((1,), {}, "each of 2"), ((1, 997), {}, "997 rows"),
+                                 ((1, 4), {"nis": True}, "--nis"), ((1, 4), {"arithmetic": "q31"}, "f32 and f64")):
+        with pytest.raises(KalmanqError, match=said):
+            compiled(gps(), "flt", Options(every=every, **options))
+
+
+# ------------------------------------------------------------------------------ --tunable
+
+
+@pytest.mark.parametrize("make", [gps, oven, motor])
+def test_a_tuned_filter_is_that_of_the_other_model(make, tmp_path):
+    """A couplings, Q and R of another model, written into the fields"""
+    model = make()
+    other = model.changed(A=np.where(np.eye(model.n) == 1, model.A, 0.5 * model.A), Q=3 * model.Q, R=2 * model.R)
+    made, expected = compiled(model, "flt", Options("f64", tunable=True)), compiled(other, "flt", Options("f64"))
+    of, n = made.given.of.doubles(), model.n
+    places = [(i, k) for i in range(n) for k in range(n) if of.A[i, k] and not (i == k and of.A[i, k] == 1)]
+    values = ", ".join(repr(float(other.A[one])) for one in places)
+    noises = ", ".join(repr(float(one)) for one in np.diag(other.R))
+    text = f"""
+#include "flt.h"
+int tune(flt_filter *f, const double *Q)
+{{
+    static const double A[] = {{{values}}}, r[] = {{{noises}}};
+    for (int k = 0; k < {len(places)}; k++) f->A[k] = A[k];
+    for (int j = 0; j < {model.m}; j++) f->r[j] = r[j];
+    return flt_noise(f, Q);
+}}
+unsigned size(void) {{ return sizeof(flt_filter); }}
+void step(flt_filter *f, const double *u, const double *z) {{ (void)u; flt_step(f{', u' if model.l else ''}, z); }}
+void mean(const flt_filter *f, double *x) {{ for (int i = 0; i < {n}; i++) x[i] = f->x[i] + f->low[i]; }}
+"""
+    called = library(tmp_path, made, text)
+    f, drawn, x = ctypes.create_string_buffer(called.size()), record.drawn(expected.given, 200, 1), np.zeros(n)
+    drawn.what[:], drawn.present[:] = PREDICTS | UPDATES, expected.given.all
+    called.flt_start(f)
+    assert called.tune(f, doubles(np.asarray(other.Q).ravel())) == 1
+    with Host(expected) as host:
+        ran = host.run(drawn.z, drawn.u, drawn.present, drawn.what)
+    sigma = np.sqrt(np.diagonal(ran.covariance, axis1=1, axis2=2))
+    for t in range(200):
+        called.step(f, doubles(drawn.u[t]), doubles(drawn.z[t]))
+        called.mean(f, x.ctypes.data_as(ctypes.c_void_p))
+        assert np.abs((x - ran.mean[t]) / sigma[t]).max() < 1e-5, t
+    before = f.raw
+    for bad in (-np.asarray(other.Q), np.asarray(other.Q) + np.ones((n, n)), np.full((n, n), np.nan)):
+        assert called.flt_noise(f, doubles(bad.ravel())) == 0 and f.raw == before
+
+
+# ------------------------------------------------------------------------------ --loops
+
+
+@pytest.mark.parametrize("make, more", list(product([tank, gps, motor], [{}, {"gate": 4.0, "nis": True}, {"student": 5.0}])))
+def test_loops_come_to_what_straight_lines_come_to(make, more):
+    ran = []
+    for loops in (True, False):
+        made = compiled(make(), "flt", Options(loops=loops, **more))
+        with Host(made) as host:
+            drawn = record.drawn(made.given, 1000, 1)
+            ran.append(host.run(drawn.z, drawn.u, drawn.present, drawn.what))
+    sigma = np.sqrt(np.diagonal(ran[1].covariance, axis1=1, axis2=2))
+    assert np.array_equal(ran[0].taken, ran[1].taken)
+    assert np.abs((ran[0].mean - ran[1].mean) / sigma).max() < 2e-4
+    assert np.abs((ran[0].covariance - ran[1].covariance) / (sigma[:, :, None] * sigma[:, None, :])).max() < 5e-5
+
+
+def test_a_large_model_takes_loops_by_itself():
+    assert "predict_factor" in compiled(dense(12), "flt", Options()).code
+    assert "predict_factor" not in compiled(kinematic(3, 3), "flt", Options()).code
+
+
+def dense(n: int) -> Model:
+    draws = np.random.default_rng(1)
+    G = draws.standard_normal((n, n))
+    return Model(0.9 * np.eye(n) + 0.05 * draws.standard_normal((n, n)), draws.standard_normal((4, n)), np.ones(4),
+                 G @ G.T / n, P0=10 * np.ones(n))
+
+
+# ------------------------------------------------------------------------------ the struct, and starting anew
+
+
+@pytest.mark.parametrize("arithmetic, more", list(product(["f32", "f64", "q31"], [{}, {"nis": True, "gate": 4.0}])))
+def test_the_ram_that_is_told_is_the_struct_s(arithmetic, more, tmp_path):
+    for model in (tank(), gps(), motor()):
+        made = compiled(model, "flt", Options(arithmetic, **more))
+        for name, text in made.sources().items():
+            (tmp_path / name).write_text(text, encoding="utf-8")
+        (tmp_path / "size.c").write_text(f'#include "flt.h"\n_Static_assert(sizeof(flt_filter) == {made.ram}, "RAM");\n')
+        done = subprocess.run([compiler(), "-std=c11", "-c", str(tmp_path / "size.c"), "-o", str(tmp_path / "size.o")])
+        assert done.returncode == 0
+
+
+def test_q31_starts_anew_within_its_formats(tmp_path):
+    made = compiled(tank(), "flt", Options("q31"))
+    called = library(tmp_path, made, """
+#include "flt.h"
+unsigned size(void) { return sizeof(flt_filter); }
+void start_at(flt_filter *f, int mean, int sigma)
+{
+    const int32_t a[] = {mean, -mean}, b[] = {sigma, sigma};
+    flt_start_at(f, a, b);
+}
+int level(const flt_filter *f) { return flt_mean_level(f); }
+int flow(const flt_filter *f) { return flt_mean_flow(f); }
+""")
+    f = ctypes.create_string_buffer(called.size())
+    called.start_at(f, 12345, 1000)
+    assert (called.level(f), called.flow(f)) == (12345, -12345)
+    called.start_at(f, 2**31 - 1, 2**31 - 1)
+    assert 0 < called.level(f) <= 2**31 - 1 and called.flow(f) == -called.level(f)
