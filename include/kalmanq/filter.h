@@ -187,7 +187,7 @@ KQ_NODISCARD kq_status kq_predict_f64(kq_filter_f64 *f, const kq_process_f64 *p,
  * multiplications a component; a row of H that selects one state saves n^2 / 2.  With a low-noise
  * measurement up to 4.2 times as much up to n = 3, 7 times up to n = 9 (instructions_worst in cost.csv).
  * One component in 73 also has its rounding looked at (kq_predict): about n^2 multiplications more in that
- * call, in q31 up to 5300 instructions at n = 6 on a Cortex-M3. */
+ * call. */
 KQ_NODISCARD kq_status kq_update_f32(kq_filter_f32 *f, const kq_sensor_f32 *s, const float *z);
 KQ_NODISCARD kq_status kq_update_f64(kq_filter_f64 *f, const kq_sensor_f64 *s, const double *z);
 

@@ -12,7 +12,7 @@ import numpy as np
 from kalmanq import Model
 from kalmanq.compiler.proven.files import texts_of
 from kalmanq.compiler.proven.product import Product, Wanted, compiled
-from kalmanq.compiler.proven.search import compiler
+from kalmanq.compiler.host import compiler
 
 STRICT = ("-std=c11", "-O2", "-Wall", "-Wextra", "-Wpedantic", "-Wconversion", "-Wdouble-promotion", "-Wshadow",
           "-Werror")

@@ -37,12 +37,10 @@ class Argument(Protocol):
 class Body:
     """The lines of a block.
 
-    names   of symbols in C, where they are not the symbol's own
     hints   what formulas are called, by id(node); others are t0, t1, ...
     """
 
     operations: Operations
-    names: Mapping[str, str] = field(default_factory=dict)
     hints: Mapping[int, str] = field(default_factory=dict)
     lines: list[str] = field(default_factory=list)
     count: int = 0  # operations
@@ -91,7 +89,7 @@ class Body:
             text = self.operations.literal(one)
             return f"({text})" if text[0] == "-" and rank else text
         if one.op == "symbol":
-            return self.names.get(one.args[0], one.args[0])
+            return one.args[0]
         self.count += 1
         text, mine = self.operations.text(one, self.text)
         return f"({text})" if mine < rank else text

@@ -13,7 +13,8 @@ from kalmanq.compiler.names import named
 from kalmanq.compiler.proven.plan import LARGEST, Plan, bookkeeping
 from kalmanq.compiler.proven.refusals import refuse
 from kalmanq.compiler.proven.roots import Root
-from kalmanq.compiler.proven.search import Found, NoCompiler, Overflow, Runner, Track
+from kalmanq.compiler.host import NoCompiler
+from kalmanq.compiler.proven.search import Found, Overflow, Runner, Track
 from kalmanq.compiler.proven.structure import Structure, structure
 from kalmanq.compiler.proven.text import probes_of
 from kalmanq.errors import KalmanqError

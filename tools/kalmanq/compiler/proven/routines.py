@@ -4,22 +4,7 @@ from __future__ import annotations
 
 import re
 
-PRODUCT = """\
-#if defined __ARM_ARCH_6M__ && defined __GNUC__
-/* a b, of halves: this core multiplies to 32 bits. */
-__attribute__((noinline)) static int64_t product(int32_t a, int32_t b)
-{
-    const uint32_t a_low = (uint16_t)a, b_low = (uint16_t)b, low = a_low * b_low;
-    const int32_t a_high = a >> 16, b_high = b >> 16;
-    const int32_t first = a_high * (int32_t)b_low + (int32_t)(low >> 16);
-    const int32_t second = (int32_t)a_low * b_high + (int32_t)(uint16_t)first;
-    const int32_t high = a_high * b_high + (first >> 16) + (second >> 16);
-    return (int64_t)((uint64_t)(uint32_t)high << 32 | (uint32_t)second << 16 | (uint16_t)low);
-}
-#else
-static inline int64_t product(int32_t a, int32_t b) { return (int64_t)a * b; }
-#endif
-"""
+from kalmanq.compiler.word_routines import PRODUCT
 
 WIDE = """\
 /* c x 2^-32, c >= 0.  The high word by an unsigned shift: of a signed one gcc makes a product of 64 bits by 64. */

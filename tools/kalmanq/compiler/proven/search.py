@@ -3,8 +3,6 @@
 from __future__ import annotations
 
 import json
-import os
-import shutil
 import subprocess
 from dataclasses import dataclass
 from decimal import Decimal
@@ -14,6 +12,7 @@ from typing import Sequence
 import numpy as np
 
 from kalmanq.compiler.exact import Numbers, root
+from kalmanq.compiler.host import build
 from kalmanq.compiler.proven.header import header
 from kalmanq.compiler.proven.plan import Plan
 from kalmanq.compiler.proven.text import code, probes_of
@@ -21,7 +20,6 @@ from kalmanq.data.files import own_folder, telling_where
 from kalmanq.errors import KalmanqError
 
 SEARCH = Path(__file__).with_name("search.c")
-FLAGS = ("-std=c11", "-O2", "-ffp-contract=off", "-w")
 CHECKED = ("-fsanitize=signed-integer-overflow,shift", "-fsanitize-undefined-trap-on-error")
 TIME_LIMIT = 300  # s
 
@@ -67,7 +65,7 @@ class Runner:
             with telling_where(self.folder):
                 for file, text in texts.items():
                     (self.folder / file).write_text(text, encoding="utf-8")
-            self._compile([str(self.folder / f"{name}.c"), str(SEARCH)])
+            self._compile([f"{name}.c", str(SEARCH)])
         except BaseException:
             self.__exit__()
             raise
@@ -78,10 +76,7 @@ class Runner:
 
     def _compile(self, sources: Sequence[str]) -> None:
         checked = CHECKED if self.plan.subject.words.is_fixed else ()
-        command = [compiler(), *FLAGS, *checked, f"-I{self.folder}", *sources, "-lm", "-o", str(self.folder / "search")]
-        done = subprocess.run(command, capture_output=True, text=True)
-        if done.returncode:
-            raise KalmanqError(f"the host's compiler refused the filter: {_error_of(done.stderr)}")
+        build(self.folder, sources, "search", (*checked, f"-I{self.folder}"))
 
     def search(self, limit: int) -> Found:
         return Found(**json.loads(self._run("search", str(limit))))
@@ -104,24 +99,8 @@ class Runner:
         return done.stdout
 
 
-def _error_of(said: str) -> str:
-    lines = said.strip().splitlines() or ["no reason given"]
-    return next((line for line in lines if "error" in line), lines[0])
-
-
 class Overflow(KalmanqError):
     """An integer was larger than its word."""
-
-
-class NoCompiler(KalmanqError):
-    """The proof cannot run."""
-
-
-def compiler() -> str:
-    for name in (os.environ.get("CC", ""), "cc", "gcc", "clang"):
-        if name and shutil.which(name):
-            return name
-    raise NoCompiler("the proof runs the filter on this machine and needs a C compiler (cc, gcc, clang or CC)")
 
 
 # ------------------------------------------------------------------------------ subject.h
