@@ -22,6 +22,7 @@ from kalmanq.run.monte_carlo import Study, one_run, summary
 from kalmanq.run.simulation import simulate
 from models import cart
 from test_commands import EXAMPLES, kalmanq, refused, rows_of
+from whole import first
 
 TRACK, NILE = EXAMPLES / "track.toml", EXAMPLES / "nile.toml"
 STUDY = ["-n", 200, "--runs", 24, "--seed", 8, "--smooth", "--arith", "q31"]
