@@ -195,7 +195,9 @@ def program_of(place: Place, wanted: Program, what: str, n: int, m: int) -> Path
     the linker drops the rest."""
     name = f"use_{what}_{n}_{m}"
     target = place.work / wanted.name / f"{name}.elf"
-    return linked(BY_NAME[wanted.core], objects(place, wanted), target, entry=name)
+    if not target.exists():  # "nothing" is asked for again and again
+        linked(BY_NAME[wanted.core], objects(place, wanted), target, entry=name)
+    return target
 
 
 # ---- compiler and linker ---------------------------------------------------------------------
