@@ -15,7 +15,7 @@ from kalmanq.compiler.coefficients import coefficients
 from kalmanq.compiler.emit import Arithmetic
 from kalmanq.compiler.enclosure import Settled
 from kalmanq.compiler.facts import entries_of, facts
-from kalmanq.compiler.graph import Node, constant, dot, inverse, make, node, symbol
+from kalmanq.formulas.graph import Node, constant, dot, inverse, make, node, symbol
 from kalmanq.compiler.head import reading
 from kalmanq.compiler.printing import Body, Floats, Target
 from kalmanq.compiler.request import RUN, Request

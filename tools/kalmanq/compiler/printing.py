@@ -8,7 +8,7 @@ from typing import Iterable, Mapping, Optional, Protocol, Sequence
 
 import numpy as np
 
-from kalmanq.compiler.graph import Node, needed
+from kalmanq.formulas.graph import Node, needed
 
 WORD = re.compile(r"\b[A-Za-z_]\w*\b")
 Target = tuple[str, Node]  # what is assigned to, and its formula

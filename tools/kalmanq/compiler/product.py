@@ -8,12 +8,13 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Optional
 
-from kalmanq.compiler import cycle, emit, enclosure, graph, head
+from kalmanq.compiler import cycle, emit, enclosure, head
 from kalmanq.compiler.floats import FloatFilter
 from kalmanq.compiler.loops import MOST_OPERATIONS, LoopedFilter
 from kalmanq.compiler.request import GAP, LONGEST_GAP, Options, Request, request
 from kalmanq.compiler.words import WordFilter
 from kalmanq.errors import KalmanqError
+from kalmanq.formulas import graph
 from kalmanq.model import Model
 
 

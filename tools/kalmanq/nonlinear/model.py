@@ -8,10 +8,11 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from kalmanq.errors import ModelError
+from kalmanq.formulas.tracing import Untraced
 from kalmanq.model import SIZE_MAX, Model, Quantities
 from kalmanq.model.arrays import numbers_of
 from kalmanq.nonlinear.calls import Given
-from kalmanq.nonlinear.derivatives import Derivative, unwrapped
+from kalmanq.nonlinear.formulas import Formulas, Jacobian
 
 Function = Callable[..., Any]
 NOTHING = np.zeros(0)  # u where there are no controls
@@ -26,7 +27,7 @@ class NonlinearModel:
     h          m numbers of the same
     increment  f(x) - x, in the place of f or beside it: of x' = x + v dt it is v dt, whose bits f(x) - x has lost
     innovation z - h(x) of z, x, t, u, where it is not that difference; angles are wrapped afterwards
-    A, H       Jacobians of f and h, n x n and m x n; what is not given is found (derivatives.py)
+    A, H       Jacobians of f and h, n x n and m x n; what is not given is derived from the formulas of f and h
     x0, P0     mean and covariance before the first measurement; P0 may be n variances
     Q, R       covariances, or variances; G in the place of Q, with Q = G G'
     angles     the measurements, by name or number, that are angles in rad: their innovations are wrapped
@@ -61,9 +62,8 @@ class NonlinearModel:
         self.given = {key: Given(key, function, key == "innovation") for key, function in (
             ("f", f), ("increment", increment), ("h", h), ("innovation", innovation), ("A", A), ("H", H),
             ("simulated_controls", simulated_controls)) if function is not None}
-        scale = np.sqrt(np.diag(self.P0))
-        moves = self.given.get("f", self.given.get("increment"))
-        self.found = {"A": Derivative(moves, n, scale), "H": Derivative(self.given["h"], m, scale, self.angles)}
+        self.formulas = Formulas(self.given, n, m, self.l, self.angles)
+        self._derived: dict[str, Jacobian] = {}
 
     def _angles(self, given: Sequence[Union[int, str]]) -> list[int]:
         names = [one.name for one in self.measurements]
@@ -140,17 +140,24 @@ class NonlinearModel:
         return self.found_measurement(x, t, u)
 
     def found_transition(self, x: np.ndarray, t: int, u: np.ndarray = NOTHING) -> np.ndarray:
-        made = self._finite("A", self.found["A"].at(x, t, u), self.state_names, x)
-        return made if "f" in self.given else made + np.eye(self.n)
+        """A, derived from the formulas of f.  KalmanqError says what of f has no formula."""
+        return np.eye(self.n) + self._finite("A", self._derive("A").at(x, t, u), self.state_names, x)
 
     def found_measurement(self, x: np.ndarray, t: int, u: np.ndarray = NOTHING) -> np.ndarray:
-        return self._finite("H", self.found["H"].at(x, t, u), self.measurement_names, x)
+        return self._finite("H", self._derive("H").at(x, t, u), self.measurement_names, x)
+
+    def _derive(self, which: str) -> Jacobian:
+        if which not in self._derived:
+            try:
+                rows = self.formulas.change_by_state if which == "A" else self.formulas.expected_by_state
+            except Untraced as problem:
+                raise Untraced(f"{problem}.  Or give its Jacobian {which}(x, t, u)") from None
+            self._derived[which] = Jacobian(rows)
+        return self._derived[which]
 
     def _finite(self, which: str, J: np.ndarray, rows: list[str], x: np.ndarray) -> np.ndarray:
-        if not np.all(np.isfinite(J)):
-            self.found[which].given.finite(J, [[f"its derivative of {one}" for one in rows],
-                                               [f"by {one}" for one in self.state_names]], x)
-        return J
+        of = self.given["h" if which == "H" else "increment" if "increment" in self.given else "f"]
+        return of.finite(J, [[f"its derivative of {one}" for one in rows], [f"by {one}" for one in self.state_names]], x)
 
     def controls_at(self, t: int) -> np.ndarray:
         if not self.l:
@@ -162,6 +169,14 @@ class NonlinearModel:
 
     def __repr__(self) -> str:
         return f"NonlinearModel({self.name!r}, n={self.n}, m={self.m}, l={self.l})"
+
+
+def unwrapped(change: np.ndarray, angles: Sequence[int]) -> np.ndarray:
+    """Angles within half a turn"""
+    made = change.copy()
+    for c in angles:
+        made[c] -= 2 * np.pi * np.round(made[c] / (2 * np.pi))
+    return made
 
 
 def _length(key: str, given: ArrayLike) -> int:

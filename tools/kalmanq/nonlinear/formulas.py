@@ -1,0 +1,115 @@
+"""A model's functions as formulas of x0, x1, ..., t and u0, u1, ...: traced when they are first asked for."""
+
+from __future__ import annotations
+
+import math
+from functools import cached_property
+from typing import Sequence
+
+import numpy as np
+
+from kalmanq.formulas import tracing
+from kalmanq.formulas.calculus import jacobian, less
+from kalmanq.formulas.graph import Node, add, call, compare, logic, mul, select, sub, symbol, using
+from kalmanq.formulas.program import Program
+from kalmanq.nonlinear.calls import Given
+
+Rows = list[list[Node]]
+
+
+class Formulas:
+    """Untraced is raised by what needs a function that has no formula.
+
+    given   functions by name, as in NonlinearModel; angles: measurements that are angles
+    """
+
+    def __init__(self, given: dict[str, Given], n: int, m: int, l: int, angles: Sequence[int]):
+        self.given, self.n, self.m, self.angles = given, n, m, angles
+        self.graph = tracing.graph_of_formulas()
+        with using(self.graph):
+            self.x, self.u, self.z, self.t = *(tracing.symbols(stem, k) for stem, k in (("x", n), ("u", l), ("z", m))), symbol("t")
+
+    def _traced(self, name: str, count: int) -> list[Node]:
+        given = self.given[name]
+        args = [*([self.z] if name == "innovation" else []), self.x, self.t, self.u][:given.count]
+        made = tracing.traced(given.function, args, self.graph)
+        if len(made) != count:
+            raise given.error(f"answers {len(made)} numbers, not {count}")
+        return made
+
+    @cached_property
+    def change(self) -> list[Node]:
+        """f(x) - x"""
+        if "increment" in self.given:
+            return self._traced("increment", self.n)
+        made = self._traced("f", self.n)
+        with using(self.graph):
+            return [less(one, x) for one, x in zip(made, self.x)]
+
+    @cached_property
+    def moved(self) -> list[Node]:
+        """f(x), or the increment where there is no f"""
+        return self._traced("f" if "f" in self.given else "increment", self.n)
+
+    @cached_property
+    def expected(self) -> list[Node]:
+        """h(x)"""
+        return self._traced("h", self.m)
+
+    @cached_property
+    def innovation(self) -> list[Node]:
+        """z - h(x), of z0, z1, ...; angles within half a turn"""
+        made = self._traced("innovation", self.m) if "innovation" in self.given else None
+        with using(self.graph):
+            made = made or [sub(z, h) for z, h in zip(self.z, self.expected)]
+            return [_wrapped(one) if c in self.angles else one for c, one in enumerate(made)]
+
+    @cached_property
+    def change_by_state(self) -> Rows:
+        """The Jacobian of f(x) - x, as the functions have it: n x n"""
+        with using(self.graph):
+            return jacobian(self.change, list(self.x))
+
+    @cached_property
+    def transition(self) -> Rows:
+        """A: the model's own, or of its functions"""
+        if "A" in self.given:
+            return self._matrix("A", self.n)
+        with using(self.graph):
+            return [[add(one, float(i == k)) for k, one in enumerate(row)] for i, row in enumerate(self.change_by_state)]
+
+    @cached_property
+    def expected_by_state(self) -> Rows:
+        with using(self.graph):
+            return jacobian(self.expected, list(self.x))
+
+    @cached_property
+    def measurement(self) -> Rows:
+        """H: the model's own, or of its functions"""
+        return self._matrix("H", self.m) if "H" in self.given else self.expected_by_state
+
+    def _matrix(self, name: str, rows: int) -> Rows:
+        made = self._traced(name, rows * self.n)
+        return [made[i * self.n:(i + 1) * self.n] for i in range(rows)]
+
+
+class Jacobian:
+    """Of a function of the model, in numbers"""
+
+    def __init__(self, rows: Rows):
+        self.shape = len(rows), len(rows[0])
+        self.program = Program([one for row in rows for one in row])
+
+    def at(self, x: np.ndarray, t: float, u: np.ndarray) -> np.ndarray:
+        return np.array(self.program.values(values_of(x, t, u)), float).reshape(self.shape)
+
+
+def values_of(x: np.ndarray, t: float, u: np.ndarray) -> dict[str, float]:
+    return {**{f"x{i}": value for i, value in enumerate(x)}, **{f"u{i}": value for i, value in enumerate(u)}, "t": t}
+
+
+def _wrapped(angle: Node) -> Node:
+    """Within half a turn"""
+    turns = call("floor", add(mul(angle, 0.5 / math.pi), 0.5))
+    return select(logic("or", compare("lt", math.pi, angle), compare("lt", angle, -math.pi)),
+                  sub(angle, mul(2 * math.pi, turns)), angle)
