@@ -18,7 +18,6 @@ from kalmanq.compiler.proven.search import Found, Overflow, Runner, Track
 from kalmanq.compiler.proven.structure import Structure, structure
 from kalmanq.compiler.proven.text import probes_of
 from kalmanq.errors import KalmanqError
-from kalmanq.formulas import graph
 from kalmanq.firmware.designs import TOLERABLE
 from kalmanq.model import Model
 
