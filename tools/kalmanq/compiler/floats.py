@@ -11,13 +11,13 @@ from typing import Callable, Optional, Sequence
 import numpy as np
 
 from kalmanq.compiler import lag, ud
-from kalmanq.compiler.coefficients import coefficients
+from kalmanq.compiler.coefficients import Constant, coefficients
 from kalmanq.compiler.emit import Arithmetic
 from kalmanq.compiler.enclosure import Settled
 from kalmanq.compiler.facts import entries_of, facts
 from kalmanq.formulas.graph import Node, constant, dot, inverse, make, node, symbol
 from kalmanq.compiler.head import reading
-from kalmanq.compiler.printing import Body, Floats, Target
+from kalmanq.compiler.printing import Body, Floats, Target, indented
 from kalmanq.compiler.request import RUN, Request
 
 MOST = {"float": 1e18, "double": 1e150}  # of what has no range: its square is a number, and what comes of it
@@ -38,9 +38,12 @@ class FloatFilter(Arithmetic):
         self.includes = ["#include <math.h>"] if given.options.nis else []
         self.words = Floats(self.type)
         self.steady = steady
-        self.coefficients = coefficients(given, self.type, self.number)
+        self.coefficients = self.made_coefficients()
         self.first = ud.factor(given.of.P0)
         self._find_entries()
+
+    def made_coefficients(self) -> Constant:
+        return coefficients(self.given, self.type, self.number)
 
     # ---- which entries there are
 
@@ -54,7 +57,7 @@ class FloatFilter(Arithmetic):
     def operations(self) -> int:
         """Of the factor, in a predict and an update of all components"""
         P = self.entries
-        updates = [self.form.update(self.of.H[j], self._variance(j), P)[2] for j in range(self.of.m)]
+        updates = [self.form.update(self.row(j), self._variance(j), P)[2] for j in range(self.of.m)]
         return sum(self._size(one) for one in (self._predicted(self.form, P), *updates))
 
     def _rounded(self, value: float) -> float:
@@ -78,7 +81,15 @@ class FloatFilter(Arithmetic):
 
     def _transfers(self, form: ud.UD) -> list[Callable[[ud.Entries], ud.Entries]]:
         return [lambda P: self._predicted(form, P),
-                *(lambda P, j=j: form.update(self.of.H[j], self._variance(j), dict(P))[2] for j in range(self.of.m))]
+                *(lambda P, j=j: form.update(self.row(j), self._variance(j), dict(P))[2] for j in range(self.of.m))]
+
+    def bit(self, j: int) -> int:
+        """Of component j in what an update takes"""
+        return 1 << j
+
+    def row(self, j: int) -> ud.Row:
+        """Of H"""
+        return self.of.H[j]
 
     def _variance(self, j: int) -> Node:
         return symbol("r") if self.given.options.student else self.coefficients.R[j]
@@ -135,13 +146,12 @@ class FloatFilter(Arithmetic):
 
     def _moved(self, x: Mean) -> Mean:
         """A x + B u: the change in the low part, then the low part goes over to x as far as it can."""
-        made, sums = [], [high + low for high, low in x]
-        for i, (high, low) in enumerate(x):
-            change = dot(((self.coefficients.A_less_one[i][k], sums[k]) for k in range(self.of.n)), low)
-            change = dot(((self.of.B[i, k], symbol(f"u{k}")) for k in range(self.of.l)), change)
-            total = high + change
-            made.append((total, change - make("sub", total, high) if total is not high else low))
-        return made
+        return [_carried(high, self._change(x, i)) for i, (high, _) in enumerate(x)]
+
+    def _change(self, x: Mean, i: int) -> Node:
+        sums = [high + low for high, low in x]
+        change = dot(((self.coefficients.A_less_one[i][k], sums[k]) for k in range(self.of.n)), x[i][1])
+        return dot(((self.of.B[i, k], symbol(f"u{k}")) for k in range(self.of.l)), change)
 
     def innovation(self, x: Mean, j: int, z: Node) -> Node:
         for part in (0, 1):
@@ -159,31 +169,41 @@ class FloatFilter(Arithmetic):
         after = self._predicted(self.form, self.entries)
         return Body(self.words).assign([(entry(key), after[key]) for key in self.live])
 
-    def update(self, j: int) -> list[str]:
-        """Component j, whose value is z<j>"""
+    def update(self, j: int, refused: Sequence[str] = ()) -> list[str]:
+        """Component j, whose value is z<j>.  refused: where its variance is not finite"""
         options, P = self.given.options, self.entries
-        y = self.innovation(self.mean, j, symbol(f"z{j}"))
+        y = self.measured(j)
         spread = self._spread(j, P)
         r = self._student(y, spread, j) if options.student else self.coefficients.R[j]
-        products, weight, after = self.form.update(self.of.H[j], r, P)
-        weighed = y * weight
-        targets = self._written([(high, low + one * weighed) for (high, low), one in zip(self.mean, products)])
+        products, weight, after = self.form.update(self.row(j), r, P)
+        targets = self.corrected([one * (y * weight) for one in products], j)
         targets += [(entry(key), after[key]) for key in self.live]
         nominal = inverse(spread + self.coefficients.R[j]) if options.student else weight
         if options.nis:
             targets += [("f->nis", symbol("f->nis") + y * y * nominal), (f"f->s[{j}]", inverse(nominal))]
         body = Body(self.words, hints={id(y): "y", id(r): "r"} if options.student else {id(y): "y"})
+        within = y * y * weight <= (options.gate or 0)**2
+        body.hints[id(within)] = "is_near"
+        if refused:
+            body.name_shared([*(one for _, one in targets), weight, *([within] if options.gate else [])])
+            body.lines += [f"if (!({body.text(weight)} > {self.zero})) {{", *indented(refused), "}"]
         if options.gate is None:
             return body.assign(targets)
-        within = y * y * weight <= options.gate**2
-        body = Body(self.words, hints={**body.hints, id(within): "is_near"})
         passes = make("or", within, symbol(f"f->rejected[{j}] >= {RUN}"))
         return body.assign(targets, passes, [f"if (is_near) f->rejected[{j}] = 0;"],
-                           [f"f->rejected[{j}]++;", f"f->events |= {self.given.upper}_GATED;", f"taken &= ~{1 << j}u;"])
+                           [f"f->rejected[{j}]++;", f"f->events |= {self.given.upper}_GATED;", f"taken &= ~{self.bit(j)}u;"])
+
+    def measured(self, j: int) -> Node:
+        """The innovation of component j, given the components before it"""
+        return self.innovation(self.mean, j, symbol(f"z{j}"))
+
+    def corrected(self, corrections: Sequence[Node], j: int) -> list[Target]:
+        """The mean, moved by an update"""
+        return self._written([(high, low + one) for (high, low), one in zip(self.mean, corrections)])
 
     def _spread(self, j: int, P: ud.Entries) -> Node:
         """H P H'"""
-        h = self.of.H[j]
+        h = self.row(j)
         parts = [node(h[c]) + dot((h[i], P[i, c]) for i in range(c)) for c in range(self.of.n)]
         return dot((f, P[c, c] * f) for c, f in enumerate(parts))
 
@@ -333,6 +353,12 @@ class FloatFilter(Arithmetic):
 
     def covariance_double(self, i: str, j: str) -> str:
         return f"(double){self.given.name}_covariance(&f, {i}, {j})"
+
+
+def _carried(high: Node, change: Node) -> tuple[Node, Node]:
+    """high + change in two numbers"""
+    total = high + change
+    return total, change - make("sub", total, high) if total is not high else change
 
 
 def entry(key: ud.Key) -> str:

@@ -24,6 +24,7 @@ class Product:
     steady: Optional[enclosure.Settled]
     cycle: Optional[cycle.Cycle]
     arithmetic: emit.Arithmetic
+    text: emit.Text
     header: str
     code: str
 
@@ -61,7 +62,7 @@ def compiled(model: Model, name: str, options: Options = Options(), source: str 
     with graph.fresh():
         a = _arithmetic(given, steady if options.settles else None)
         text = emit.Text(given, a) if turn is None else cycle.CycleText(given, a, turn)
-        return Product(given, steady, turn, a, head.header(given, a, text), text.code(remarks(given, steady, turn, source)))
+        return Product(given, steady, turn, a, text, head.header(given, a, text), text.code(remarks(given, steady, turn, source)))
 
 
 def remarked(product: Product, source: str) -> Product:

@@ -26,7 +26,8 @@ class Options:
     """settle: of a variance, relative, where the gain counts as constant; gate: of an innovation, in sigma;
     student: degrees of freedom; nis: NIS, the likelihood and variances of innovations are kept; tunable: A, Q and R are fields; lag: the mean so many samples ago, too;
     loops: of the factor in the place of straight lines; None: where those would be very long;
-    every: of each measurement, in rows, where they have different rates"""
+    every: of each measurement, in rows, where they have different rates; iterate: linearisations of h in an update, of a
+    nonlinear model"""
 
     arithmetic: str = "f32"
     settle: float = 1e-6
@@ -37,6 +38,7 @@ class Options:
     lag: int = 0
     loops: Optional[bool] = None
     every: Sequence[int] = ()
+    iterate: int = 1
 
     @property
     def settles(self) -> bool:

@@ -12,7 +12,7 @@ from kalmanq.formulas import tracing
 from kalmanq.formulas.calculus import jacobian, less
 from kalmanq.formulas.graph import Node, add, call, compare, logic, mul, select, sub, symbol, using
 from kalmanq.formulas.program import Program
-from kalmanq.nonlinear.calls import Given
+from kalmanq.nonlinear.calls import Given, Stacked
 
 Rows = list[list[Node]]
 
@@ -30,8 +30,10 @@ class Formulas:
             self.x, self.u, self.z, self.t = *(tracing.symbols(stem, k) for stem, k in (("x", n), ("u", l), ("z", m))), symbol("t")
 
     def _traced(self, name: str, count: int) -> list[Node]:
-        given = self.given[name]
-        args = [*([self.z] if name == "innovation" else []), self.x, self.t, self.u][:given.count]
+        return self._traced_of(self.given[name], count)
+
+    def _traced_of(self, given: Given, count: int) -> list[Node]:
+        args = [*([self.z] if given.name == "innovation" else []), self.x, self.t, self.u][:given.count]
         made = tracing.traced(given.function, args, self.graph)
         if len(made) != count:
             raise given.error(f"answers {len(made)} numbers, not {count}")
@@ -53,8 +55,9 @@ class Formulas:
 
     @cached_property
     def expected(self) -> list[Node]:
-        """h(x)"""
-        return self._traced("h", self.m)
+        """h(x), of all sensors"""
+        parts = self.given["h"].parts if isinstance(self.given["h"], Stacked) else [("h", self.given["h"], self.m)]
+        return [one for _, h, m in parts for one in self._traced_of(h, m)]
 
     @cached_property
     def innovation(self) -> list[Node]:

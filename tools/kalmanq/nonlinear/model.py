@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from typing import Any, Callable, Optional, Sequence, Union
+from dataclasses import dataclass
+from typing import Any, Callable, Mapping, Optional, Sequence, Union
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -11,11 +12,28 @@ from kalmanq.errors import ModelError
 from kalmanq.formulas.tracing import Untraced
 from kalmanq.model import SIZE_MAX, Model, Quantities
 from kalmanq.model.arrays import numbers_of
-from kalmanq.nonlinear.calls import Given
+from kalmanq.nonlinear.calls import Given, Stacked
 from kalmanq.nonlinear.formulas import Formulas, Jacobian
 
 Function = Callable[..., Any]
 NOTHING = np.zeros(0)  # u where there are no controls
+
+
+@dataclass(frozen=True)
+class Sensor:
+    """Measurements first, first + 1, ... that are taken together; name: "" where there is one sensor"""
+
+    name: str
+    first: int
+    m: int
+
+    @property
+    def all(self) -> int:
+        return (1 << self.m) - 1
+
+    @property
+    def suffix(self) -> str:
+        return f"_{self.name}" if self.name else ""
 
 
 class NonlinearModel:
@@ -30,6 +48,8 @@ class NonlinearModel:
     A, H       Jacobians of f and h, n x n and m x n; what is not given is derived from the formulas of f and h
     x0, P0     mean and covariance before the first measurement; P0 may be n variances
     Q, R       covariances, or variances; G in the place of Q, with Q = G G'
+    sensors    in the place of h and R where there are several: {name: (h, R), ...}.  Their measurements follow one another;
+               an update takes the sensors in this order, each at what the one before has left
     angles     the measurements, by name or number, that are angles in rad: their innovations are wrapped
     controls   names of the controls; their columns are u.  A time step that varies is one of them.
     A measurement's range, for fixed point, is that of its innovation (extended.h).
@@ -39,15 +59,19 @@ class NonlinearModel:
     """
 
     def __init__(self, f: Optional[Function] = None, h: Optional[Function] = None, *, x0: ArrayLike, P0: ArrayLike,
-                 R: ArrayLike, Q: Optional[ArrayLike] = None, G: Optional[ArrayLike] = None,
+                 R: Optional[ArrayLike] = None, Q: Optional[ArrayLike] = None, G: Optional[ArrayLike] = None,
                  increment: Optional[Function] = None, innovation: Optional[Function] = None,
                  A: Optional[Function] = None, H: Optional[Function] = None, states: Quantities = None,
                  measurements: Quantities = None, controls: Quantities = None, angles: Sequence[Union[int, str]] = (),
-                 simulated_controls: Optional[Function] = None, name: str = "model"):
+                 simulated_controls: Optional[Function] = None, sensors: Optional[Mapping[str, tuple]] = None,
+                 name: str = "model"):
         if f is None and increment is None:
             raise ModelError("f", "is missing: f(x, t, u), or increment(x, t, u)")
-        if h is None:
-            raise ModelError("h", "is missing: h(x, t, u)")
+        stack = _stacked(sensors, h, R, H) if sensors else None
+        if stack:
+            R = stack[1]
+        elif h is None or R is None:
+            raise ModelError(*(("R", "is missing") if h else ("h", "is missing: h(x, t, u)")))
         if P0 is None or isinstance(P0, str):
             raise ModelError("P0", "has to be known: a matrix or variances")
         n, m = _length("x0", x0), _length("R", R)
@@ -62,6 +86,11 @@ class NonlinearModel:
         self.given = {key: Given(key, function, key == "innovation") for key, function in (
             ("f", f), ("increment", increment), ("h", h), ("innovation", innovation), ("A", A), ("H", H),
             ("simulated_controls", simulated_controls)) if function is not None}
+        self.sensors = [Sensor("", 0, m)]
+        if stack:
+            self.given["h"], self._sensors = stack[0], sensors
+            first = np.cumsum([0, *(count for _, _, count in stack[0].parts)])
+            self.sensors = [Sensor(name, int(at), count) for at, (name, _, count) in zip(first, stack[0].parts)]
         self.formulas = Formulas(self.given, n, m, self.l, self.angles)
         self._derived: dict[str, Jacobian] = {}
 
@@ -78,9 +107,10 @@ class NonlinearModel:
         return made
 
     def without_jacobians(self) -> NonlinearModel:
-        functions = {key: given.function for key, given in self.given.items() if key not in ("A", "H")}
+        functions = {key: given.function for key, given in self.given.items() if isinstance(given, Given) and key not in ("A", "H")}
+        functions.update({"sensors": self._sensors} if isinstance(self.given["h"], Stacked) else {"R": self.R})
         noise = {"G": self.G} if self.G is not None else {"Q": self.Q}
-        return NonlinearModel(**functions, **noise, x0=self.x0, P0=self.P0, R=self.R, states=self.states,
+        return NonlinearModel(**functions, **noise, x0=self.x0, P0=self.P0, states=self.states,
                               measurements=self.measurements, controls=self.controls, angles=self.angles,
                               name=self.name)
 
@@ -176,6 +206,28 @@ def unwrapped(change: np.ndarray, angles: Sequence[int]) -> np.ndarray:
     made = change.copy()
     for c in angles:
         made[c] -= 2 * np.pi * np.round(made[c] / (2 * np.pi))
+    return made
+
+
+def _stacked(sensors: Mapping[str, tuple], h: Any, R: Any, H: Any) -> tuple[Stacked, np.ndarray]:
+    """Their h and R"""
+    if any(one is not None for one in (h, R, H)):
+        raise ModelError("sensors", "is in the place of h, R and H: leave these out")
+    parts, matrices = [], []
+    for name, given in sensors.items():
+        if not isinstance(name, str) or not name.isidentifier() or not isinstance(given, (tuple, list)) or len(given) != 2:
+            raise ModelError("sensors", 'is {"name": (h, R), ...}, with names of letters, digits and _')
+        m = _length(f"R of {name}", given[1])
+        matrices.append(Model([[1.0]], np.zeros((m, 1)), given[1], [[0.0]], P0=[0.0]).R)
+        parts.append((name, Given(name, given[0]), m))
+    return Stacked(parts), block_diagonal(matrices)
+
+
+def block_diagonal(matrices: Sequence[np.ndarray]) -> np.ndarray:
+    sizes = np.cumsum([0, *map(len, matrices)])
+    made = np.zeros((sizes[-1], sizes[-1]))
+    for at, one in zip(sizes, matrices):
+        made[at:at + len(one), at:at + len(one)] = one
     return made
 
 
