@@ -51,6 +51,11 @@ class Arithmetic:
     includes: Sequence[str] = ()
     code_includes: Sequence[str] = ()
 
+    @property
+    def slots(self) -> int:
+        """Components of the largest sample"""
+        return len(self.model.measurements)
+
     def enumerators(self) -> list[str]:
         """Of the header: fractions of raw values, or places of coefficients"""
         return []
@@ -154,7 +159,7 @@ class Text:
         options = self.given.options
         lines = [*self._reset_counts(), "f->events = 0;"]
         if options.nis:
-            lines += ["f->nis = 0;", *(f"f->s[{j}] = 0;" for j in range(self.given.of.m))]
+            lines += ["f->nis = 0;", *(f"f->s[{j}] = 0;" for j in range(self.a.slots))]
         if options.gate is not None:
             lines += [f"f->rejected[{j}] = 0;" for j in range(self.given.of.m)]
         return lines + ([f"f->y[{j}] = 0;" for j in range(self.given.of.m)] if options.lag else [])

@@ -106,7 +106,14 @@ class EquationFilter(FloatFilter):
     def sensor_of(self, j: int) -> Sensor:
         return next(one for one in self.sensors if one.first <= j < one.first + one.m)
 
+    @property
+    def slots(self) -> int:
+        return max(one.m for one in self.sensors)
+
     # ---- hooks of FloatFilter
+
+    def slot(self, j: int) -> int:
+        return j - self.sensor_of(j).first
 
     def row(self, j: int) -> ud.Row:
         """While entries are looked for: the formulas; in an update: their names"""

@@ -83,9 +83,9 @@ class FloatFilter(Arithmetic):
         return [lambda P: self._predicted(form, P),
                 *(lambda P, j=j: form.update(self.row(j), self._variance(j), dict(P))[2] for j in range(self.of.m))]
 
-    def bit(self, j: int) -> int:
-        """Of component j in what an update takes"""
-        return 1 << j
+    def slot(self, j: int) -> int:
+        """Of component j in a sample"""
+        return j
 
     def row(self, j: int) -> ud.Row:
         """Of H"""
@@ -180,7 +180,7 @@ class FloatFilter(Arithmetic):
         targets += [(entry(key), after[key]) for key in self.live]
         nominal = inverse(spread + self.coefficients.R[j]) if options.student else weight
         if options.nis:
-            targets += [("f->nis", symbol("f->nis") + y * y * nominal), (f"f->s[{j}]", inverse(nominal))]
+            targets += [("f->nis", symbol("f->nis") + y * y * nominal), (f"f->s[{self.slot(j)}]", inverse(nominal))]
         body = Body(self.words, hints={id(y): "y", id(r): "r"} if options.student else {id(y): "y"})
         within = y * y * weight <= (options.gate or 0)**2
         body.hints[id(within)] = "is_near"
@@ -191,7 +191,7 @@ class FloatFilter(Arithmetic):
             return body.assign(targets)
         passes = make("or", within, symbol(f"f->rejected[{j}] >= {RUN}"))
         return body.assign(targets, passes, [f"if (is_near) f->rejected[{j}] = 0;"],
-                           [f"f->rejected[{j}]++;", f"f->events |= {self.given.upper}_GATED;", f"taken &= ~{self.bit(j)}u;"])
+                           [f"f->rejected[{j}]++;", f"f->events |= {self.given.upper}_GATED;", f"taken &= ~{1 << self.slot(j)}u;"])
 
     def measured(self, j: int) -> Node:
         """The innovation of component j, given the components before it"""
@@ -229,7 +229,7 @@ class FloatFilter(Arithmetic):
         apart, variances = self._apart(y), self.steady.variances.astype(float)
         if self.given.options.nis:
             targets += [("f->nis", dot((one * one, 1 / s) for one, s in zip(apart, variances)))]
-            targets += [(f"f->s[{j}]", constant(s)) for j, s in enumerate(variances)]
+            targets += [(f"f->s[{self.slot(j)}]", constant(s)) for j, s in enumerate(variances)]
         if self.given.options.lag:
             targets += [(f"f->y[{j}]", one) for j, one in enumerate(y)]
         if self.given.options.gate is None:
@@ -302,7 +302,7 @@ class FloatFilter(Arithmetic):
         """Bytes of its fields"""
         n, m, options = self.of.n, self.of.m, self.given.options
         words = 2 * n + max(len(self.live), 1) + len(self.coefficients.start)
-        words += (m + 1 if options.nis else 0) + (m if options.lag else 0)
+        words += (self.slots + 1 if options.nis else 0) + (m if options.lag else 0)
         return (4 if self.type == "float" else 8) * words
 
     def enumerators(self) -> list[str]:
@@ -320,11 +320,11 @@ class FloatFilter(Arithmetic):
 
     def nis_fields(self) -> list[str]:
         return [f"{self.type} nis;",
-                f"{self.type} s[{self.of.m}]; /* variance of each innovation, given the components before it */"]
+                f"{self.type} s[{self.slots}]; /* variance of each innovation, given the components before it */"]
 
     def _likelihood(self) -> list[str]:
         """Of the components that the last update took"""
-        given, logarithm, m = self.given, "logf" if self.type == "float" else "log", self.of.m
+        given, logarithm, m = self.given, "logf" if self.type == "float" else "log", self.slots
         return [f"/** Logarithm of the likelihood of the last update; `taken`: what it returned. */",
                 f"static inline {self.type} {given.name}_log_likelihood(const {given.type} *f, unsigned taken)", "{",
                 f"    {self.type} sum = f->nis;",
