@@ -169,7 +169,7 @@ class Text:
 
     def _start_at(self) -> list[str]:
         n = self.given.of.n
-        return function(f"void {self.given.name}_start_at({self.filter}, const {self.a.type} mean[{n}], "
+        return function(f"void {self.given.name}_start_at({self.filter}, const {self.a.type} mean[{len(self.given.carried)}], "
                         f"const {self.a.type} sigma[{n}])", [*self.a.start_at(), *self._reset()])
 
     # ---- predict

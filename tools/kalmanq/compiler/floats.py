@@ -102,19 +102,23 @@ class FloatFilter(Arithmetic):
 
     @property
     def fields(self) -> list[str]:
-        n = self.of.n
+        n = len(self.given.carried)
         return [f"{self.type} x[{n}], low[{n}]; /* mean = x + low */",
                 f"{self.type} P[{max(len(self.live), 1)}]; /* U and D of the covariance U D U' */", *self.coefficients.fields]
 
+    @property
+    def first_mean(self) -> Sequence[float]:
+        return self.of.x0
+
     def start(self) -> list[str]:
-        return [*(f"f->x[{i}] = {self.number(value)};" for i, value in enumerate(self.of.x0)),
-                *(f"f->low[{i}] = {self.number(0)};" for i in range(self.of.n)),
+        return [*(f"f->x[{i}] = {self.number(value)};" for i, value in enumerate(self.first_mean)),
+                *(f"f->low[{i}] = {self.number(0)};" for i in range(len(self.given.carried))),
                 *(f"f->P[{slot}] = {self.number(self.first[key])};" for slot, key in enumerate(self.live)),
                 *self.coefficients.start]
 
     def start_at(self) -> list[str]:
         """From mean[n] and sigma[n]; of states that share a variance the largest sigma is taken."""
-        lines = [f"for (int i = 0; i < {self.of.n}; i++) {{", "    f->x[i] = mean[i];", f"    f->low[i] = {self.number(0)};", "}"]
+        lines = [f"for (int i = 0; i < {len(self.given.carried)}; i++) {{", "    f->x[i] = mean[i];", f"    f->low[i] = {self.number(0)};", "}"]
         for slot, (i, j) in enumerate(self.live):
             shared = [key[0] for key, fact in self.facts.items() if fact == (i, j)] if i == j else []
             text = f"sigma[{shared[0]}]" if shared else self.number(0)
@@ -128,7 +132,7 @@ class FloatFilter(Arithmetic):
 
     def places(self, mean: bool = True, factor: bool = True) -> list[Place]:
         """Type, local and field of what a function takes from the filter"""
-        made = [(self.type, f"{local}{i}", f"f->{field}[{i}]") for i in range(self.of.n)
+        made = [(self.type, f"{local}{i}", f"f->{field}[{i}]") for i in range(len(self.given.carried))
                 for local, field in (("x", "x"), ("l", "low"))] if mean else []
         return made + ([(self.type, entry(key), f"f->P[{slot}]") for slot, key in enumerate(self.live)] if factor else [])
 
@@ -142,11 +146,11 @@ class FloatFilter(Arithmetic):
 
     @property
     def mean(self) -> Mean:
-        return [(symbol(f"x{i}"), symbol(f"l{i}")) for i in range(self.of.n)]
+        return [(symbol(f"x{i}"), symbol(f"l{i}")) for i in range(len(self.given.carried))]
 
     def _moved(self, x: Mean) -> Mean:
         """A x + B u: the change in the low part, then the low part goes over to x as far as it can."""
-        return [_carried(high, self._change(x, i)) for i, (high, _) in enumerate(x)]
+        return [carried(high, self._change(x, i)) for i, (high, _) in enumerate(x)]
 
     def _change(self, x: Mean, i: int) -> Node:
         sums = [high + low for high, low in x]
@@ -300,8 +304,8 @@ class FloatFilter(Arithmetic):
 
     def size(self) -> int:
         """Bytes of its fields"""
-        n, m, options = self.of.n, self.of.m, self.given.options
-        words = 2 * n + max(len(self.live), 1) + len(self.coefficients.start)
+        m, options = self.of.m, self.given.options
+        words = 2 * len(self.given.carried) + max(len(self.live), 1) + len(self.coefficients.start)
         words += (self.slots + 1 if options.nis else 0) + (m if options.lag else 0)
         return (4 if self.type == "float" else 8) * words
 
@@ -355,7 +359,7 @@ class FloatFilter(Arithmetic):
         return f"(double){self.given.name}_covariance(&f, {i}, {j})"
 
 
-def _carried(high: Node, change: Node) -> tuple[Node, Node]:
+def carried(high: Node, change: Node) -> tuple[Node, Node]:
     """high + change in two numbers"""
     total = high + change
     return total, change - make("sub", total, high) if total is not high else change

@@ -40,7 +40,7 @@ class Header:
                 (f"{self.name}_update(&f, z);", "the first sample"),
                 (f"{self.name}_step(&f{u}, z);", "each next sample"),
                 (f"{self.name}_predict(&f{u});", "a sample that is missing"),
-                (f"{self.name}_mean_{self.given.states[0]}(&f)", "the estimate")]
+                (f"{self.name}_mean_{self.given.carried[0]}(&f)", "the estimate")]
         return self._aligned(rows)
 
     @staticmethod
@@ -97,14 +97,15 @@ class Header:
         n = self.given.of.n
         return ["/** Before the first sample. */", f"void {self.name}_start({self.filter});", "",
                 "/** The same from a mean and a sigma of each state that you give. */",
-                f"void {self.name}_start_at({self.filter}, const {self.a.type} mean[{n}], const {self.a.type} sigma[{n}]);", ""]
+                f"void {self.name}_start_at({self.filter}, const {self.a.type} mean[{len(self.given.carried)}], const {self.a.type} "
+                f"sigma[{n}]);", ""]
 
     def _covariance(self) -> list[str]:
         return ["/** Entry i, j of the covariance. */",
                 f"{self.a.covariance_type} {self.name}_covariance(const {self.given.type} *f, int i, int j);", ""]
 
     def _means(self) -> list[str]:
-        return [line for i, state in enumerate(self.given.states)
+        return [line for i, state in enumerate(self.given.carried)
                 for line in reading(self.given, self.a.type, f"mean_{state}", self.a.mean_text(i))]
 
 
