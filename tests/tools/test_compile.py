@@ -19,17 +19,22 @@ import numpy as np
 import pytest
 from compiled import Compiled, make
 from compiled_models import factorial, five, kinematic, random_model
+from typer.testing import CliRunner
 from whole import first
 
 import kalmanq
-from kalmanq import Model, Quantity
+from kalmanq import Model, Quantity, command_line
+from kalmanq.commands import compile as compile_command
 from kalmanq.compiler import exact
+from kalmanq.compiler.offers import cheaper
+from kalmanq.compiler.product import compiled as factor
 from kalmanq.compiler.proven import fixed, forms
 from kalmanq.compiler.names import named
 from kalmanq.compiler.proven.product import Maker, NotProven, Wanted, compiled, ram_of
 from kalmanq.compiler.proven.proof_file import no_less
 from kalmanq.compiler.proven.routines import QUOTIENT
 from kalmanq.compiler.proven.search import Runner
+from kalmanq.compiler.request import Options
 from kalmanq.errors import KalmanqError
 from kalmanq.model import model_file
 from kalmanq.model import Gaps
@@ -869,3 +874,40 @@ def test_the_models_of_the_table_are_what_they_say() -> None:
     acceleration = kinematic(1, 3, dt=0.5)
     assert np.allclose(acceleration.A, [[1, 0.5, 0.125], [0, 1, 0.5], [0, 0, 1]])
     assert np.allclose(acceleration.Q[0], [0.5**5 / 20, 0.5**4 / 8, 0.5**3 / 6])
+
+
+# ------------------------------------------------------------------------------ a hint at it
+
+
+@pytest.mark.parametrize("arithmetic", ARITHMETICS)
+def test_compile_names_the_covariance_form_where_it_is_cheaper(arithmetic: str, tmp_path: Path,
+                                                               monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(compile_command, "SECONDS", 60)
+    path = tmp_path / "m.toml"
+    path.write_text(model_file.text_of(kinematic(2, 2, ranged=True, gaps=Gaps(3, 40))))
+    words = ["compile", str(path), "-o", str(tmp_path / "flt.c"), "--arith", arithmetic]
+    said = CliRunner().invoke(command_line.app, words).output
+    hint = re.search(r"--form covariance takes (\d+) in the place of (\d+) instructions a row that has not settled .*gaps of "
+                     "at most 3 samples with 40 full ones between them, and none in part; no\\s+flt_start_at",
+                     " ".join(said.split()))
+    assert hint and int(hint[1]) < 0.85 * int(hint[2])
+    files = {one.name: one.read_bytes() for one in tmp_path.glob("flt*")}
+    told = json.loads(CliRunner().invoke(command_line.app, [*words, "--form", "factor", "--json"]).output)
+    assert told["hint"] is None and told["form"] == "factor"
+    assert files == {one.name: one.read_bytes() for one in tmp_path.glob("flt*")}  # the same with and without it
+
+
+def test_there_is_no_hint_where_it_does_not_close_or_saves_nothing() -> None:
+    several = kinematic(2, 2, ranged=True, gaps=Gaps(8, 3))
+    for model, arithmetic in ((several, "f32"), (several, "q31"), (kinematic(1, 2, ranged=True), "f32")):
+        assert cheaper(factor(model, "flt", Options(arithmetic))) is None
+    assert cheaper(factor(kinematic(2, 2, ranged=True), "flt", Options("f32", nis=True))) is None
+
+
+@pytest.mark.skipif(not hasattr(signal, "SIGALRM"), reason="no alarm")
+def test_a_hint_is_searched_for_two_seconds_at_most(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(compile_command, "SECONDS", 0.2)
+    product, began = factor(kinematic(3, 3, ranged=True), "flt", Options("q31")), time.monotonic()
+    assert compile_command._in_time(lambda: cheaper(product)) is None
+    assert time.monotonic() - began < 2 and signal.getitimer(signal.ITIMER_REAL)[0] == 0
+    assert compile_command._in_time(lambda: "found") == "found"

@@ -235,6 +235,13 @@ class Maker:
         return replace(plan, ranges=self._ranges(plan, found)), Proof(all_found, track, wandering, self.means,
                                                                      self._rounding(), ends)
 
+    def searched(self, form: Any, most: int) -> Plan:
+        """A plan whose search closes; the rest of its proof is left"""
+        plan = self.plan(form, self.subject)
+        with Runner(replace(plan, probes=plan.subject.words.is_fixed)) as runner:
+            self._judge(runner.search(most), "")
+        return plan
+
     def _rounding(self) -> float:
         if self.means is None:
             return rounding.of_floats(self.model, self.of, self.settled)
