@@ -37,9 +37,9 @@ class Product:
         return 2 * self.steady.samples if self.steady and not self.given.options.student else 0
 
     @property
-    def events(self) -> list[str]:
-        """Names of the bits of f->events, from the lowest"""
-        return re.findall(rf"^    {self.given.upper}_([A-Z_]+) = \d+,? /\*", self.header, re.M)
+    def events(self) -> dict[str, str]:
+        """Names of the bits of f->events, from the lowest, and what they mean"""
+        return dict(re.findall(rf"^    {self.given.upper}_([A-Z_]+) = \d+,? /\* (.*) \*/", self.header, re.M))
 
     @property
     def ram(self) -> int:
