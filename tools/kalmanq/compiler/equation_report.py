@@ -78,7 +78,7 @@ def _sigma(ran: Ran) -> np.ndarray:
 
 def _lost(product: Product, ran: Ran) -> int:
     """Rows in which a call changed nothing"""
-    return int(np.sum(ran.events >> product.events.index("NOT_FINITE") & 1))
+    return int(np.sum(ran.events >> list(product.events).index("NOT_FINITE") & 1))
 
 
 def _apart(model: NonlinearModel, ran: Ran, exact: Ran) -> tuple[float, float]:
