@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 import subprocess
-from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 import pytest
 
 import products
+from driven import in_words
 from kalmanq import Model, Quantity
 from kalmanq.compiler import record
 from kalmanq.compiler.host import Host
@@ -38,16 +38,6 @@ def fixed_bias() -> Model:
 
 def compiled_words(model: Model, **options: object) -> Product:
     return compiled(model, model.name, Options(arithmetic="q31", **options))  # type: ignore[arg-type]
-
-
-def in_words(product: Product, given: record.Record) -> record.Record:
-    """What the filter is given of it, rounded to words"""
-    a = product.arithmetic
-
-    def rounded(which: str, values: np.ndarray) -> np.ndarray:
-        words = [[np.ldexp(a.raw(which, k, value), -a.fraction(which, k)) for k, value in enumerate(row)] for row in values]
-        return np.array(words).reshape(values.shape)
-    return replace(given, z=rounded("measurements", given.z), u=rounded("controls", given.u))
 
 
 @pytest.mark.parametrize("make", [products.fridge, products.battery, products.gps, products.motor, products.heart,

@@ -8,8 +8,11 @@ that is missing, or in part, or a second update) leaves the steady state and goe
 from __future__ import annotations
 
 import re
-from typing import Optional, Sequence
+from typing import Mapping, Optional, Sequence
 
+import numpy as np
+
+from kalmanq.compiler import lag
 from kalmanq.compiler.enclosure import Settled
 from kalmanq.compiler.printing import indented
 from kalmanq.compiler.request import LONGEST_GAP, Request
@@ -31,6 +34,7 @@ class Arithmetic:
     """What the text of a filter is made of: lines and expressions of C (FloatFilter, WordFilter).
 
     type, zero       of a measurement, and 0 of it
+    mean_type        of a mean that is kept (--lag)
     covariance_type  of an entry of the covariance
     model            with all ranges that the C uses
     live             entries of the factor that are carried, as P[0], P[1], ...
@@ -41,12 +45,47 @@ class Arithmetic:
 
     type: str
     zero: str
+    mean_type: str
     covariance_type: str
     model: Model
     live: Sequence[tuple[int, int]]
     steady: Optional[Settled]
     events: Sequence[tuple[str, str]] = ()
     includes: Sequence[str] = ()
+
+    def factor_literals(self, P: np.ndarray) -> list[str]:
+        """Of a covariance: the entries of its factor that are carried"""
+        raise NotImplementedError
+
+    # ---- constant gains in a table (--every, --lag)
+
+    def gain_literals(self, gains: Sequence[np.ndarray]) -> list[list[str]]:
+        """Of tables n x m of gains, which gained() reads"""
+        raise NotImplementedError
+
+    def gained(self, i: int, gains: Sequence[np.ndarray], at: str, y: str) -> str:
+        """What the innovations add to the mean i; at, y: of a gain and an innovation, with {} for its place.  "": 0"""
+        raise NotImplementedError
+
+    def innovation_text(self, j: int) -> str:
+        """z<j> less what the mean says"""
+        raise NotImplementedError
+
+    def moved(self, added: Mapping[int, str]) -> list[str]:
+        """The means in the places, with what is added to them"""
+        raise NotImplementedError
+
+    def kept(self, i: int, text: str) -> str:
+        """A mean of mean_type, once it is corrected"""
+        return text
+
+    def whole_mean(self, i: int) -> str:
+        """f's mean in mean_type"""
+        raise NotImplementedError
+
+    def lagged(self, i: int, at: str) -> str:
+        """The reading of a mean of mean_type"""
+        return at
 
     def enumerators(self) -> list[str]:
         """Of the header: fractions of raw values, or places of coefficients"""
@@ -83,7 +122,8 @@ class Text:
 
     def code(self, remarks: Sequence[str]) -> str:
         parts = [self._leave(), self._start(), self._start_at(), self._control(), self._predict(), self._taken(),
-                 self._update(), self._update_some(), self._step(), self._covariance(), self.a.functions()]
+                 self._update(), self._update_some(), self._step(), self._covariance(), self.a.functions(),
+                 lag.functions(self.given, self.a, self.a.steady)]
         body = "\n".join(line for part in parts for line in part)
         words = (NO_FAST_MATH if self.a.type != "int32_t" else "") + (SHORT_DOUBLE if self.a.type == "double" else "")
         return "\n".join([*comment(remarks), f'#include "{self.given.name}.h"', "", words + self.a.routines(body)
@@ -94,7 +134,7 @@ class Text:
     def _constants(self) -> str:
         if not self.settles:
             return ""
-        updated, predicted = self.a.steady_literals()
+        updated, predicted = (self.a.factor_literals(P) for P in (self.a.steady.filtered, self.a.steady.predicted))
         rest = ", ".join(str(one) for one in self._rests())
         size = max(len(self.a.live), 1)
         return "\n".join([

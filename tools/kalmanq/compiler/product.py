@@ -58,7 +58,7 @@ def compiled(model: Model, name: str, options: Options = Options(), source: str 
                            "kq_lag takes any model")
     turn = _cycle(given)
     with graph.fresh():
-        a = _arithmetic(given, steady if options.settles else None)
+        a = _arithmetic(given, steady if options.settles else None, turn)
         text = emit.Text(given, a) if turn is None else cycle.CycleText(given, a, turn)
         return Product(given, steady, turn, a, head.header(given, a, text), text.code(remarks(given, steady, turn, source)))
 
@@ -76,9 +76,9 @@ def _cycle(given: Request) -> Optional[cycle.Cycle]:
     return cycle.settled(given.of, options.every, options.settle) if options.settles else None
 
 
-def _arithmetic(given: Request, steady: Optional[enclosure.Settled]) -> emit.Arithmetic:
+def _arithmetic(given: Request, steady: Optional[enclosure.Settled], turn: Optional[cycle.Cycle]) -> emit.Arithmetic:
     if given.options.arithmetic == "q31":
-        return WordFilter(given, steady)
+        return WordFilter(given, steady, turn)
     if given.options.loops is None and not given.options.tunable:
         straight = FloatFilter(given, steady)
         return straight if straight.operations <= MOST_OPERATIONS else LoopedFilter(given, steady)

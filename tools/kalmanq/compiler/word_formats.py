@@ -10,10 +10,11 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 from decimal import Decimal
-from typing import Optional, Sequence
+from typing import Sequence, Union
 
 import numpy as np
 
+from kalmanq.compiler.cycle import Cycle
 from kalmanq.compiler.enclosure import Settled
 from kalmanq.compiler.exact import Numbers
 from kalmanq.compiler.request import Request
@@ -111,8 +112,9 @@ def _with_range(one: Quantity, span: float) -> Quantity:
     return one if one.range else Quantity(one.name, one.unit, 2.0 ** up(max(float(span), 1e-30)), one.fraction)
 
 
-def formats(given: Request, model: Model, steady: Optional[Settled], sigma: np.ndarray) -> Formats:
-    """model: with all ranges"""
+def formats(given: Request, model: Model, settled: Union[Settled, Cycle, None], gains: Sequence[np.ndarray],
+            sigma: np.ndarray) -> Formats:
+    """model: with all ranges; gains: all constant ones"""
     of = given.of.doubles()
     held = [up(one * ROOM) for one in sigma]
     limit = 2.0 ** np.array(held)
@@ -130,8 +132,8 @@ def formats(given: Request, model: Model, steady: Optional[Settled], sigma: np.n
     far = reach + np.abs(given.mixing) @ (2.0 ** (31 - np.array(z)))  # of any word
     wide = [min(LONGEST - up(one * ROOM), f + 31) for one, f in zip(far, z)]
     weighed = [min(WEIGHED, f + a - half_of(variance_word(r, 2 * a)) - 1) for f, a, r in zip(wide, row, of.R)]
-    y = [_settled(spans[j] + reach[j], steady.variances[j], z[j]) for j in range(of.m)] if steady else z
-    x = _means(steady, exponent, ends, moved, y, weighed)
+    y = [_settled(spans[j] + reach[j], settled.variances[j], z[j]) for j in range(of.m)] if settled else z
+    x = _means(gains, exponent, ends, moved, y, weighed)
     more = [_more(f + a - half_of(variance_word(r, 2 * a)) - 1 - v, 2.0**a / math.sqrt(r))
             for f, a, r, v in zip(wide, row, of.R, weighed)]
     return Formats(exponent, held, row, weighed, more, x, [f + e for f, e in zip(x, ends)],
@@ -168,7 +170,7 @@ def _measured(one: Quantity, span: float, reach: float) -> int:
     return _fraction(one, 31, (span + reach if fits else span) * ROOM)
 
 
-def _settled(span: float, variance: Decimal, z: int) -> int:
+def _settled(span: float, variance: Union[Decimal, float], z: int) -> int:
     """Of the innovation with the constant gain: so fine that it is 2^-15 sigma, if need be with an end at 2^16 sigma"""
     fits, fine = 31 - up(span * ROOM), 15 - up(math.sqrt(variance))
     return z if fits >= z >= min(fits, fine) else max(fits, fine)
@@ -187,14 +189,14 @@ def half_of(square: int) -> int:
     return (64 - square.bit_length()) // 2
 
 
-def _means(steady: Optional[Settled], exponent: Sequence[int], ends: Sequence[int], moved: np.ndarray,
+def _means(gains: Sequence[np.ndarray], exponent: Sequence[int], ends: Sequence[int], moved: np.ndarray,
            y: Sequence[int], weighed: Sequence[int]) -> list[int]:
     """No sum goes beyond 64 bits, and what an update adds needs no shift to the left."""
     made = []
     for i, end in enumerate(ends):
         most = min(WIDE - end, LONGEST - up(moved[i] * ROOM), min(weighed) + BITS - exponent[i])
-        if steady is not None:
-            far = float(np.abs(steady.gain[i].astype(float)) @ 2.0 ** (31 - np.array(y, int)))
+        for gain in gains:
+            far = float(np.abs(gain[i]) @ 2.0 ** (31 - np.array(y, int)))
             most = min(most, LONGEST - up(far * ROOM)) if far > 0 else most
         made.append(most)
     return made

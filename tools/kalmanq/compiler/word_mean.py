@@ -101,6 +101,24 @@ class Mean:
             digits = by
         return f" + {aligned(f'product(y{j}, {word_of(k, digits)})', digits - by)}"
 
+    def table(self, gains: Sequence[np.ndarray]) -> list[list[str]]:
+        """Their words, which tabled() reads"""
+        digits = self._digits(gains)
+        return [[str(word_of(float(k), int(by))) for k, by in zip(one.ravel(), digits.ravel())] for one in gains]
+
+    def tabled(self, i: int, gains: Sequence[np.ndarray], at: str, y: str) -> str:
+        """What gains of a table make of innovations; at, y: of one, with {} for its place"""
+        f, digits, terms = self.formats, self._digits(gains)[i], []
+        for j in (j for j in range(self.of.m) if any(one[i, j] for one in gains)):
+            text = f"product({y.format(j)}, {at.format(i * self.of.m + j)})"
+            terms.append(aligned(text, int(digits[j]) - f.x[i] + f.y[j]))
+        return " + ".join(terms)
+
+    def _digits(self, gains: Sequence[np.ndarray]) -> np.ndarray:
+        """Of the largest in each place of the tables"""
+        most = np.abs(gains).max(axis=0)
+        return np.where(most > 0, 31 - np.frexp(most)[1], 0)
+
     def stored(self, x: Mapping[int, str]) -> list[str]:
         """Lines that store means, the names of formulas; one beyond its words stops at their end (stop, below)."""
         if not x:

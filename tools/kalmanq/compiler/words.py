@@ -8,10 +8,12 @@ from __future__ import annotations
 
 import math
 from itertools import permutations
-from typing import Optional, Sequence
+from typing import Mapping, Optional, Sequence
 
 import numpy as np
 
+from kalmanq.compiler import lag
+from kalmanq.compiler.cycle import Cycle
 from kalmanq.compiler.enclosure import Settled
 from kalmanq.compiler.printing import indented
 from kalmanq.compiler.request import RUN, Request
@@ -30,19 +32,21 @@ Place = tuple[str, str, str]
 
 class WordFilter(Readings):
     type, zero = "int32_t", "0"
-    covariance_type = "int64_t"
+    mean_type = covariance_type = "int64_t"
     arrays = ("x", "P")  # without padding
     events = (("SIGMA_SATURATED", "a sigma would be beyond its format: the covariance was not predicted"),
               ("MEAN_SATURATED", "a mean or an innovation was beyond its format: the nearer end was taken"))
 
-    def __init__(self, given: Request, steady: Optional[Settled]):
-        for option in ("student", "tunable", "lag"):
+    def __init__(self, given: Request, steady: Optional[Settled], turn: Optional[Cycle]):
+        for option in ("student", "tunable"):
             if getattr(given.options, option):
                 raise KalmanqError(f"--{option}: is for f32 and f64")
         sigma = largest_sigmas(given.of, gap_of(given.model))
         self.model = ranged(given.model, sigma)
         self.given, self.of, self.steady = given, given.of.doubles(), steady
-        self.formats = formats(given, self.model, steady, sigma)
+        settled = steady or turn
+        gains = [*(settled.gains if settled else []), *(lag.gains(given, steady) if steady else [])]
+        self.formats = formats(given, self.model, settled, gains, sigma)
         self.mean = Mean(given.of, self.formats, self.event("MEAN_SATURATED"))
         made = [self._in_order(order) for order in self._orders()]
         self.factor, self.live, _ = min(made, key=lambda one: one[2])
@@ -111,10 +115,9 @@ class WordFilter(Readings):
         made = [("int64_t", f"x{i}", f"f->x[{i}]") for i in range(self.of.n)] if mean else []
         return made + [("int32_t", entry(key), f"f->P[{slot}]") for slot, key in enumerate(self.live) if factor]
 
-    def steady_literals(self) -> list[list[str]]:
-        assert self.steady is not None
-        factors = [self.factor.words_of(P) for P in (self.steady.filtered, self.steady.predicted)]
-        return [[str(one[key]) for key in self.live] for one in factors]
+    def factor_literals(self, P: np.ndarray) -> list[str]:
+        made = self.factor.words_of(P)
+        return [str(made[key]) for key in self.live]
 
     # ---- what is done
 
@@ -198,11 +201,26 @@ class WordFilter(Readings):
             for j in range(self.of.m):
                 sigma = math.sqrt(float(self.steady.variances[j]))
                 writes += self._nis(j, f"v{j}", str(round(math.ldexp(sigma, BITS - self.formats.row[j]))))
+        writes += [f"f->y[{j}] = y{j};" for j in range(self.of.m)] if options.lag else []
         writes += [*self.mean.stored({i: text for i, text in x.items() if text != f"x{i}"}), *then]
         if options.gate is None:
             return living([*lines, *writes])
         passes = " && ".join(f"v{j} >= -{self._gate(j)} && v{j} <= {self._gate(j)}" for j in range(self.of.m))
         return [*lines, f"if ({passes}) {{", *indented(writes), "}"]
+
+    # ---- constant gains in a table
+
+    def gain_literals(self, gains: Sequence[np.ndarray]) -> list[list[str]]:
+        return self.mean.table(gains)
+
+    def gained(self, i: int, gains: Sequence[np.ndarray], at: str, y: str) -> str:
+        return self.mean.tabled(i, gains, at, y)
+
+    def innovation_text(self, j: int) -> str:
+        return self.mean.innovation(j, {})
+
+    def moved(self, added: Mapping[int, str]) -> list[str]:
+        return self.mean.stored({i: f"x{i} + {text}" for i, text in added.items()})
 
     def _apart(self) -> list[str]:
         """Each innovation given the components before it, over its sigma: v<j>"""
