@@ -16,7 +16,7 @@ from kalmanq.compiler.host import PREDICTS, UPDATES, Host, build, compiler
 from kalmanq.compiler.product import compiled
 from kalmanq.compiler.request import Options, due
 from kalmanq.errors import KalmanqError
-from products import anemometer, drone, gps, heart, motor, oven, press, rover, spring, tank, ultrasound, well
+from products import anemometer, drone, gps, heart, motor, oven, press, spring, tank, ultrasound, well
 from test_words import TRAPS
 
 MEAN, COVARIANCE = 7e-4, 5e-4  # of q31: sigma, sigma_i sigma_j

@@ -14,7 +14,8 @@ from typing import Optional, Sequence
 
 import numpy as np
 
-from kalmanq.compiler.emit import Arithmetic, Text, function, within
+from kalmanq.compiler.arithmetic import Arithmetic
+from kalmanq.compiler.emit import Text, function, within
 from kalmanq.compiler.enclosure import DIGITS, GONE, MORE, MOST, Map, is_within, least_steps, unit_lower
 from kalmanq.compiler.exact import Numbers, decimals, eye, inverse, symmetric
 from kalmanq.compiler.printing import indented

@@ -11,8 +11,8 @@ from typing import Callable, Mapping, Optional, Sequence
 import numpy as np
 
 from kalmanq.compiler import ud
+from kalmanq.compiler.arithmetic import Arithmetic
 from kalmanq.compiler.coefficients import coefficients
-from kalmanq.compiler.emit import Arithmetic
 from kalmanq.compiler.enclosure import Settled
 from kalmanq.compiler.facts import entries_of, facts
 from kalmanq.compiler.graph import Node, constant, dot, inverse, make, node, symbol

@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 from kalmanq.compiler import lag
-from kalmanq.compiler.emit import Arithmetic, Text, comment
+from kalmanq.compiler.arithmetic import Arithmetic
+from kalmanq.compiler.emit import Text, comment
 from kalmanq.compiler.printing import indented
 from kalmanq.compiler.request import Request
 from kalmanq.firmware.c_source import plain

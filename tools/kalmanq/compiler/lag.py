@@ -6,16 +6,14 @@ samples ago is P A' ((A (I - K H))')^(k-1) H' S^-1, with the steady P, K and S.
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Optional
+from typing import Optional
 
 import numpy as np
 
+from kalmanq.compiler.arithmetic import Arithmetic
 from kalmanq.compiler.enclosure import Settled
 from kalmanq.compiler.exact import eye, inverse
 from kalmanq.compiler.request import Request
-
-if TYPE_CHECKING:
-    from kalmanq.compiler.emit import Arithmetic
 
 
 def gains(given: Request, steady: Settled) -> list[np.ndarray]:

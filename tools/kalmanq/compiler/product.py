@@ -9,6 +9,7 @@ from pathlib import Path
 from typing import Optional
 
 from kalmanq.compiler import cycle, emit, enclosure, graph, head
+from kalmanq.compiler.arithmetic import Arithmetic
 from kalmanq.compiler.floats import FloatFilter
 from kalmanq.compiler.loops import MOST_OPERATIONS, LoopedFilter
 from kalmanq.compiler.request import GAP, LONGEST_GAP, Options, Request, request
@@ -22,7 +23,7 @@ class Product:
     given: Request
     steady: Optional[enclosure.Settled]
     cycle: Optional[cycle.Cycle]
-    arithmetic: emit.Arithmetic
+    arithmetic: Arithmetic
     header: str
     code: str
 
@@ -76,7 +77,7 @@ def _cycle(given: Request) -> Optional[cycle.Cycle]:
     return cycle.settled(given.of, options.every, options.settle) if options.settles else None
 
 
-def _arithmetic(given: Request, steady: Optional[enclosure.Settled], turn: Optional[cycle.Cycle]) -> emit.Arithmetic:
+def _arithmetic(given: Request, steady: Optional[enclosure.Settled], turn: Optional[cycle.Cycle]) -> Arithmetic:
     if given.options.arithmetic == "q31":
         return WordFilter(given, steady, turn)
     if given.options.loops is None and not given.options.tunable:

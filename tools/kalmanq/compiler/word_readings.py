@@ -6,7 +6,7 @@ import math
 from typing import Sequence
 
 from kalmanq.compiler import word_routines
-from kalmanq.compiler.emit import Arithmetic
+from kalmanq.compiler.arithmetic import Arithmetic
 from kalmanq.compiler.printing import indented
 from kalmanq.compiler.request import Request
 from kalmanq.compiler.word_factor import Factor, Key, keys
