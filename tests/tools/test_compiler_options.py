@@ -16,7 +16,7 @@ from kalmanq.compiler.host import PREDICTS, UPDATES, Host, build, compiler
 from kalmanq.compiler.product import compiled
 from kalmanq.compiler.request import Options, due
 from kalmanq.errors import KalmanqError
-from products import anemometer, drone, gps, heart, motor, oven, press, spring, tank, ultrasound, well
+from products import anemometer, drone, fridge, gps, heart, motor, oven, press, rover, spring, tank, ultrasound, well
 from test_words import TRAPS
 
 MEAN, COVARIANCE = 7e-4, 5e-4  # of q31: sigma, sigma_i sigma_j
@@ -191,7 +191,85 @@ def test_what_is_refused_of_rates():
             compiled(gps(), "flt", Options(every=every, **options))
 
 
+# ------------------------------------------------------------------------------ --student
+
+
+def reweighted(given, record, taken, nu):
+    """Means and covariances in double: each component with the variance that three steps of EM come to"""
+    of, x, P = given.of.doubles(), given.of.doubles().x0, given.of.doubles().P0
+    for t, bits in enumerate(taken):
+        if record.what[t] & PREDICTS:
+            x, P = of.A @ x + of.B @ record.u[t], of.A @ P @ of.A.T + of.Q
+        for j in (j for j in range(of.m) if int(bits) >> j & 1):
+            h, y = of.H[j], given.mixing[j] @ record.z[t] - of.H[j] @ x
+            spread, r = h @ P @ h, of.R[j]
+            for _ in range(3):
+                share = r / (spread + r)
+                r = of.R[j] * nu / (nu + 1) + ((y * share)**2 + spread * share) / (nu + 1)
+            k = P @ h / (spread + r)
+            left = np.eye(of.n) - np.outer(k, h)
+            x, P = x + k * y, left @ P @ left.T + r * np.outer(k, k)
+        yield x, P
+
+
+@pytest.mark.parametrize("make, nu", [(tank, 4.0), (spring, 10.0), (gps, 1.0), (motor, 5.0), (heart, 0.2), (press, 3.0),
+                                      (drone, 4.0), (rover, 2.5), (fridge, 1e9)])
+def test_student_in_words_is_that_of_doubles(make, nu):
+    """Gaps, samples in part, second updates, and outliers of up to 300 sigma"""
+    made = compiled(make(), "flt", Options("q31", student=nu))
+    with Host(made, TRAPS) as host:
+        for seed in (1, 2, 3):
+            drawn, draws = record.drawn(made.given, 1000, seed), np.random.default_rng(seed)
+            far = 10.0 ** draws.uniform(0.5, 2.5, drawn.z.shape) * draws.choice([-1, 1], drawn.z.shape)
+            drawn.z[:] += far * (draws.random(drawn.z.shape) < 0.03) * np.sqrt(made.given.of.doubles().R)
+            drawn = in_words(made, drawn)
+            ran = host.run(drawn.z, drawn.u, drawn.present, drawn.what)
+            for t, (mean, P) in enumerate(reweighted(made.given, drawn, ran.taken, nu)):
+                sigma = np.sqrt(np.diag(P))
+                assert np.abs((ran.mean[t] - mean) / sigma).max() < MEAN
+                assert np.abs((ran.covariance[t] - P) / np.outer(sigma, sigma)).max() < COVARIANCE
+
+
+NIS = """
+#include <math.h>
+#include "flt.h"
+void run(int rows, const double *z, double *nis)
+{{
+    static flt_filter f;
+    flt_start(&f);
+    for (int t = 0; t < rows; t++, z += {m}) {{
+        {type} v[{m}];
+        {given}
+        if (t == 0) flt_update(&f, v);
+        else flt_step(&f, v);
+        nis[t] = (double)f.nis;
+    }}
+}}
+"""
+
+
+@pytest.mark.parametrize("make", [tank, gps, heart, spring])
+def test_nis_with_student_is_that_of_the_model_s_noise(make, tmp_path):
+    nis = {}
+    for arithmetic in ("f64", "q31"):
+        made = compiled(make(), "flt", Options(arithmetic, student=4.0, nis=True))
+        a, m, folder = made.arithmetic, made.given.of.m, tmp_path / arithmetic
+        folder.mkdir()
+        given = " ".join(f"v[{j}] = {a.from_double('measurements', j, f'z[{j}]')};" for j in range(m))
+        called = library(folder, made, NIS.format(type=a.type, m=m, given=given), TRAPS)
+        nis[arithmetic], z = np.zeros(500), record.drawn(made.given, 500, 2).z
+        z[::20] += 30 * np.sqrt(made.given.of.doubles().R)
+        called.run(500, doubles(z.ravel()), nis[arithmetic].ctypes.data_as(ctypes.c_void_p))
+        nis[arithmetic] *= 2.0 ** -(a.nis_fraction if arithmetic == "q31" else 0)
+    assert np.allclose(nis["q31"], nis["f64"], rtol=1e-3, atol=1e-3) and nis["f64"].max() > 100
+
+
 # ------------------------------------------------------------------------------ --tunable
+
+
+def test_words_are_not_tuned():
+    with pytest.raises(KalmanqError, match="--tunable: .*constants.*; compile one filter for each"):
+        compiled(gps(), "flt", Options("q31", tunable=True))
 
 
 @pytest.mark.parametrize("make", [gps, oven, motor])

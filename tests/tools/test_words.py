@@ -82,6 +82,7 @@ int main(void)
 {{
     static {name}_filter f;
     {name}_start(&f);
+    {first}
     for (long k = 0; k < 40000; k++) {{
         int32_t z[{m}], u[{l} + 1];
         for (int j = 0; j < {m}; j++) z[j] = (int32_t)random() / (1 << random() % 31);
@@ -91,6 +92,7 @@ int main(void)
         if (kind < 60) {name}_step(&f{u}, z);
         else if (kind < 80) {name}_predict(&f{u});
         else {name}_update(&f, z);
+        {more}
         volatile int64_t read = {name}_covariance(&f, 0, {n} - 1) + {name}_mean_{state}(&f);
         (void)read;
     }}
@@ -101,11 +103,14 @@ int main(void)
 
 @pytest.mark.parametrize("make, options", [
     (products.motor, {}), (products.press, {"nis": True}), (products.oven, {"gate": 3.0, "nis": True}),
-    (fixed_bias, {})], ids=lambda one: getattr(one, "__name__", ""))
+    (fixed_bias, {}), (products.motor, {"student": 4.0, "nis": True}), (products.press, {"every": (1, 3)}),
+    (products.heart, {"lag": 4, "gate": 3.0})], ids=lambda one: getattr(one, "__name__", ""))
 def test_no_words_are_undefined_behaviour(make, options, tmp_path: Path):
     product = compiled_words(make(), **options)
     given = product.given
     text = ANY_WORDS.format(name=given.name, n=given.of.n, m=given.of.m, l=given.of.l, state=given.states[0],
+                            first=f"static {given.name}_lag l; {given.name}_lag_start(&l);" if given.options.lag else "",
+                            more=f"{given.name}_lag_step(&l, &f);" if given.options.lag else "",
                             u=", u" if given.of.l else "")
     for name, one in {**product.sources(), "main.c": text}.items():
         (tmp_path / name).write_text(one)

@@ -124,6 +124,27 @@ LINE
 }
 """
 
+STUDENT = """\
+/* m / n 2^30, m <= n < 2^62 */
+static int32_t share(uint64_t m, uint64_t n)
+{
+    const reciprocal r = inverse_root(n);
+    return part(product(r.over, part(product(r.over, (int32_t)(m << (2 * r.half - 2) >> 32)))));
+}
+
+/* sqrt(least / made) 2^30.  made: the variance that an innovation y whose noise is Student's, with the variance r, is taken
+   with, by three steps of EM (Lange, Little and Taylor 1989).  over: 2^31 / (degrees of freedom + 1); root, half: of least */
+static int32_t student(int32_t y, uint64_t spread, uint64_t r, uint64_t least, int32_t over, int32_t root, int half)
+{
+    uint64_t made = r;
+    for (int k = 0; k < 3; k++) {
+        const int32_t s = share(made, spread + made), rest = part(product(s, y));
+        made = least + 2 * (uint64_t)wide(over, product(rest, rest) + 4 * wide(s, (int64_t)spread));
+    }
+    return ratio(root, half, inverse_root(made));
+}
+"""
+
 FRACTION = """\
 /* f / sqrt(t) 2^30, |f| <= sqrt(t) */
 static inline int32_t fraction(int32_t f, reciprocal r)
@@ -193,7 +214,7 @@ def line() -> str:
     return ",\n".join("        " + ", ".join(made[k:k + 8]) for k in range(0, 96, 8))
 
 
-ROUTINES = (("stopped", STOPPED), ("inverse", INVERSE), ("word", WORD), ("ratio", RATIO), ("fraction", FRACTION),
+ROUTINES = (("student", STUDENT), ("stopped", STOPPED), ("inverse", INVERSE), ("word", WORD), ("ratio", RATIO), ("fraction", FRACTION),
             ("inverse_root", ROOT), ("zeros_before", ZEROS),
             ("narrow", NARROW), ("shifted", SHIFTED), ("half_part", _part("half_part", 31)), ("part", _part("part", 30)),
             ("twice_part", _part("twice_part", 29)), ("wide", WIDE),

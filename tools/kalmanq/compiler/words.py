@@ -18,8 +18,8 @@ from kalmanq.compiler.enclosure import Settled
 from kalmanq.compiler.printing import indented
 from kalmanq.compiler.request import RUN, Request
 from kalmanq.compiler.word_factor import Entries, Factor, Key
-from kalmanq.compiler.word_formats import BITS, formats, gap_of, largest_sigmas, ranged
-from kalmanq.compiler.word_mean import Mean
+from kalmanq.compiler.word_formats import BITS, formats, gap_of, largest_sigmas, ranged, root_of, variance_word
+from kalmanq.compiler.word_mean import Mean, aligned
 from kalmanq.compiler.word_readings import Readings
 from kalmanq.compiler.word_text import Lines, Value, living
 from kalmanq.errors import KalmanqError
@@ -27,6 +27,8 @@ from kalmanq.errors import KalmanqError
 NEGLIGIBLE = 1e-12  # of an innovation's sigma
 GAIN_ERROR = 4e-6
 ALL_ORDERS = 4  # states, of which all orders are tried
+TUNABLE = ("--tunable: q31's formats are constants that follow from A, Q and R; compile one filter for each set of them, take "
+           "f32, or the library in q31, whose formats follow the numbers")
 Place = tuple[str, str, str]
 
 
@@ -38,9 +40,8 @@ class WordFilter(Readings):
               ("MEAN_SATURATED", "a mean or an innovation was beyond its format: the nearer end was taken"))
 
     def __init__(self, given: Request, steady: Optional[Settled], turn: Optional[Cycle]):
-        for option in ("student", "tunable"):
-            if getattr(given.options, option):
-                raise KalmanqError(f"--{option}: is for f32 and f64")
+        if given.options.tunable:
+            raise KalmanqError(TUNABLE)
         sigma = largest_sigmas(given.of, gap_of(given.model))
         self.model = ranged(given.model, sigma)
         self.given, self.of, self.steady = given, given.of.doubles(), steady
@@ -140,16 +141,23 @@ class WordFilter(Readings):
     def update(self, j: int) -> list[str]:
         """Component j, whose value is z<j>"""
         f, lines = self.formats, Lines()
-        after, b, last = self.factor.update(lines, self.entries, j)
+        weight = self._student(lines, j) if self.given.options.student else None
+        after, b, last = self.factor.update(lines, self.entries, j, weight)
         if last is None:
             return []
         more, shift = f.more[j], f.wide[j] + f.row[j] - f.weighed[j] - f.more[j]
         made = [f"const int64_t y = {self.mean.wide_innovation(j)};", *lines.lines,
-                f"const int64_t weighed = shifted(wide({last}.over, y), {shift} - {last}.half);",
+                f"const int64_t weighed = shifted(wide({last}.over, {f'4 * wide({weight}, y)' if weight else 'y'}), "
+                f"{shift} - {last}.half);",
                 f"const int32_t v = narrow(weighed{f' >> {more}' if more else ''});"]
         made += [f"const int32_t rest = (int32_t)(weighed & {(1 << more) - 1});"] if more else []
         writes = [f"if (v != {f'weighed >> {more}' if more else 'weighed'}) {self.event('MEAN_SATURATED')}"]
-        writes += self._nis(j, "v", f"word({last})")
+        if weight and self.given.options.nis:
+            square = variance_word(self.of.R[j], 2 * f.row[j])
+            last = "nominal"
+            made += [f"const reciprocal nominal = inverse_root(UINT64_C({square}) + {self.factor.spread(lines, self.entries, j)});",
+                     f"const int32_t apart = narrow(shifted(wide(nominal.over, y), {shift + more} - nominal.half));"]
+        writes += self._nis(j, "apart" if last == "nominal" else "v", f"word({last})")
         moved = [(self.factor.order[i], one) for i, one in enumerate(b) if one is not None]
         for i, one in sorted(moved):
             by = f.weighed[j] + BITS - f.exponent[i] - f.x[i]
@@ -163,6 +171,16 @@ class WordFilter(Readings):
                 f"if (is_near || f->rejected[{j}] >= {RUN}) {{",
                 *indented([*writes, f"if (is_near) f->rejected[{j}] = 0;"]), "} else {",
                 *indented([f"f->rejected[{j}]++;", self.event("GATED"), f"taken &= ~{1 << j}u;"]), "}"]
+
+    def _student(self, lines: Lines, j: int) -> str:
+        """Name of the weight of component j, a fraction: sqrt of the least variance over that which it is taken with"""
+        f, nu = self.formats, float(self.given.options.student or 0)
+        r, least = (variance_word(one, 2 * f.far[j]) for one in (self.of.R[j], f.least[j]))
+        root, half = root_of(least)
+        y, by = aligned("y", f.wide[j] + f.far[j] - BITS), min(2 * (f.far[j] - f.row[j]), 63)
+        spread = self.factor.spread(lines, self.entries, j)
+        return lines.let("k", f"student(narrow({y}), {f'{spread} >> {by}' if by else spread}, UINT64_C({r}), UINT64_C({least}), "
+                         f"{min(round(2**31 / (nu + 1)), 2**31 - 1)}, {root}, {half})")
 
     def _gate(self, j: int) -> int:
         assert self.given.options.gate is not None
