@@ -12,6 +12,7 @@ from typing import Mapping, Optional, Sequence
 
 import numpy as np
 
+from kalmanq.compiler import lag
 from kalmanq.compiler.product import Product
 from kalmanq.data.files import own_folder, telling_where
 from kalmanq.errors import KalmanqError
@@ -38,6 +39,7 @@ void run(int rows, int goes_on, const unsigned char *what, const unsigned *prese
     static {name}_filter f;
     uint32_t h = UINT32_C(2166136261);
     if (!goes_on) {name}_start(&f);
+{lag}
     for (int t = 0; t < rows; t++, z += {m}, u += {l}) {{
         {type} v[{m}], w[{l} + 1];
         const unsigned all = {all}u;
@@ -125,13 +127,14 @@ def driver(product: Product) -> str:
     convert += [f"w[{k}] = {a.from_double('controls', k, f'u[{k}]')};" for k in range(of.l)]
     read = [f"mean[t * {of.n} + {i}] = {a.mean_double(i)};" for i in range(of.n)]
     read += [f"reading[t * {of.n} + {i}] = (double){name}_mean_{state}(&f);" for i, state in enumerate(given.states)]
-    digests = [f"        h = hash(h, f.{field}, sizeof f.{field});" for field in a.arrays]
+    follows, hashed = lag.followed(given), [f"f.{field}" for field in a.arrays]
+    digests = [f"        {line}" for line in (*follows[1:], *(f"h = hash(h, {one}, sizeof {one});" for one in (*hashed, *lag.kept(given))))]
     some = f"present[t] == all ? {name}_update(&f, v) : {name}_update_some(&f, v, present[t])" if of.m > 1 else \
         f"{name}_update(&f, v)"
     return DRIVER.format(name=name, type=a.type, n=of.n, m=of.m, l=of.l, all=given.all, u=", w" if of.l else "",
                          given="\n".join(f"        {line}" for line in convert), some=some, digests="\n".join(digests),
                          read="\n".join(f"        {line}" for line in read), predicts=PREDICTS, updates=UPDATES,
-                         both=PREDICTS | UPDATES, entry=a.covariance_double("i", "j"))
+                         both=PREDICTS | UPDATES, lag="\n".join(f"    {line}" for line in follows[:1]), entry=a.covariance_double("i", "j"))
 
 
 def build(folder: Path, sources: Sequence[str], target: str, flags: Sequence[str]) -> Path:

@@ -67,3 +67,17 @@ def functions(given: Request, a: Arithmetic, steady: Optional[Settled]) -> list[
             *(f"    l->x[0][{i}] = {a.whole_mean(i)};" for i in range(n)),
             "    if (f->calls != SETTLED) l->rows = 0;", f"    else if (l->rows <= {lag}) l->rows++;",
             f"    return l->rows > {lag};", "}", ""]
+
+
+# ---- of a program that runs the filter f
+
+
+def followed(given: Request) -> list[str]:
+    """Lines once after the start, and after each row"""
+    name = given.name
+    return [f"static {name}_lag l; {name}_lag_start(&l);", f"(void){name}_lag_step(&l, &f);"] if given.options.lag else []
+
+
+def kept(given: Request) -> list[str]:
+    """Its fields whose bits are compared"""
+    return ["l.x"] if given.options.lag else []
