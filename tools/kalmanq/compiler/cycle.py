@@ -55,6 +55,11 @@ class Cycle:
         """m, the least in a row"""
         return np.min([row.variances for row in self.rows], axis=0)
 
+    @property
+    def means(self) -> Matrix:
+        """Variances of the n means, the least in a row"""
+        return np.min([np.diag(row.filtered).astype(float) for row in self.rows], axis=0)
+
 
 def check(given: Request) -> None:
     every = given.options.every

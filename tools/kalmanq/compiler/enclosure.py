@@ -74,9 +74,14 @@ class Settled:
         return [self.gain.astype(float)]
 
     @property
+    def means(self) -> np.ndarray:
+        """Variances of the n means"""
+        return np.diag(self.filtered).astype(float)
+
+    @property
     def gain_that_moves(self) -> np.ndarray:
         """The gain in double; 0 where an innovation of one sigma moves a state by next to nothing"""
-        gain, sigma = self.gain.astype(float), np.sqrt(np.diag(self.filtered).astype(float).clip(1e-300))
+        gain, sigma = self.gain.astype(float), np.sqrt(self.means.clip(1e-300))
         moved = np.abs(gain) * np.sqrt(self.variances.astype(float)) / sigma[:, None]
         return np.where(moved < NEGLIGIBLE, 0, gain)
 

@@ -45,9 +45,9 @@ class WordFilter(Readings):
         sigma = largest_sigmas(given.of, gap_of(given.model))
         self.model = ranged(given.model, sigma)
         self.given, self.of, self.steady = given, given.of.doubles(), steady
-        settled = steady or turn
-        gains = [*(settled.gains if settled else []), *(lag.gains(given, steady) if steady else [])]
-        self.formats = formats(given, self.model, settled, gains, sigma)
+        self.constant = steady or turn
+        gains = [*(self.constant.gains if self.constant else []), *(lag.gains(given, steady) if steady else [])]
+        self.formats = formats(given, self.model, self.constant, gains, sigma)
         self.mean = Mean(given.of, self.formats, self.event("MEAN_SATURATED"))
         made = [self._in_order(order) for order in self._orders()]
         self.factor, self.live, _ = min(made, key=lambda one: one[2])
@@ -204,8 +204,7 @@ class WordFilter(Readings):
     @property
     def resolution(self) -> np.ndarray:
         """What a gain may be off by: an innovation of one sigma moves the state by as much less than its own"""
-        sigma = np.sqrt(np.diag(self.steady.filtered).astype(float))
-        return GAIN_ERROR * np.outer(sigma, 1 / np.sqrt(self.steady.variances.astype(float)))
+        return GAIN_ERROR * np.sqrt(np.outer(self.constant.means, 1 / self.constant.variances.astype(float)))
 
     def settled(self, predicts: bool, then: Sequence[str]) -> list[str]:
         """The mean by the constant gain, from z0, z1, ..., and `then`"""
@@ -229,10 +228,10 @@ class WordFilter(Readings):
     # ---- constant gains in a table
 
     def gain_literals(self, gains: Sequence[np.ndarray]) -> list[list[str]]:
-        return self.mean.table(gains)
+        return self.mean.table(gains, self.resolution)
 
     def gained(self, i: int, gains: Sequence[np.ndarray], at: str, y: str) -> str:
-        return self.mean.tabled(i, gains, at, y)
+        return self.mean.tabled(i, gains, self.resolution, at, y)
 
     def innovation_text(self, j: int) -> str:
         return self.mean.innovation(j, {})
