@@ -148,3 +148,47 @@ def test_roots_and_inverses(tmp_path: Path):
     (tmp_path / "roots.c").write_text(ROOTS.format(routines=routines("inverse_root( inverse(")))
     subprocess.run(["cc", "-std=c11", "-O1", *TRAPS, "roots.c", "-lm", "-o", "roots"], cwd=tmp_path, check=True)
     subprocess.run([str(tmp_path / "roots")], check=True)
+
+
+WEIGHTS = """\
+#include <math.h>
+#include <stdint.h>
+{routines}
+int main(void)
+{{
+    static const double freedom[] = {{0.2, 1, 4, 30, 1000}};
+    uint64_t s = 88172645463325252u;
+    for (long k = 0; k < 200000; k++) {{
+        double part[3];
+        for (int i = 0; i < 3; i++) {{
+            s ^= s << 13;
+            s ^= s >> 7;
+            s ^= s << 17;
+            part[i] = ldexp((double)(s >> 11), -53);
+        }}
+        const double nu = freedom[k % 5], sigma = exp2(16 + 13.9 * part[0]), y = exp2(1 + 29 * part[1]);
+        const double root = exp2(29.9 * part[2]), r = sigma * sigma, spread = root * root;
+        const uint64_t least = (uint64_t)(r * nu / (nu + 1));
+        int half = 0;
+        for (uint64_t one = least; one < UINT64_C(1) << 62; one <<= 2) half++;
+        const int32_t mantissa = (int32_t)sqrt(ldexp((double)least, 2 * half - 2));
+        long double made = r;
+        for (int i = 0; i < 3; i++) {{
+            const long double share = made / (spread + made), rest = y * share;
+            made = r * nu / (nu + 1) + (rest * rest + spread * share) / (nu + 1);
+        }}
+        const int32_t weight = student((int32_t)floor(y), (uint64_t)spread, (uint64_t)r, least,
+                                       (int32_t)(0x80000000u / (nu + 1)), mantissa, half);
+        const long double expected = sqrtl(r * nu / (nu + 1) / made), error = ldexpl(weight, -30) - expected;
+        if (fabsl(error) > 1e-4L * expected + 0x1p-28L) return 1;
+    }}
+    return 0;
+}}
+"""
+
+
+def test_weights_of_student(tmp_path: Path):
+    """Where sigma of the noise has 16 bits or more of an innovation's word, as it has up to 16000 of them"""
+    (tmp_path / "weights.c").write_text(WEIGHTS.format(routines=routines("student(")))
+    subprocess.run(["cc", "-std=c11", "-O1", *TRAPS, "weights.c", "-lm", "-o", "weights"], cwd=tmp_path, check=True)
+    subprocess.run([str(tmp_path / "weights")], check=True)

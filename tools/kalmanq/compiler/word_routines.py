@@ -125,23 +125,18 @@ LINE
 """
 
 STUDENT = """\
-/* m / n 2^30, m <= n < 2^62 */
-static int32_t share(uint64_t m, uint64_t n)
-{
-    const reciprocal r = inverse_root(n);
-    return part(product(r.over, part(product(r.over, (int32_t)(m << (2 * r.half - 2) >> 32)))));
-}
-
 /* sqrt(least / made) 2^30.  made: the variance that an innovation y whose noise is Student's, with the variance r, is taken
    with, by three steps of EM (Lange, Little and Taylor 1989).  over: 2^31 / (degrees of freedom + 1); root, half: of least */
 static int32_t student(int32_t y, uint64_t spread, uint64_t r, uint64_t least, int32_t over, int32_t root, int half)
 {
     uint64_t made = r;
+    reciprocal m = inverse_root(made);
     for (int k = 0; k < 3; k++) {
-        const int32_t s = share(made, spread + made), rest = part(product(s, y));
-        made = least + 2 * (uint64_t)wide(over, product(rest, rest) + 4 * wide(s, (int64_t)spread));
+        const int32_t c = ratio(m.root, m.half, inverse_root(spread + made)), rest = part(product(c, part(product(c, y))));
+        made = least + 2 * (uint64_t)wide(over, product(rest, rest) + 4 * wide(c, 4 * wide(c, (int64_t)spread)));
+        m = inverse_root(made);
     }
-    return ratio(root, half, inverse_root(made));
+    return ratio(root, half, m);
 }
 """
 
