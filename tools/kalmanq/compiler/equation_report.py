@@ -7,8 +7,9 @@ from typing import Optional, Sequence
 
 import numpy as np
 
+from kalmanq.compiler.emit import PREDICTS, UPDATES
 from kalmanq.compiler.equation_product import compiled_equations
-from kalmanq.compiler.host import PREDICTS, UPDATES, Host, Ran
+from kalmanq.compiler.host import Host, Ran
 from kalmanq.compiler.lint import Lossy, lossy_formulas
 from kalmanq.compiler.product import Product
 from kalmanq.compiler.record import Record
