@@ -13,7 +13,7 @@ from typing import Mapping, Optional, Sequence
 import numpy as np
 
 from kalmanq.compiler import lag
-from kalmanq.compiler.emit import Row
+from kalmanq.compiler.emit import PREDICTS, UPDATES, Row
 from kalmanq.compiler.product import Product
 from kalmanq.data.files import own_folder, telling_where
 from kalmanq.errors import KalmanqError
