@@ -3,17 +3,16 @@
 import ctypes
 import subprocess
 from itertools import product
-from pathlib import Path
 
 import numpy as np
 import pytest
 
 from compiled_models import kinematic
-from driven import doubles, in_words
+from driven import doubles, in_words, library
 from kalmanq import Model
 from kalmanq.compiler import record
 from kalmanq.compiler.emit import PREDICTS, UPDATES
-from kalmanq.compiler.host import Host, build, compiler
+from kalmanq.compiler.host import Host, compiler
 from kalmanq.compiler.product import compiled
 from kalmanq.compiler.request import Options, due
 from kalmanq.errors import KalmanqError
@@ -28,12 +27,6 @@ def navigation() -> Model:
     dt = 0.01
     return Model([[1, dt, 0], [0, 1, 0], [0, 0, 1]], [[1, 0, 0], [0, 1, 1]], [4, 0.01], [1e-6, 1e-3, 1e-7],
                  P0=[100, 10, 1], name="navigation")
-
-
-def library(folder: Path, made, text: str, flags=()) -> ctypes.CDLL:
-    for name, source in {**made.sources(), "more.c": text}.items():
-        (folder / name).write_text(source, encoding="utf-8")
-    return ctypes.CDLL(str(build(folder, ["flt.c", "more.c"], "flt.so", (*flags, "-shared", "-fPIC"))))
 
 
 # ------------------------------------------------------------------------------ --lag

@@ -153,7 +153,7 @@ class FloatFilter(Arithmetic):
     def _change(self, x: Mean, i: int) -> Node:
         sums = [high + low for high, low in x]
         change = dot(((self.coefficients.A_less_one[i][k], sums[k]) for k in range(self.of.n)), x[i][1])
-        return dot(((self.of.B[i, k], symbol(f"u{k}")) for k in range(self.of.l)), change)
+        return dot(((self.coefficients.B[i][k], symbol(f"u{k}")) for k in range(self.of.l)), change)
 
     def innovation(self, x: Mean, j: int, z: Node) -> Node:
         for part in (0, 1):
