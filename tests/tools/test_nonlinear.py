@@ -742,7 +742,7 @@ def test_the_command_line_refuses_in_one_line(tmp_path):
         "--method: of a nonlinear model": ("run", nile, nile_data, "--method", "cubature", *out),
         "a linear model is checked without data": ("check", nile, nile_data),
         "is a nonlinear model, which run, compare, check": ("fit", TRACK, TRACK_DATA, *out),
-        "range_bearing.py: is a nonlinear model": ("simulate", TRACK, "--runs", 3, *out),
+        "--smooth: of a linear model": ("simulate", TRACK, "--runs", 3, "--smooth", *out),
     }.items():
         refused(kalmanq(*arguments), said, tmp_path)
 

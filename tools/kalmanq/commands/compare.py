@@ -22,6 +22,7 @@ from kalmanq.model import Model
 from kalmanq.nonlinear import NonlinearModel
 from kalmanq.nonlinear.comparison import arithmetics, compare_methods
 from kalmanq.run.comparison import compare
+from kalmanq.run.results import Run
 
 SHOWN = 4  # states in the table; the JSON has all
 
@@ -50,7 +51,7 @@ def compare_file(options: Options, console: Console) -> None:
     else:
         true_states = [f"{name}_true" for name in model.state_names]  # where there is one for each state
         z, u, truth = tables.measurements_controls_and(options.data, model, true_states)
-        others = {f"compiled {name}": partial(compiled_equations_run, arithmetic=name) for name in ("f32", "f64")}
+        others = {f"compiled {name}": partial(_compiled, name) for name in ("f32", "f64")}
         errors, figures = arithmetics(model, z, u, others if options.compiled else {})
         found = compare_methods(model, z, u, truth)
         _draw(options, errors)
@@ -59,6 +60,10 @@ def compare_file(options: Options, console: Console) -> None:
         console.print(_table(figures, model.name, len(z)))
         _tell_methods(model, found, len(z), truth is not None, console)
     tell_written([options.plot], console)
+
+
+def _compiled(arithmetic: str, model: NonlinearModel, z: np.ndarray, u: Optional[np.ndarray]) -> Run:
+    return compiled_equations_run(model, arithmetic, z, u)
 
 
 def _draw(options: Options, errors: dict[str, np.ndarray]) -> None:
