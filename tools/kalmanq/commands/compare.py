@@ -12,7 +12,8 @@ from rich.console import Console
 from rich.table import Table
 
 from kalmanq.commands.messages import print_json, table, tell_written
-from kalmanq.commands.options import ANY_MODEL, DATA, JSON, command_of, read_any
+from kalmanq.commands.options import ANY_MODEL, COMPILED, DATA, JSON, command_of, read_any, refuse_compiled
+from kalmanq.compiler.simulation import compiled_run
 from kalmanq.data import tables
 from kalmanq.model import Model
 from kalmanq.nonlinear import NonlinearModel
@@ -27,14 +28,16 @@ class Options:
     model: Path = ANY_MODEL
     data: Path = DATA
     plot: Optional[Path] = typer.Option(None, "--plot", metavar="OUT.png", help="Errors over the rows.")
+    compiled: bool = COMPILED
     json: bool = JSON
 
 
 def compare_file(options: Options, console: Console) -> None:
     model = read_any(options.model)
+    refuse_compiled(options.compiled, model)
     if isinstance(model, Model):
         z, u = tables.measurements_and_controls(options.data, model)
-        errors, figures = compare(model, z, u)
+        errors, figures = compare(model, z, u, {"compiled": compiled_run} if options.compiled else {})
         _draw(options, errors)
         if options.json:
             return print_json(figures)

@@ -16,7 +16,7 @@ from rich.console import Console
 
 from kalmanq.commands.messages import print_json, table, tell_written
 from kalmanq.commands.options import (
-    ANY_MODEL, ARITHMETIC, DATA, JSON, AnyModel, Arithmetic, choices, command_of, read_any)
+    ANY_MODEL, ARITHMETIC, COMPILED, DATA, JSON, AnyModel, Arithmetic, choices, command_of, read_any, refuse_compiled)
 from kalmanq.compiler.simulation import CompiledFilter
 from kalmanq.core import names_of
 from kalmanq.data import tables
@@ -46,7 +46,7 @@ class Options:
     forecast: int = typer.Option(0, "--forecast", metavar="K", min=0, max=10_000, help="Rows ahead of the last one.")
     robust: Optional[choices("Loss", LOSSES)] = typer.Option(None, "--robust", help="For outliers (gate, huber, student) or jumps.")
     way: Optional[choices("Way", WAYS)] = typer.Option(None, "--as", help="Of f32 and q31: to the bit the C file that design writes in that way.")
-    compiled: bool = typer.Option(False, "--compiled", help="Through the C that kalmanq compile writes, on this machine.")
+    compiled: bool = COMPILED
     method: Optional[choices("NonlinearMethod", METHODS)] = typer.Option(None, "--method", help="Of a nonlinear model; extended if left out.")
     iterate: Optional[int] = typer.Option(None, "--iterate", metavar="N", min=1, max=1000, help="Of iterated and posterior: linearise each update so often; 4 if left out.")
     passes: Optional[int] = typer.Option(None, "--passes", metavar="N", min=1, max=1000, help="Of a nonlinear model's --smooth: the most passes that linearise at smoothed states.")
@@ -62,10 +62,10 @@ def run_file(options: Options, console: Console) -> None:
 
 
 def _refuse(options: Options, model: AnyModel) -> None:
+    refuse_compiled(options.compiled, model)
     if isinstance(model, NonlinearModel):
         for name, is_given in (("--lag", options.lag is not None), ("--forecast", options.forecast > 0),
-                               ("--robust", options.robust is not None), ("--as", options.way is not None),
-                               ("--compiled", options.compiled)):
+                               ("--robust", options.robust is not None), ("--as", options.way is not None)):
             if is_given:
                 raise KalmanqError(f"{name}: of a linear model (TOML), not of a nonlinear one")
         if options.iterate is not None and options.method not in ("iterated", "posterior"):

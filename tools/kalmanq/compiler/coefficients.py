@@ -10,7 +10,7 @@ from typing import Callable, Sequence
 import numpy as np
 
 from kalmanq.compiler import ud
-from kalmanq.compiler.graph import Node, constant, node, symbol
+from kalmanq.formulas.graph import Node, constant, node, symbol
 from kalmanq.compiler.request import Request
 
 

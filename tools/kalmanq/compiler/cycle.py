@@ -19,7 +19,7 @@ from kalmanq.compiler.emit import Text, function, within
 from kalmanq.compiler.enclosure import DIGITS, GONE, MORE, MOST, Map, is_within, least_steps
 from kalmanq.compiler.exact import Numbers, decimals, eye, inverse, symmetric
 from kalmanq.compiler.floats import FloatFilter
-from kalmanq.compiler.graph import symbol
+from kalmanq.formulas.graph import symbol
 from kalmanq.compiler.printing import Body, indented
 from kalmanq.compiler.request import Request, due
 from kalmanq.errors import KalmanqError

@@ -3,7 +3,9 @@ firmware.  Means and covariances are the C's; innovations, NIS and the likelihoo
 
 from __future__ import annotations
 
-from dataclasses import replace
+import pickle
+from dataclasses import dataclass, field
+from functools import lru_cache
 from typing import Any, Optional
 
 import numpy as np
@@ -15,6 +17,39 @@ from kalmanq.model import Model
 from kalmanq.run.results import Run
 
 NAME = "filter_of"
+NO_SMOOTHER = "the emitted filter looks at no later row"
+
+
+@dataclass
+class CompiledRun(Run):
+    """emitted: events as NAME.h calls them, and what they mean"""
+
+    emitted: list[tuple[str, str]] = field(default_factory=list)
+
+    @property
+    def event_names(self) -> list[str]:
+        return [name for name, _ in self.emitted]
+
+    @property
+    def faults(self) -> list[tuple[str, str]]:
+        return [one for one in self.emitted if one[0] != "gated"]
+
+    @property
+    def is_held(self) -> bool:
+        return "mean saturated" in self.event_names
+
+
+def compiled_run(model: Model, arithmetic: str, z: np.ndarray, u: Optional[np.ndarray] = None) -> CompiledRun:
+    """From the start.  The C is built once, for as many runs of a model as come one after the other."""
+    made = _built(pickle.dumps((model, arithmetic)))
+    made.restart()
+    return made.run(z, u)
+
+
+@lru_cache(maxsize=4)
+def _built(model_and_arithmetic: bytes) -> CompiledFilter:
+    with CompiledFilter(*pickle.loads(model_and_arithmetic)) as made:
+        return made  # of a library that is loaded, the folder may go
 
 
 class CompiledFilter:
@@ -46,16 +81,20 @@ class CompiledFilter:
     @property
     def event_names(self) -> list[str]:
         """As NAME.h calls them"""
-        names = self.product.events
-        return [name.lower().replace("_", " ") for bit, name in enumerate(names) if self.events >> bit & 1]
+        return [name for name, _ in self._told(self.events)]
 
-    def run(self, z: np.ndarray, u: Optional[np.ndarray] = None, **_: Any) -> Run:
+    def _told(self, events: int) -> list[tuple[str, str]]:
+        return [(name.lower().replace("_", " "), meaning)
+                for bit, (name, meaning) in enumerate(self.product.events.items()) if events >> bit & 1]
+
+    def run(self, z: np.ndarray, u: Optional[np.ndarray] = None, **_: Any) -> CompiledRun:
         """u: row t moves the state from row t to row t + 1"""
         ran = self._ran(z, u)
-        run = Run(self.model, self.arithmetic, ran.mean, np.sqrt(np.diagonal(ran.covariance, axis1=1, axis2=2).clip(0)),
-                  ran.covariance)
+        events = int(np.bitwise_or.reduce(ran.events, initial=0))
+        sigma = np.sqrt(np.diagonal(ran.covariance, axis1=1, axis2=2).clip(0))
+        run = CompiledRun(self.model, self.arithmetic, ran.mean, sigma, ran.covariance, emitted=self._told(events))
         self._explain(run, np.asarray(z, float).reshape(len(ran.mean), -1), u, ran)
-        self.events |= int(np.bitwise_or.reduce(ran.events, initial=0))
+        self.events |= events
         if len(run):
             self.begins, self.mean, self.covariance = False, ran.mean[-1], ran.covariance[-1]
             self.left = self.left if u is None else np.array(u[-1], float)
