@@ -451,6 +451,8 @@ TEST(what_is_wrong_is_refused)
     ASSERT_REFUSED_SIZE_OR_MEMORY(S(steady_init)(&empty_steady, &motion.process, &radar.sensor, prior.mean, gains, 1));
     ASSERT_REFUSED_SIZE_OR_MEMORY(S(freeze_init)(&empty, BITS));
     ASSERT_REFUSED(KQ_ERR_SIZE, S(freeze_init)(&lazy, BITS_MAX + 1));
+    ASSERT_REFUSED(KQ_ERR_MISMATCH,
+                   S(steady_init)(&steady, &motion.process, of_innovations(&radar), prior.mean, gains, 1));
     ASSERT_OK(S(detach)(&lazy.attached));
     ASSERT_OK(S(freeze_assign)(&lazy, N, M, lazy_memory, COUNT(lazy_memory), lazy_gain));
     ASSERT_REFUSED(KQ_ERR_NOT_READY, S(freeze_release)(&lazy));

@@ -15,6 +15,8 @@ static prior_model prior, prior3;
 S_FILTER(track, 2);
 S_FILTER(twin, 2);
 S_FILTER(blank, 2);
+S_FILTER(copied, 2);
+S_FILTER(ahead, 2);
 S_LAG(past, 2, MOST, LONGEST);
 S_LAG(unused_lag, 2, 1, 2);
 S_LAG(past3, 3, 1, 2);
@@ -570,6 +572,65 @@ TEST_BOTH(a_start_goes_before, 1)
     ASSERT_OK(S(attach)(&track, object()));
     drive(&track, 1);
     ASSERT_OK(show(&shown));
+}
+
+/* What moves no filter is possible of a view, and all is of a copy, with the same bits. */
+static void assert_usable(const S(filter) *view)
+{
+    word of_view[2], of_copy[2];
+    entry cov[4], gain[4];
+    ASSERT_OK(S(forecast)(view, &motion.process, NULL, 3, &ahead));
+    ASSERT_OK(S(measurement)(view, &radar.sensor, of_view, cov));
+    ASSERT_OK(S(gain)(view, &radar.sensor, gain));
+    ASSERT_OK(S(filter_copy)(&copied, view));
+    ASSERT_OK(S(measurement)(&copied, &radar.sensor, of_copy, NULL));
+    ASSERT_SAME_BITS(of_copy, of_view);
+    ASSERT_OK(S(innovation)(view, &radar.sensor, z_of(1), of_view));
+    ASSERT_OK(S(innovation)(&copied, &radar.sensor, z_of(1), of_copy));
+    ASSERT_SAME_BITS(of_copy, of_view);
+    for (int t = 0; t < 3; t++) ASSERT_OK(S(predict)(&copied, &motion.process, NULL));
+    ASSERT_SAME_BITS(copied_memory, ahead_memory);
+    ASSERT_OK(S(update)(&copied, &radar.sensor, z_of(1)));
+}
+
+TEST_BOTH(what_is_shown_can_be_used, 3)
+{
+    drive_to(6);
+    ASSERT_OK(show(&shown));
+    assert_usable(&shown);
+    for (size_t k = 0; kind == LAGGED && k < 3; k++) {
+        ASSERT_OK(S(lagged)(&past, k, &shown));
+        assert_usable(&shown);
+    }
+}
+
+TEST(a_smoothed_step_can_be_used)
+{
+    smooth_to(5);
+    ASSERT_OK(S(detach)(&tape.attached));
+    ASSERT_OK(S(filter_assign)(&twin, 2, twin_memory, COUNT(twin_memory))); /* as good as gone */
+    for (size_t t = 0; t < S(history_steps)(&tape); t++) {
+        ASSERT_OK(S(smoothed)(&tape, t, &shown));
+        assert_usable(&shown);
+    }
+}
+
+/* Before and after the start was determined */
+TEST(a_smoothed_step_of_a_start_can_be_used)
+{
+    S_DIFFUSE(unknown, 2, 4);
+    static const num z = 1;
+    ASSERT_OK(init_start(&unknown, &twin, &prior, 3));
+    ASSERT_OK(S(attach)(&twin, &tape.attached));
+    for (int t = 0; t < 5; t++) {
+        ASSERT_OK(S(update)(&twin, &compass.sensor, measured(&compass.sensor, &z)));
+        ASSERT_OK(S(predict)(&twin, &motion.process, NULL));
+    }
+    ASSERT_OK(S(diffuse_smooth)(&unknown));
+    for (size_t t = 0; t < 5; t++) {
+        ASSERT_OK(S(diffuse_smoothed)(&unknown, t, &shown));
+        assert_usable(&shown);
+    }
 }
 
 TEST_BOTH(it_may_be_detached, 1)
