@@ -39,7 +39,7 @@ class Options:
     student: Optional[float] = typer.Option(None, "--student", metavar="NU", help="Weigh measurements as with Student's noise.")
     nis: bool = typer.Option(False, "--nis", help="Keep NIS and the variances of innovations; floats: the likelihood.")
     lag: int = typer.Option(0, "--lag", metavar="L", min=0, max=64, help="The mean L samples ago, too, once the gain is constant.")
-    tunable: bool = typer.Option(False, "--tunable", help="A, Q and R are fields that a program may change; no fast path.")
+    tunable: bool = typer.Option(False, "--tunable", help="f32, f64: A, Q and R are fields that a program may change; no fast path.")
     every: str = typer.Option("", "--every", metavar="K,K,...", help="Rows between two values of each measurement, if rates differ.")
     iterate: int = typer.Option(1, "--iterate", metavar="N", min=1, max=20, help="MODEL.py: linearise h so many times an update.")
     loops: Optional[bool] = typer.Option(None, "--loops/--straight", help="The covariance in loops: small, but slow. Otherwise "

@@ -20,6 +20,7 @@ from kalmanq.data import tables
 from kalmanq.data.files import refuse_output
 from kalmanq.errors import KalmanqError
 from kalmanq.model import Model, model_file
+from kalmanq.nonlinear import NonlinearModel
 from kalmanq.nonlinear.simulation import simulate
 from kalmanq.run.campaigns import journal_of, progress_bar, run_campaign
 from kalmanq.run.comparison import filtered
@@ -69,10 +70,11 @@ def simulate_file(options: Options, console: Console) -> None:
     columns.update({one.name: z[:, c] for c, one in enumerate(model.measurements)})
     columns.update({one.name: u[:, c] for c, one in enumerate(model.controls)})
     if options.truth:
-        taken = [one.name for one in model.states if f"{one.name}_true" in columns]
+        states = model.carried if isinstance(model, NonlinearModel) else model.states
+        taken = [one.name for one in states if f"{one.name}_true" in columns]
         if taken:
             raise KalmanqError(f"--truth: there is a column {taken[0]}_true already")
-        columns.update({f"{one.name}_true": x[:, i] for i, one in enumerate(model.states)})
+        columns.update({f"{one.name}_true": x[:, i] for i, one in enumerate(states)})
     if options.out is None:
         tables.write_text(sys.stdout, list(columns), list(columns.values()))
         return

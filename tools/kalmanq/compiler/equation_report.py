@@ -7,8 +7,9 @@ from typing import Optional, Sequence
 
 import numpy as np
 
+from kalmanq.compiler.emit import PREDICTS, UPDATES
 from kalmanq.compiler.equation_product import compiled_equations
-from kalmanq.compiler.host import PREDICTS, UPDATES, Host, Ran
+from kalmanq.compiler.host import Host, Ran
 from kalmanq.compiler.lint import Lossy, lossy_formulas
 from kalmanq.compiler.product import Product
 from kalmanq.compiler.record import Record
@@ -78,7 +79,7 @@ def _sigma(ran: Ran) -> np.ndarray:
 
 def _lost(product: Product, ran: Ran) -> int:
     """Rows in which a call changed nothing"""
-    return int(np.sum(ran.events >> product.events.index("NOT_FINITE") & 1))
+    return int(np.sum(ran.events >> list(product.events).index("NOT_FINITE") & 1))
 
 
 def _apart(model: NonlinearModel, ran: Ran, exact: Ran) -> tuple[float, float]:

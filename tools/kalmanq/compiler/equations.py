@@ -80,6 +80,18 @@ class Formulas(Constant):
         self.e = self._mixed([[substituted(one, mean, memo)] for one in formulas.innovation])
         self.H = self._mixed([[substituted(one, mean, memo) for one in row] for row in formulas.measurement])
 
+        self._refuse_no_numbers(of.model)
+
+    def _refuse_no_numbers(self, model: NonlinearModel) -> None:
+        """Formulas with a constant that is NaN or infinite, as 1 / 0"""
+        errors = " where the errors are 0: a root or a quotient of errors has no derivative there; take all that needs it in one " \
+            "branch, as (cos(a), sin(a) / a) if a > 1e-4 else (1, 1)" if model.has_errors else ""
+        names = {"f": [self.change], "A": self.A, "z - h": self.e, "H": self.H, "plus": [self.corrected]}
+        for name, rows in names.items():
+            for one in (one for row in rows for one in row):
+                if any(part.is_constant and not np.isfinite(part.value) for part in needed([one])[0]):
+                    raise KalmanqError(f"{name}: has an entry that is not a number{errors if name in 'AH' else ''}")
+
     def _mixed(self, made: Sequence[Sequence[Node]]) -> list[list[Node]]:
         """Of what has independent noises"""
         return [[dot((w, made[k][c]) for k, w in enumerate(mixing) if w) for c in range(len(made[0]))]

@@ -5,7 +5,8 @@ from __future__ import annotations
 from typing import Sequence
 
 from kalmanq.compiler import lag
-from kalmanq.compiler.emit import Arithmetic, Text, comment
+from kalmanq.compiler.arithmetic import Arithmetic
+from kalmanq.compiler.emit import Text, comment
 from kalmanq.compiler.printing import indented
 from kalmanq.compiler.request import Request
 from kalmanq.firmware.c_source import plain
@@ -27,7 +28,7 @@ class Header:
             *comment([*self._what(), "", *self._usage(), "", *self._quantities()]), f"#ifndef {guard}",
             f"#define {guard}", "", *self.a.includes, "#include <stdint.h>", "", "#ifdef __cplusplus",
             'extern "C" {', "#endif", "", *self._events(), *self.a.enumerators(), *self._fields(), *self._calls(),
-            *self._means(), *self.a.calls(), "#ifdef __cplusplus", "}", "#endif", "", f"#endif /* {guard} */", ""])
+            *self._means(), *self.a.calls(), *lag.calls(self.given, self.a), "#ifdef __cplusplus", "}", "#endif", "", f"#endif /* {guard} */", ""])
 
     def _what(self) -> list[str]:
         model, options = self.given.model, self.given.options
@@ -76,7 +77,7 @@ class Header:
         lines += self.a.nis_fields() if options.nis else []
         lines += [f"uint8_t rejected[{m}]; /* in a row, by the gate */"] if options.gate is not None else []
         lines += [f"{self.a.type} y[{m}]; /* innovations of the last sample, once settled */"] if options.lag else []
-        return ["typedef struct {", *indented(lines), f"}} {self.given.type};", "", *lag.struct(self.given, self.a.type)]
+        return ["typedef struct {", *indented(lines), f"}} {self.given.type};", "", *lag.struct(self.given, self.a)]
 
     def _calls(self) -> list[str]:
         z, u = self.c.z, self.c.u

@@ -12,6 +12,7 @@ from typing import Mapping, Optional, Sequence
 
 import numpy as np
 
+from kalmanq.compiler import lag
 from kalmanq.compiler.emit import PREDICTS, UPDATES, Row
 from kalmanq.compiler.product import Product
 from kalmanq.data.files import own_folder, telling_where
@@ -38,6 +39,7 @@ void run(int rows, int goes_on, int first, const unsigned char *what, const unsi
     static {name}_filter f;
     uint32_t h = UINT32_C(2166136261);
     if (!goes_on) {name}_start(&f);
+{lag}
     for (int t = 0; t < rows; t++, z += {m}, u += {l}, now += {l}) {{
         {type} v[{m}], w[{l} + 1], at[{l} + 1];
         (void)w, (void)at, (void)first;
@@ -124,10 +126,12 @@ def driver(product: Product) -> str:
     size = len(given.carried)
     read = [f"mean[t * {size} + {i}] = {a.mean_double(i)};" for i in range(size)]
     read += [f"reading[t * {size} + {i}] = (double){name}_mean_{state}(&f);" for i, state in enumerate(given.carried)]
-    digests = [f"        h = hash(h, f.{field}, sizeof f.{field});" for field in a.arrays]
+    follows, hashed = lag.followed(given), [f"f.{field}" for field in a.arrays]
+    digests = [*follows[1:], *(f"h = hash(h, {one}, sizeof {one});" for one in (*hashed, *lag.kept(given)))]
     calls = product.text.row(Row("what[t]", "present[t]", "v", "w", "at", "first + t", "taken[t]"))
-    return DRIVER.format(name=name, type=a.type, n=of.n, m=of.m, l=of.l, digests="\n".join(digests), calls=_inside(calls),
-                         given=_inside(convert), read=_inside(read), entry=a.covariance_double("i", "j"))
+    return DRIVER.format(name=name, type=a.type, n=of.n, m=of.m, l=of.l, digests=_inside(digests), calls=_inside(calls),
+                         given=_inside(convert), read=_inside(read), entry=a.covariance_double("i", "j"),
+                         lag="\n".join(f"    {line}" for line in follows[:1]))
 
 
 def _inside(lines: Sequence[str]) -> str:

@@ -6,6 +6,7 @@ from typing import Optional, Sequence
 
 import numpy as np
 
+from kalmanq.compiler import lag
 from kalmanq.compiler.emit import PREDICTS, UPDATES, Row, comment
 from kalmanq.compiler.host import Host, Ran
 from kalmanq.compiler.printing import indented
@@ -82,10 +83,12 @@ class Trial:
         for i, state in enumerate(self.given.carried):
             variance = "" if self.a.type == "int32_t" else f", {self._variance(i)}"
             checks.append(f"wrong += !is_near({name}_mean_{state}(&f), rows[t].mean[{i}]{variance});")
-        digests = [f"h = digest(h, f.{field}, sizeof f.{field});" for field in self.a.arrays]
+        digests = [f"h = digest(h, {one}, sizeof {one});"
+                   for one in (*(f"f.{field}" for field in self.a.arrays), *lag.kept(self.given))]
+        follows = lag.followed(self.given)
         return ["int main(void)", "{", *indented([
-            f"static {self.given.type} f;", "int wrong = 0;", "uint32_t h = UINT32_C(2166136261);", f"{name}_start(&f);",
+            f"static {self.given.type} f;", "int wrong = 0;", "uint32_t h = UINT32_C(2166136261);", f"{name}_start(&f);", *follows[:1],
             f"for (int t = 0; t < {ROWS}; t++) {{", "    unsigned taken = 0;",
-            *indented([*calls, "wrong += taken != rows[t].taken;", *checks, *digests]), "}",
+            *indented([*calls, "wrong += taken != rows[t].taken;", *checks, *follows[1:], *digests]), "}",
             f'printf("{name}: %d wrong, digest %08lx\\n", wrong, (unsigned long)h);', 'if (!wrong) puts("OK");',
             "return wrong != 0;"]), "}", ""]
