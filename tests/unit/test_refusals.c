@@ -179,7 +179,7 @@ static const way of_assigned_sensor[] = {{NULL, KQ_ERR_NULL}, {&unmade_sensor.se
 static const way of_made_sensor[] = {{NULL, KQ_ERR_NULL}, {&unmade_sensor.sensor, KQ_ERR_NOT_READY}, END};
 /* Functions of a nonlinear model: one that is given something wrong is not called. */
 static int first_rule = KQ_SIGMA_POINTS_CUBATURE, no_rules[] = {-1, 2};
-static num work[KQ_SIGMA_POINTS_LEN(2, 2)], of_noise[3];
+static num work[KQ_SIGMA_POINTS_LEN(2, 2)], of_noise[4];
 static process_model bent;
 static sensor_model sharp, diagonal;
 static void rates(void *context, const num *x, num *y)
