@@ -13,6 +13,7 @@ from kalmanq.compiler.arithmetic import Arithmetic
 from kalmanq.compiler.floats import FloatFilter
 from kalmanq.compiler.loops import MOST_OPERATIONS, LoopedFilter
 from kalmanq.compiler.request import GAP, LONGEST_GAP, Options, Request, request
+from kalmanq.compiler.word_loops import LoopedWords
 from kalmanq.compiler.words import WordFilter
 from kalmanq.errors import KalmanqError
 from kalmanq.model import Model
@@ -79,7 +80,7 @@ def _cycle(given: Request) -> Optional[cycle.Cycle]:
 
 def _arithmetic(given: Request, steady: Optional[enclosure.Settled], turn: Optional[cycle.Cycle]) -> Arithmetic:
     if given.options.arithmetic == "q31":
-        return WordFilter(given, steady, turn)
+        return (LoopedWords if given.options.loops else WordFilter)(given, steady, turn)
     if given.options.loops is None and not given.options.tunable:
         straight = FloatFilter(given, steady)
         return straight if straight.operations <= MOST_OPERATIONS else LoopedFilter(given, steady)
