@@ -38,7 +38,7 @@ class Options:
     tunable: bool = typer.Option(False, "--tunable", help="f32, f64: A, Q and R are fields that a program may change; no fast path.")
     every: str = typer.Option("", "--every", metavar="K,K,...", help="Rows between two values of each measurement, if rates differ.")
     loops: Optional[bool] = typer.Option(None, "--loops/--straight", help="The covariance in loops: small, but slow. Otherwise "
-                                         "only where straight lines take 20 kB.")
+                                         "only where straight lines take 20 kB (q31: 32 kB).")
     settle: float = typer.Option(1e-6, "--settle", help="Relative distance to the steady variance at which the gain is constant.")
     form: choices("Form", FORMS) = typer.Option("factor", "--form", help="covariance, gain: proven forms, cheaper, only for short gaps.")
     partial: bool = typer.Option(False, "--partial", help="covariance: samples of which some components are missing, too.")

@@ -21,6 +21,7 @@ class Arithmetic:
     steady           None: the gain is never a constant
     events           bits of f->events after those of all filters: name, and what it means
     includes         what the header needs
+    operations       of the factor in a predict and an update, in straight lines; most_operations: beyond, it takes loops
     """
 
     type: str
@@ -32,6 +33,8 @@ class Arithmetic:
     steady: Optional[Settled]
     events: Sequence[tuple[str, str]] = ()
     includes: Sequence[str] = ()
+    operations: int
+    most_operations: int
 
     def factor_literals(self, P: np.ndarray) -> list[str]:
         """Of a covariance: the entries of its factor that are carried"""

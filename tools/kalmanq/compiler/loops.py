@@ -16,8 +16,6 @@ from kalmanq.compiler.graph import symbol
 from kalmanq.compiler.printing import Body
 from kalmanq.compiler.request import RUN
 
-MOST_OPERATIONS = 4000  # of a predict and an update in straight lines: about 20 kB
-
 PREDICT = """\
 /* U D U' becomes A U D U' A' + G q G' (Thornton): the rows of [A U, G] are made orthogonal, from the last one on. */
 static void predict_factor({type} *restrict P)

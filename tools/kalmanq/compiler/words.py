@@ -36,6 +36,7 @@ class WordFilter(Readings):
     type, zero = "int32_t", "0"
     mean_type = covariance_type = "int64_t"
     arrays = ("x", "P")  # without padding
+    most_operations = 8000  # about 32 kB
     events = (("SIGMA_SATURATED", "a sigma would be beyond its format: the covariance was not predicted"),
               ("MEAN_SATURATED", "a mean or an innovation was beyond its format: the nearer end was taken"))
 
@@ -50,7 +51,7 @@ class WordFilter(Readings):
         self.formats = formats(given, self.model, self.constant, gains, sigma)
         self.mean = Mean(given.of, self.formats, self.event("MEAN_SATURATED"))
         made = [self._in_order(order) for order in self._orders()]
-        self.factor, self.live, _ = min(made, key=lambda one: one[2])
+        self.factor, self.live, self.operations = min(made, key=lambda one: one[2])
 
     # ---- the order of states, and which entries there are
 
