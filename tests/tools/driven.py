@@ -58,6 +58,12 @@ double likelihood(const flt_filter *f, unsigned taken) { return flt_log_likeliho
 """
 
 
+def library(folder: Path, made, text: str, flags=()) -> ctypes.CDLL:
+    for name, source in {**made.sources(), "more.c": text}.items():
+        (folder / name).write_text(source, encoding="utf-8")
+    return ctypes.CDLL(str(build(folder, ["flt.c", "more.c"], "flt.so", (*flags, "-shared", "-fPIC"))))
+
+
 class Driven:
     """start(), predict(u), update(z), step(z, u); mean, covariance, events, calls, nis"""
 

@@ -3,16 +3,16 @@
 import ctypes
 import subprocess
 from itertools import product
-from pathlib import Path
 
 import numpy as np
 import pytest
 
 from compiled_models import kinematic
-from driven import doubles, in_words
+from driven import doubles, in_words, library
 from kalmanq import Model
 from kalmanq.compiler import record
-from kalmanq.compiler.host import PREDICTS, UPDATES, Host, build, compiler
+from kalmanq.compiler.emit import PREDICTS, UPDATES
+from kalmanq.compiler.host import Host, compiler
 from kalmanq.compiler.product import compiled
 from kalmanq.compiler.request import Options, due
 from kalmanq.errors import KalmanqError
@@ -28,12 +28,6 @@ def navigation() -> Model:
     dt = 0.01
     return Model([[1, dt, 0], [0, 1, 0], [0, 0, 1]], [[1, 0, 0], [0, 1, 1]], [4, 0.01], [1e-6, 1e-3, 1e-7],
                  P0=[100, 10, 1], name="navigation")
-
-
-def library(folder: Path, made, text: str, flags=()) -> ctypes.CDLL:
-    for name, source in {**made.sources(), "more.c": text}.items():
-        (folder / name).write_text(source, encoding="utf-8")
-    return ctypes.CDLL(str(build(folder, ["flt.c", "more.c"], "flt.so", (*flags, "-shared", "-fPIC"))))
 
 
 # ------------------------------------------------------------------------------ --lag
@@ -129,7 +123,7 @@ unsigned run(int rows, int *is_there)
     for arithmetic, one in called.items():
         there.append(np.zeros(2 * rows + 1000, np.int32))
         events = one.run(rows, there[-1].ctypes.data_as(ctypes.c_void_p))
-        assert arithmetic == "f64" or events == 1 << made.events.index("SIGMA_SATURATED")
+        assert arithmetic == "f64" or events == 1 << list(made.events).index("SIGMA_SATURATED")
     assert np.array_equal(*there) and there[0].sum() > 100
 
 
@@ -353,7 +347,7 @@ def test_loops_of_words_hold_sigma_in_a_long_gap():
     made = compiled(ultrasound(), "flt", Options("q31", loops=True))
     with Host(made, TRAPS) as host:
         ran = host.run(np.zeros((3000, 1)), None, np.zeros(3000), np.ones(3000, np.uint8))
-    saturated = 1 << made.events.index("SIGMA_SATURATED")
+    saturated = 1 << list(made.events).index("SIGMA_SATURATED")
     assert not ran.events[10] and ran.events[-1] == saturated and np.array_equal(ran.covariance[-1], ran.covariance[-2])
 
 

@@ -11,14 +11,16 @@ import pytest
 import products
 from driven import in_words
 from kalmanq import Model, Quantity
-from kalmanq.compiler import record
+from kalmanq.compiler import record, report
 from kalmanq.compiler.host import Host
 from kalmanq.compiler.product import Product, compiled
 from kalmanq.compiler.request import Options
 from kalmanq.compiler.word_routines import routines
+from whole import WHOLE
 
 TRAPS = ("-fsanitize=undefined", "-fsanitize-undefined-trap-on-error")
 STRICT = ("-std=c11", "-Wall", "-Wextra", "-Wpedantic", "-Wconversion", "-Wshadow", "-Werror")
+REFUSED = 1
 MEAN, COVARIANCE = 2e-4, 1e-4  # sigma, sigma_i sigma_j: of these products at most 1.6e-4 and 5.3e-5
 
 
@@ -51,6 +53,23 @@ def test_is_near_long_double(make):
             made = record.accuracy(product.given, drawn, host.run(drawn.z, drawn.u, drawn.present, drawn.what))
             assert made.mean < (MEAN if make is not companion else 4e-4) and made.covariance < COVARIANCE
             assert made.events == 0
+
+
+@pytest.mark.parametrize("make", [pytest.param(one, marks=WHOLE) for one in products.ALL])
+def test_every_product_for_long(make):
+    """Within a thousandth, or it is said; of all events only what is out of range is refused"""
+    product, made = compiled_words(make()), []
+    with Host(product, TRAPS) as host:
+        found = report.findings(product, host)
+        for seed in (1, 2, 3):
+            drawn = in_words(product, record.drawn(product.given, 20_000, seed))
+            made.append(record.accuracy(product.given, drawn, host.run(drawn.z, drawn.u, drawn.present, drawn.what)))
+    mean, covariance = max(one.mean for one in made), max(one.covariance for one in made)
+    print(f"long {make.__name__} q31 {mean:.2e} {covariance:.2e} events {max(one.events for one in made)}")
+    is_said = bool(report.warned(found, "q31"))
+    assert mean < (3 * found.mean if is_said else report.COARSE)
+    assert covariance < (3 * found.covariance if is_said else report.COARSE)
+    assert not any(one.events & ~REFUSED for one in made)
 
 
 def test_a_long_gap_holds_sigma_and_says_so():

@@ -22,6 +22,7 @@ class Arithmetic:
     events           bits of f->events after those of all filters: name, and what it means
     includes         what the header needs
     operations       of the factor in a predict and an update, in straight lines; most_operations: beyond, it takes loops
+    code_includes    what the code needs beside it
     """
 
     type: str
@@ -31,10 +32,16 @@ class Arithmetic:
     model: Model
     live: Sequence[tuple[int, int]]
     steady: Optional[Settled]
-    events: Sequence[tuple[str, str]] = ()
-    includes: Sequence[str] = ()
     operations: int
     most_operations: int
+    events: Sequence[tuple[str, str]] = ()
+    includes: Sequence[str] = ()
+    code_includes: Sequence[str] = ()
+
+    @property
+    def slots(self) -> int:
+        """Components of the largest sample"""
+        return len(self.model.measurements)
 
     def factor_literals(self, P: np.ndarray) -> list[str]:
         """Of a covariance: the entries of its factor that are carried"""

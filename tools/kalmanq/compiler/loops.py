@@ -12,9 +12,9 @@ import numpy as np
 
 from kalmanq.compiler import ud
 from kalmanq.compiler.floats import LEAST, FloatFilter
-from kalmanq.compiler.graph import symbol
 from kalmanq.compiler.printing import Body
 from kalmanq.compiler.request import RUN
+from kalmanq.formulas.graph import symbol
 
 PREDICT = """\
 /* U D U' becomes A U D U' A' + G q G' (Thornton): the rows of [A U, G] are made orthogonal, from the last one on. */

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Optional
 
-from kalmanq.compiler import cycle, emit, enclosure, graph, head
+from kalmanq.compiler import cycle, emit, enclosure, head
 from kalmanq.compiler.arithmetic import Arithmetic
 from kalmanq.compiler.floats import FloatFilter
 from kalmanq.compiler.loops import LoopedFilter
@@ -16,6 +16,7 @@ from kalmanq.compiler.request import GAP, LONGEST_GAP, Options, Request, request
 from kalmanq.compiler.word_loops import LoopedWords
 from kalmanq.compiler.words import WordFilter
 from kalmanq.errors import KalmanqError
+from kalmanq.formulas import graph
 from kalmanq.model import Model
 
 
@@ -25,6 +26,7 @@ class Product:
     steady: Optional[enclosure.Settled]
     cycle: Optional[cycle.Cycle]
     arithmetic: Arithmetic
+    text: emit.Text
     header: str
     code: str
 
@@ -37,9 +39,9 @@ class Product:
         return 2 * self.steady.samples if self.steady and not self.given.options.student else 0
 
     @property
-    def events(self) -> list[str]:
-        """Names of the bits of f->events, from the lowest"""
-        return re.findall(rf"^    {self.given.upper}_([A-Z_]+) = \d+,? /\*", self.header, re.M)
+    def events(self) -> dict[str, str]:
+        """Names of the bits of f->events, from the lowest, and what they mean"""
+        return dict(re.findall(rf"^    {self.given.upper}_([A-Z_]+) = \d+,? /\* (.*) \*/", self.header, re.M))
 
     @property
     def ram(self) -> int:
@@ -62,7 +64,7 @@ def compiled(model: Model, name: str, options: Options = Options(), source: str 
     with graph.fresh():
         a = _arithmetic(given, steady if options.settles else None, turn)
         text = emit.Text(given, a) if turn is None else cycle.CycleText(given, a, turn)
-        return Product(given, steady, turn, a, head.header(given, a, text), text.code(remarks(given, steady, turn, source)))
+        return Product(given, steady, turn, a, text, head.header(given, a, text), text.code(remarks(given, steady, turn, source)))
 
 
 def remarked(product: Product, source: str) -> Product:
