@@ -2,17 +2,20 @@
 
 from __future__ import annotations
 
+import json
 from pathlib import Path
 
 import numpy as np
 import pytest
 
+import kalmanq as kalmanq_package
 from command import kalmanq
 from kalmanq import KalmanqError
 from kalmanq.compiler.equation_run import CompiledEquations
 from kalmanq.nonlinear import NonlinearFilter, NonlinearModel, read, simulate
 
 ATTITUDE = Path(__file__).parent / "equations" / "attitude.py"
+RANGE_BEARING = Path(kalmanq_package.__file__).parent / "examples" / "range_bearing.py"
 STEP = 1e-5
 
 
@@ -87,6 +90,14 @@ def test_a_root_without_a_derivative_is_refused_with_the_cure(tmp_path):
     done = kalmanq("compile", tmp_path / "attitude.py", "-o", tmp_path / "out.c")
     assert done.returncode and "a root or a quotient of errors" in done.stderr and done.stderr.count("\n") == 1
     assert not (tmp_path / "out.c").exists()
+
+
+@pytest.mark.parametrize("model", [ATTITUDE, RANGE_BEARING])
+def test_many_runs_are_as_good_as_they_say(model, tmp_path):
+    done = kalmanq("simulate", model, "-n", 60, "--runs", 8, "--compiled", "--arith", "f32", "--out", tmp_path / "runs.csv", "--json")
+    told = json.loads(done.stdout)
+    assert done.returncode == 0 and told["way"] == "compiled" and 0.9 < told["nis"]["mean"] < 1.1
+    assert told["runs_with_events"] == 0
 
 
 def test_run_takes_it(tmp_path):

@@ -6,6 +6,7 @@ a row at the mean before it.
 
 from __future__ import annotations
 
+from functools import lru_cache, partial
 from typing import Any, Optional
 
 import numpy as np
@@ -74,6 +75,21 @@ def _flat(rows: list) -> list:
     return [one for row in rows for one in row]
 
 
-def compiled_equations_run(model: NonlinearModel, z: np.ndarray, u: Optional[np.ndarray], arithmetic: str = "f32") -> EquationRun:
+def compiled_equations_run(model: NonlinearModel, arithmetic: str, z: np.ndarray, u: Optional[np.ndarray]) -> EquationRun:
+    """From the start.  The C is built once, for as many runs of a model as come one after the other."""
+    made = _built(model, arithmetic)
+    made.restart()
+    return made.run(z, u)
+
+
+def _beside(arithmetic: str, model: NonlinearModel, z: np.ndarray, u: Optional[np.ndarray]) -> EquationRun:
+    return compiled_equations_run(model, arithmetic, z, u)
+
+
+COMPILED = {f"compiled {name}": partial(_beside, name) for name in ("f32", "f64")}  # for nonlinear.comparison
+
+
+@lru_cache(maxsize=4)
+def _built(model: NonlinearModel, arithmetic: str) -> CompiledEquations:
     with CompiledEquations(model, arithmetic) as made:
-        return made.run(z, u)
+        return made  # of a library that is loaded, the folder may go

@@ -12,10 +12,12 @@
 
 from __future__ import annotations
 
+import copyreg
 import difflib
 import re
 import sys
 import types
+from functools import lru_cache
 from pathlib import Path
 from typing import Any
 
@@ -29,6 +31,22 @@ ARRAYS = ("x0", "P0", "Q", "G", "R")
 FUNCTIONS = ("f", "h", "increment", "innovation", "A", "H", "plus", "minus", "simulated_controls")
 SECTIONS = ("states", "nominal", "measurements", "controls")
 SUFFIX = ".py"
+
+
+@lru_cache(maxsize=8)
+def read_again(path: Path) -> NonlinearModel:
+    """Once a process"""
+    return read(path)
+
+
+def _as_its_file(model: NonlinearModel) -> tuple:
+    """A model goes to another process as its file: its functions are of no module."""
+    if model.path is None:
+        raise TypeError("a nonlinear model that is of no file stays in its process")
+    return read_again, (model.path,)
+
+
+copyreg.pickle(NonlinearModel, _as_its_file)
 
 
 def read(path: Path) -> NonlinearModel:
@@ -47,7 +65,9 @@ def read(path: Path) -> NonlinearModel:
         for key in SECTIONS:
             if key in space:
                 made[key] = _quantities(key, space[key])
-        return NonlinearModel(**made, angles=_list("angles", space.get("angles", ())), name=_name(space, path))
+        model = NonlinearModel(**made, angles=_list("angles", space.get("angles", ())), name=_name(space, path))
+        model.path = Path(path)
+        return model
     except ModelError as problem:
         line = _line(source, problem.key)
         raise ModelFileError(f"{path}: {f'line {line}: ' if line else ''}{problem}") from None

@@ -179,6 +179,11 @@ class Taken:
                      self.log_likelihood + other.log_likelihood, self.count + other.count)
 
 
+def extended_run(model: NonlinearModel, arithmetic: str, z: np.ndarray, u: Optional[np.ndarray]) -> Run:
+    """From the start, with covariances"""
+    return NonlinearFilter(model, arithmetic).run(z, u, covariance=True)
+
+
 def parts_of(model: NonlinearModel, arithmetic: str) -> Parts:
     return Parts(model.frame, arithmetic)
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from pathlib import Path
 from typing import Any, Callable, Mapping, Optional, Sequence, Union
 
 import numpy as np
@@ -85,6 +86,7 @@ class NonlinearModel:
         self.frame = Model(np.eye(n), np.zeros((m, n)), R, Q, G=G, x0=x0 if nominal is None else np.zeros(n), P0=P0,
                            states=states, measurements=measurements, name=name)
         self.name, self.n, self.m = name, n, m
+        self.path: Optional[Path] = None  # of its file
         self.x0, self.P0, self.Q, self.G, self.R = (getattr(self.frame, key) for key in ("x0", "P0", "Q", "G", "R"))
         self.states, self.measurements = self.frame.states, self.frame.measurements
         self.carried = self.states if nominal is None else _nominal(nominal, x0)

@@ -34,5 +34,18 @@ def simulate(model: NonlinearModel, rows: int, seed: Union[int, np.random.SeedSe
     return x, z, u
 
 
+def rows_of_run(model: NonlinearModel, rows: int, seed: np.random.SeedSequence, gap: Optional[tuple[int, int]],
+                controls: Optional[np.ndarray]) -> tuple[np.ndarray, np.ndarray, Optional[np.ndarray]]:
+    """As of a campaign: without measurements in the gap"""
+    x, z, u = simulate(model, rows, seed, controls)
+    if gap:
+        z[gap[0]:gap[1]] = np.nan
+    return x, z, u if model.l else None
+
+
+def errors_of_run(model: NonlinearModel, mean: np.ndarray, x: np.ndarray) -> np.ndarray:
+    return np.array([model.minus(*pair) for pair in zip(mean, x)]) if model.has_errors else mean - x
+
+
 def _next(model: NonlinearModel, x: np.ndarray, t: int, u: np.ndarray, noise: np.ndarray) -> np.ndarray:
     return model.plus(model.moved(x, t, u), noise) if model.has_errors else x + model.increment(x, t, u) + noise
