@@ -43,7 +43,7 @@ class Options:
     every: str = typer.Option("", "--every", metavar="K,K,...", help="Rows between two values of each measurement, if rates differ.")
     iterate: int = typer.Option(1, "--iterate", metavar="N", min=1, max=20, help="MODEL.py: linearise h so many times an update.")
     loops: Optional[bool] = typer.Option(None, "--loops/--straight", help="The covariance in loops: small, but slow. Otherwise "
-                                         "only where straight lines take 20 kB.")
+                                         "only where straight lines take 20 kB (q31: 32 kB).")
     settle: float = typer.Option(1e-6, "--settle", help="Relative distance to the steady variance at which the gain is constant.")
     form: Optional[choices("Form", FORMS)] = typer.Option(None, "--form", help="covariance, gain: proven forms, cheaper, only for "
                                                           "short gaps; factor: the one for all, without a hint at those.")

@@ -31,6 +31,8 @@ Place = tuple[str, str, str]
 class FloatFilter(Arithmetic):
     """In float or double"""
 
+    most_operations = 4000  # about 20 kB
+
     def __init__(self, given: Request, steady: Optional[Settled]):
         self.given, self.of = given, given.of.doubles()
         self.type = self.mean_type = self.covariance_type = "float" if given.options.arithmetic == "f32" else "double"
