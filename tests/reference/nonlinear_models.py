@@ -12,7 +12,9 @@ STEP = 1e-200
 
 
 def angle(y, x):
-    """atan2 with the derivative in the imaginary part"""
+    """atan2; of complex numbers with the derivative in the imaginary part"""
+    if not (np.iscomplexobj(y) or np.iscomplexobj(x)):
+        return np.arctan2(y, x)
     return np.arctan2(np.real(y), np.real(x)) + 1j * (np.real(x) * np.imag(y) - np.real(y) * np.imag(x)) / (
         np.real(x) ** 2 + np.real(y) ** 2)
 

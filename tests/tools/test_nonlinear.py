@@ -6,6 +6,7 @@ import csv
 import functools
 import io
 import json
+import math
 import re
 import subprocess
 import sys
@@ -22,10 +23,8 @@ import models
 from kalmanq import Filter, KalmanqError, KalmanqWarning, ModelError, Quantity, Smoother, command_line
 from kalmanq.core import ffi, lib
 from kalmanq.model import model_file
-from kalmanq.nonlinear import NonlinearFilter, NonlinearModel, NonlinearSmoother, arctan2, read, simulate
-from kalmanq.nonlinear.calls import Given
+from kalmanq.nonlinear import NonlinearFilter, NonlinearModel, NonlinearSmoother, read, simulate
 from kalmanq.nonlinear.checks import findings
-from kalmanq.nonlinear.derivatives import Derivative
 from kalmanq.nonlinear.jacobians import points_along, prior_points, wrong_entries, worst_entry
 
 sys.path.insert(0, str(Path(__file__).parents[1] / "reference"))
@@ -320,22 +319,28 @@ def test_sigma_points_beyond_half_a_turn_are_as_any_other(method):
 # ------------------------------------------------------------------ Jacobians
 
 
-def test_jacobians_are_found_by_the_complex_step_or_by_differences():
-    x, scale = np.array([3.0, -4.0]), np.ones(2)
+def test_jacobians_are_derived_from_the_formulas():
     right = np.array([[0.6, -0.8], [4 / 25, 3 / 25]])
-    ways = {
-        "exact": (lambda x: [np.sqrt(x[0] ** 2 + x[1] ** 2), arctan2(x[1], x[0])], None),
-        "refuses": (lambda x: [np.sqrt(x[0] ** 2 + x[1] ** 2), np.arctan2(x[1], x[0])], "refuses complex"),
-        "drops": (lambda x: [np.linalg.norm(x), arctan2(x[1], x[0])], "drops what is imaginary"),
-        "casts": (lambda x: np.array([np.sqrt(x[0] ** 2 + x[1] ** 2), np.arctan2(*np.real(x)[::-1])]), "imaginary"),
-    }
-    for function, why in ways.values():
-        derivative = Derivative(Given("h", function), 2, scale, angles=[1])
-        J = derivative.at(x)
-        assert np.max(np.abs(J - right)) < (1e-14 if why is None else 1e-9)
-        assert derivative.why_differences is None if why is None else why in derivative.why_differences
-    behind = Derivative(Given("h", ways["refuses"][0]), 2, scale, angles=[1]).at(np.array([-5.0, 0.0]))
-    assert np.max(np.abs(behind - [[-1, 0], [0, -0.2]])) < 1e-9  # half of the differences is on the other side of pi
+    ways = (lambda x: [np.sqrt(x[0] ** 2 + x[1] ** 2), np.arctan2(x[1], x[0])],
+            lambda x: [np.linalg.norm(x), math.atan2(x[1], x[0])],
+            lambda x: np.array([np.hypot(x[0], x[1]), np.arctan2(*np.real(x)[::-1])]))
+    for h in ways:
+        model = NonlinearModel(lambda x: x, h, x0=[0, 0], P0=[1, 1], Q=[1, 1], R=[1, 1], angles=[1])
+        assert np.max(np.abs(model.measurement(np.array([3.0, -4.0]), 0) - right)) < 1e-15
+        assert np.array_equal(model.transition(np.array([3.0, -4.0]), 0), np.eye(2))
+
+
+def test_a_function_without_a_formula_needs_a_jacobian_or_sigma_points():
+    table = [0.0, 1.0, 4.0, 9.0]
+    given = dict(x0=[1.5], P0=[1e-3], Q=[1e-6], R=[1])
+    model = NonlinearModel(lambda x: x, lambda x: [table[int(x[0])]], **given)
+    with pytest.raises(KalmanqError, match=r"line \d+: .*table\[int\(x\[0\]\)\].*: wants a number where .*np.interp.*Or give its "
+                       r"Jacobian H\(x, t, u\)"):
+        NonlinearFilter(model).run([1.0])
+    assert len(NonlinearFilter(model, method="cubature").run([1.0])) == 1
+    known = NonlinearModel(lambda x: x, lambda x: [table[int(x[0])]], H=lambda x: [[2 * x[0]]], **given)
+    assert len(NonlinearFilter(known).run([1.0])) == 1
+    assert {one.subject: one.said for one in findings(known)}["H"].startswith("not compared: ")
 
 
 def planted(which: str, i: int, j: int, by: float, only_beyond: float = -np.inf) -> NonlinearModel:
@@ -368,13 +373,6 @@ def test_the_checker_accepts_right_jacobians_and_finds_planted_errors():
     found, = wrong_entries(far, points)
     assert (found.row, found.column) == ("bearing", "north") and found.point[0][0] > 0 and found.point[1] > 10
     assert re.match(r"H\[bearing, north\] is \S+, not \S+, at x = \(.*\), t = \d+$", str(found))
-
-
-def test_what_differences_cannot_tell_from_0_is_no_error():
-    model = NonlinearModel(lambda x: x, lambda x: np.real(x[0]) ** 3 + np.real(x[1]), H=lambda x: [[3 * x[0] ** 2, 1]],
-                           x0=[0, 0], P0=[1, 1], Q=[1, 1], R=[1])
-    assert model.measurement(model.x0, 0)[0, 0] == 0 != model.found_measurement(model.x0, 0)[0, 0]
-    assert wrong_entries(model, prior_points(model)) == []
 
 
 def test_functions_that_should_agree_are_compared():
@@ -744,16 +742,24 @@ def test_the_command_line_refuses_in_one_line(tmp_path):
         "--method: of a nonlinear model": ("run", nile, nile_data, "--method", "cubature", *out),
         "a linear model is checked without data": ("check", nile, nile_data),
         "is a nonlinear model, which run, compare, check": ("fit", TRACK, TRACK_DATA, *out),
-        "range_bearing.py: is a nonlinear model": ("simulate", TRACK, "--runs", 3, *out),
+        "--smooth: of a linear model": ("simulate", TRACK, "--runs", 3, "--smooth", *out),
     }.items():
         refused(kalmanq(*arguments), said, tmp_path)
 
 
-@pytest.mark.parametrize("command", [("design", "--core", "m3"), ("compile", "-o", "out.c"), ("steady",),
-                                     ("report", TRACK_DATA, "-o", "out.html")])
+@pytest.mark.parametrize("more", [(), ("--compiled", "--arith", "f32")])
+def test_report_takes_it(more, tmp_path):
+    done = kalmanq("report", TRACK, TRACK_DATA, "-o", tmp_path / "page.html", *more)
+    page = (tmp_path / "page.html").read_text()
+    assert done.returncode == 0 and done.stdout.startswith("The data fit the model.")
+    assert ("compiled f64" in page) == bool(more) and ("extended" in page) and "What it costs" not in page
+    assert "arithmetic f32, compiled" in page if more else "smoothed" in page
+
+
+@pytest.mark.parametrize("command", [("design", "--core", "m3"), ("steady",)])
 def test_other_commands_say_who_takes_it(command, tmp_path):
     done = kalmanq(command[0], TRACK, *(tmp_path / one if str(one).startswith("out") else one for one in command[1:]))
-    refused(done, "is a nonlinear model, which run, compare, check and simulate", tmp_path)
+    refused(done, "is a nonlinear model, which run, compare, check, compile, simulate and report", tmp_path)
 
 
 def test_a_process_of_its_own(tmp_path):

@@ -13,8 +13,10 @@ from rich.table import Table
 
 from kalmanq.commands.messages import print_json, table, tell_written
 from kalmanq.commands.options import ANY_MODEL, COMPILED, DATA, JSON, command_of, read_any, refuse_compiled
+from kalmanq.compiler.equation_run import COMPILED as BESIDE
 from kalmanq.compiler.simulation import compiled_run
 from kalmanq.data import tables
+from kalmanq.errors import KalmanqError
 from kalmanq.model import Model
 from kalmanq.nonlinear import NonlinearModel
 from kalmanq.nonlinear.comparison import arithmetics, compare_methods
@@ -42,10 +44,12 @@ def compare_file(options: Options, console: Console) -> None:
         if options.json:
             return print_json(figures)
         console.print(_table(figures, model.name, len(z)))
+    elif model.has_errors:
+        raise KalmanqError("of error states f32 is compared with double by kalmanq compile: it is in NAME_report.txt")
     else:
         true_states = [f"{name}_true" for name in model.state_names]  # where there is one for each state
         z, u, truth = tables.measurements_controls_and(options.data, model, true_states)
-        errors, figures = arithmetics(model, z, u)
+        errors, figures = arithmetics(model, z, u, BESIDE if options.compiled else {})
         found = compare_methods(model, z, u, truth)
         _draw(options, errors)
         if options.json:

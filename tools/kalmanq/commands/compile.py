@@ -12,7 +12,7 @@ from typing import Callable, Optional
 import typer
 from rich.console import Console
 
-from kalmanq.commands import compile_proven
+from kalmanq.commands import compile_equations, compile_proven
 from kalmanq.commands.messages import print_json, tell_written
 from kalmanq.commands.options import JSON, MODEL, choices, command_of
 from kalmanq.compiler import costs, report
@@ -24,6 +24,7 @@ from kalmanq.data.files import whole
 from kalmanq.errors import KalmanqError
 from kalmanq.firmware.c_source import WORDS, identifier
 from kalmanq.model import model_file
+from kalmanq.nonlinear import file as nonlinear_file
 
 SECONDS = 2.0  # of a search for a cheaper form
 FORMS = ("factor", *compile_proven.KINDS)
@@ -38,8 +39,9 @@ class Options:
     student: Optional[float] = typer.Option(None, "--student", metavar="NU", help="Weigh measurements as with Student's noise.")
     nis: bool = typer.Option(False, "--nis", help="Keep NIS and the variances of innovations; floats: the likelihood.")
     lag: int = typer.Option(0, "--lag", metavar="L", min=0, max=64, help="The mean L samples ago, too, once the gain is constant.")
-    tunable: bool = typer.Option(False, "--tunable", help="A, Q and R are fields that a program may change; no fast path.")
+    tunable: bool = typer.Option(False, "--tunable", help="f32, f64: A, Q and R are fields that a program may change; no fast path.")
     every: str = typer.Option("", "--every", metavar="K,K,...", help="Rows between two values of each measurement, if rates differ.")
+    iterate: int = typer.Option(1, "--iterate", metavar="N", min=1, max=20, help="MODEL.py: linearise h so many times an update.")
     loops: Optional[bool] = typer.Option(None, "--loops/--straight", help="The covariance in loops: small, but slow. Otherwise "
                                          "only where straight lines take 20 kB.")
     settle: float = typer.Option(1e-6, "--settle", help="Relative distance to the steady variance at which the gain is constant.")
@@ -57,12 +59,17 @@ def compile_file(options: Options, console: Console) -> None:
         return
     if options.partial:
         raise KalmanqError("--partial: is an option of --form covariance; the factor takes samples in part always")
+    wanted = Wanted(options.arithmetic, options.settle, options.nis, options.gate, options.student, options.tunable, options.lag,
+                    options.loops, _rates(options.every), options.iterate)
+    if options.model.suffix == nonlinear_file.SUFFIX:
+        compile_equations.compile_file(options.model, name, wanted, lambda texts: write(options, texts), options.json, console)
+        return
+    if options.iterate > 1:
+        raise KalmanqError("--iterate: is of nonlinear model files (MODEL.py)")
     model = model_file.read(options.model)
     source = f"Model file {options.model.name}, SHA-256 {hashlib.sha256(options.model.read_bytes()).hexdigest()}"
     with console.status("compiling", spinner="line"):
-        product = compiled(model, name,
-                           Wanted(options.arithmetic, options.settle, options.nis, options.gate, options.student,
-                                  options.tunable, options.lag, options.loops, _rates(options.every)), source)
+        product = compiled(model, name, wanted, source)
         with Host(product) as host:
             found = report.findings(product, host)
             texts = report.files(product, host, found, source)

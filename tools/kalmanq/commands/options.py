@@ -91,9 +91,9 @@ def _source(given: Any, layout: Any) -> Any:
         None if given is None else Source(given, layout)
 
 
-def refuse_compiled(is_compiled: bool, model: AnyModel) -> None:
-    if is_compiled and not isinstance(model, Model):
-        raise KalmanqError("--compiled: of a linear model (TOML), not of a nonlinear one")
+def refuse_compiled(is_compiled: bool, model: AnyModel, arithmetic: str = "f32") -> None:
+    if is_compiled and isinstance(model, NonlinearModel) and arithmetic == "q31":
+        raise KalmanqError("--compiled --arith q31: a nonlinear model is compiled in f32 and f64")
 
 
 def read_any(path: Path) -> AnyModel:

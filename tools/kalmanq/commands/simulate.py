@@ -14,13 +14,17 @@ import typer
 from rich.console import Console
 
 from kalmanq.commands.messages import print_json, table, tell_written
-from kalmanq.commands.options import ANY_MODEL, COMPILED, DASK, FRESH, JSON, WORKERS, AnyModel, Arithmetic, command_of, read_any
+from kalmanq.commands.options import (
+    ANY_MODEL, COMPILED, DASK, FRESH, JSON, WORKERS, AnyModel, Arithmetic, command_of, read_any, refuse_compiled)
+from kalmanq.compiler.equation_run import compiled_equations_run
 from kalmanq.compiler.simulation import NO_SMOOTHER, compiled_run
 from kalmanq.data import tables
 from kalmanq.data.files import refuse_output
 from kalmanq.errors import KalmanqError
-from kalmanq.model import Model, model_file
-from kalmanq.nonlinear.simulation import simulate
+from kalmanq.model import Model
+from kalmanq.nonlinear import NonlinearModel
+from kalmanq.nonlinear.filters import extended_run
+from kalmanq.nonlinear.simulation import errors_of_run, rows_of_run, simulate
 from kalmanq.run.campaigns import journal_of, progress_bar, run_campaign
 from kalmanq.run.comparison import filtered
 from kalmanq.run.monte_carlo import Study, one_run, summary
@@ -69,10 +73,11 @@ def simulate_file(options: Options, console: Console) -> None:
     columns.update({one.name: z[:, c] for c, one in enumerate(model.measurements)})
     columns.update({one.name: u[:, c] for c, one in enumerate(model.controls)})
     if options.truth:
-        taken = [one.name for one in model.states if f"{one.name}_true" in columns]
+        states = model.carried if isinstance(model, NonlinearModel) else model.states
+        taken = [one.name for one in states if f"{one.name}_true" in columns]
         if taken:
             raise KalmanqError(f"--truth: there is a column {taken[0]}_true already")
-        columns.update({f"{one.name}_true": x[:, i] for i, one in enumerate(model.states)})
+        columns.update({f"{one.name}_true": x[:, i] for i, one in enumerate(states)})
     if options.out is None:
         tables.write_text(sys.stdout, list(columns), list(columns.values()))
         return
@@ -105,12 +110,15 @@ def _refuse_gap(gap: Optional[tuple[int, int]], rows: int) -> None:
 
 def simulate_runs(options: Options, console: Console) -> None:
     out = _out(options)
-    model = model_file.read(options.model)
+    model = read_any(options.model)
+    if isinstance(model, NonlinearModel):
+        if options.smooth:
+            raise KalmanqError("--smooth: of a linear model (TOML) with --runs")
+        refuse_compiled(options.compiled, model, options.arithmetic or "f64")
     rows, u = controls_of(options.controls, model, options.rows)
     _refuse_gap(options.gap, rows)
     options = replace(options, rows=rows, arithmetic=options.arithmetic or "f64")
-    study = Study(model, rows, options.seed, options.arithmetic, options.smooth and not options.compiled, options.gap, u,
-                  compiled_run if options.compiled else filtered)
+    study = _study(options, model, rows, u)
     with progress_bar(f"{model.name}, {_way(options)}") as progress:
         made = list(run_campaign(
             partial(one_run, study), range(options.runs), fingerprint=_fingerprint(options, u), journal=journal_of(out),
@@ -120,6 +128,15 @@ def simulate_runs(options: Options, console: Console) -> None:
         write(columns.values())
     journal_of(out).unlink(missing_ok=True)
     _tell(options, model, summary(columns), console)
+
+
+def _study(options: Options, model: AnyModel, rows: int, u: Optional[np.ndarray]) -> Study:
+    if isinstance(model, NonlinearModel):
+        is_compiled = options.compiled or model.has_errors
+        return Study(model, rows, options.seed, options.arithmetic, False, options.gap, u,
+                     compiled_equations_run if is_compiled else extended_run, rows_of_run, errors_of_run)
+    return Study(model, rows, options.seed, options.arithmetic, options.smooth and not options.compiled, options.gap, u,
+                 compiled_run if options.compiled else filtered)
 
 
 def _way(options: Options) -> str:

@@ -8,12 +8,13 @@ that is missing, or in part, or a second update) leaves the steady state and goe
 from __future__ import annotations
 
 import re
-from typing import Optional, Sequence
+from dataclasses import dataclass
+from typing import Sequence
 
-from kalmanq.compiler.enclosure import Settled
+from kalmanq.compiler import lag
+from kalmanq.compiler.arithmetic import Arithmetic
 from kalmanq.compiler.printing import indented
 from kalmanq.compiler.request import LONGEST_GAP, Request
-from kalmanq.model import Model
 
 NO_FAST_MATH = """\
 #if defined __FAST_MATH__
@@ -27,46 +28,21 @@ SHORT_DOUBLE = """\
 """
 
 
-class Arithmetic:
-    """What the text of a filter is made of: lines and expressions of C (FloatFilter, WordFilter).
+PREDICTS, UPDATES = 1, 2  # of a row
 
-    type, zero       of a measurement, and 0 of it
-    covariance_type  of an entry of the covariance
-    model            with all ranges that the C uses
-    live             entries of the factor that are carried, as P[0], P[1], ...
-    steady           None: the gain is never a constant
-    events           bits of f->events after those of all filters: name, and what it means
-    includes         what the header needs
-    """
 
-    type: str
-    zero: str
-    covariance_type: str
-    model: Model
-    live: Sequence[tuple[int, int]]
-    steady: Optional[Settled]
-    events: Sequence[tuple[str, str]] = ()
-    includes: Sequence[str] = ()
+@dataclass(frozen=True)
+class Row:
+    """What a row of a record is called in C.  what: PREDICTS and UPDATES; present: bits; u: controls of the step to the row;
+    now: of the row itself; t: its number; taken: gets bits"""
 
-    def enumerators(self) -> list[str]:
-        """Of the header: fractions of raw values, or places of coefficients"""
-        return []
-
-    def calls(self) -> list[str]:
-        """Declarations of `functions`, and readings, beside those of all filters"""
-        return []
-
-    def functions(self) -> list[str]:
-        """Beside those of all filters"""
-        return []
-
-    def format_of(self, which: str, k: int) -> str:
-        """Of a raw value, as in Q16.15"""
-        return ""
-
-    def routines(self, text: str) -> str:
-        """What the functions of `text` call"""
-        return ""
+    what: str
+    present: str
+    z: str
+    u: str
+    now: str
+    t: str
+    taken: str
 
 
 class Text:
@@ -81,12 +57,16 @@ class Text:
         self.z = f"const {a.type} z[{given.of.m}]"
         self.settles = a.steady is not None
 
+    def parts(self) -> list[list[str]]:
+        """Its functions"""
+        return [self._leave(), self._start(), self._start_at(), self._control(), self._predict(), self._taken(),
+                self._update(), self._update_some(), self._step(), self._covariance()]
+
     def code(self, remarks: Sequence[str]) -> str:
-        parts = [self._leave(), self._start(), self._start_at(), self._control(), self._predict(), self._taken(),
-                 self._update(), self._update_some(), self._step(), self._covariance(), self.a.functions()]
+        parts = [*self.parts(), self.a.functions(), lag.functions(self.given, self.a, self.a.steady)]
         body = "\n".join(line for part in parts for line in part)
         words = (NO_FAST_MATH if self.a.type != "int32_t" else "") + (SHORT_DOUBLE if self.a.type == "double" else "")
-        return "\n".join([*comment(remarks), f'#include "{self.given.name}.h"', "", words + self.a.routines(body)
+        return "\n".join([*comment(remarks), f'#include "{self.given.name}.h"', "", *self.a.code_includes, words + self.a.routines(body)
                           + self._constants() + body])
 
     # ---- settled
@@ -94,7 +74,7 @@ class Text:
     def _constants(self) -> str:
         if not self.settles:
             return ""
-        updated, predicted = self.a.steady_literals()
+        updated, predicted = (self.a.factor_literals(P) for P in (self.a.steady.filtered, self.a.steady.predicted))
         rest = ", ".join(str(one) for one in self._rests())
         size = max(len(self.a.live), 1)
         return "\n".join([
@@ -121,11 +101,17 @@ class Text:
 
     # ---- start
 
+    def count_fields(self) -> list[str]:
+        return ["uint32_t calls; /* predict and full update in turn */", f"uint16_t {self.counter[0]};"]
+
+    def _reset_counts(self) -> list[str]:
+        return ["f->calls = 0;", f"f->{self.counter[0]} = {self.counter[1]};"]
+
     def _reset(self) -> list[str]:
         options = self.given.options
-        lines = ["f->calls = 0;", f"f->{self.counter[0]} = {self.counter[1]};", "f->events = 0;"]
+        lines = [*self._reset_counts(), "f->events = 0;"]
         if options.nis:
-            lines += ["f->nis = 0;", *(f"f->s[{j}] = 0;" for j in range(self.given.of.m))]
+            lines += ["f->nis = 0;", *(f"f->s[{j}] = 0;" for j in range(self.a.slots))]
         if options.gate is not None:
             lines += [f"f->rejected[{j}] = 0;" for j in range(self.given.of.m)]
         return lines + ([f"f->y[{j}] = 0;" for j in range(self.given.of.m)] if options.lag else [])
@@ -135,7 +121,7 @@ class Text:
 
     def _start_at(self) -> list[str]:
         n = self.given.of.n
-        return function(f"void {self.given.name}_start_at({self.filter}, const {self.a.type} mean[{n}], "
+        return function(f"void {self.given.name}_start_at({self.filter}, const {self.a.type} mean[{len(self.given.carried)}], "
                         f"const {self.a.type} sigma[{n}])", [*self.a.start_at(), *self._reset()])
 
     # ---- predict
@@ -241,6 +227,16 @@ class Text:
                      *indented([*self._controls(), *self._settled_lines(True)]), "}"]
         lines += [f"{given.name}_predict(f{u});", f"return {given.name}_update(f, z);"]
         return function(f"unsigned {given.name}_step({self.filter}{self.u}, {self.z})", lines)
+
+    def row(self, of: Row) -> list[str]:
+        """The calls of a row, for programs that run a record"""
+        name, m = self.given.name, self.given.of.m
+        u = f", {of.u}" if self.given.of.l else ""
+        whole = f"{name}_update(&f, {of.z})"
+        some = f"{of.present} == {self.given.all} ? {whole} : {name}_update_some(&f, {of.z}, {of.present})" if m > 1 else whole
+        return [f"if ({of.what} == {PREDICTS | UPDATES} && {of.present} == {self.given.all}) {of.taken} = {name}_step(&f{u}, {of.z});",
+                "else {", f"    if ({of.what} & {PREDICTS}) {name}_predict(&f{u});",
+                f"    if ({of.what} & {UPDATES}) {of.taken} = {some};", "}"]
 
     # ---- readings
 

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 from typing import Callable, Mapping, Sequence, Union
 
-from kalmanq.compiler.graph import Node, constant, node, symbol
+from kalmanq.formulas.graph import Node, constant, node, symbol
 
 Key = tuple[int, int]
 Fact = Union[float, Key]  # a constant, or the entry that stands for it

@@ -12,12 +12,13 @@ from typing import Mapping, Optional, Sequence
 
 import numpy as np
 
+from kalmanq.compiler import lag
+from kalmanq.compiler.emit import PREDICTS, UPDATES, Row
 from kalmanq.compiler.product import Product
 from kalmanq.data.files import own_folder, telling_where
 from kalmanq.errors import KalmanqError
 
 FLAGS = ("-std=c11", "-O2", "-ffp-contract=off", "-w")
-PREDICTS, UPDATES = 1, 2  # of a row
 DRIVER = """\
 #include <math.h>
 #include <stdint.h>
@@ -29,26 +30,22 @@ static uint32_t hash(uint32_t h, const void *field, unsigned size)
     return h;
 }}
 
-void run(int rows, int goes_on, const unsigned char *what, const unsigned *present, const double *z, const double *u, double *mean,
-         double *reading, double *covariance, unsigned *taken, unsigned *events, unsigned *digest);
+void run(int rows, int goes_on, int first, const unsigned char *what, const unsigned *present, const double *z, const double *u,
+         const double *now, double *mean, double *reading, double *covariance, unsigned *taken, unsigned *events, unsigned *digest);
 
-void run(int rows, int goes_on, const unsigned char *what, const unsigned *present, const double *z, const double *u, double *mean,
-         double *reading, double *covariance, unsigned *taken, unsigned *events, unsigned *digest)
+void run(int rows, int goes_on, int first, const unsigned char *what, const unsigned *present, const double *z, const double *u,
+         const double *now, double *mean, double *reading, double *covariance, unsigned *taken, unsigned *events, unsigned *digest)
 {{
     static {name}_filter f;
     uint32_t h = UINT32_C(2166136261);
     if (!goes_on) {name}_start(&f);
-    for (int t = 0; t < rows; t++, z += {m}, u += {l}) {{
-        {type} v[{m}], w[{l} + 1];
-        const unsigned all = {all}u;
-        (void)w;
+{lag}
+    for (int t = 0; t < rows; t++, z += {m}, u += {l}, now += {l}) {{
+        {type} v[{m}], w[{l} + 1], at[{l} + 1];
+        (void)w, (void)at, (void)first;
 {given}
         taken[t] = 0;
-        if (what[t] == {both} && present[t] == all) taken[t] = {name}_step(&f{u}, v);
-        else {{
-            if (what[t] & {predicts}) {name}_predict(&f{u});
-            if (what[t] & {updates}) taken[t] = {some};
-        }}
+{calls}
 {digests}
         events[t] = f.events;
         f.events = 0;
@@ -63,7 +60,7 @@ void run(int rows, int goes_on, const unsigned char *what, const unsigned *prese
 
 @dataclass(frozen=True)
 class Ran:
-    """rows x n, rows x n, rows x n x n; bits of the components taken and of events, of each row"""
+    """rows x n (or as many as there are nominal numbers), the same, rows x n x n; bits of the components taken and of events, of each row"""
 
     mean: np.ndarray
     reading: np.ndarray  # rows x n, as NAME_mean_... gives it
@@ -99,10 +96,10 @@ class Host:
         self._own.__exit__(None, None, None)
 
     def run(self, z: np.ndarray, u: Optional[np.ndarray] = None, present: Optional[np.ndarray] = None,
-            what: Optional[np.ndarray] = None, goes_on: bool = False) -> Ran:
-        """z: rows x m, NaN where missing unless `present` has bits; u: rows x l, of the step that leads to the row;
-        what: PREDICTS and UPDATES of each row, by default both, the first row no predict; goes_on: from the last row of
-        the call before"""
+            what: Optional[np.ndarray] = None, goes_on: bool = False, now: Optional[np.ndarray] = None, first: int = 0) -> Ran:
+        """z: rows x m, NaN where missing unless `present` has bits; u: rows x l, of the step that leads to the row; now: of
+        the row itself; what: PREDICTS and UPDATES of each row, by default both, the first row no predict; goes_on: from the
+        last row of the call before; first: number of the first row"""
         of, rows = self.product.given.of, len(z)
         z = np.asarray(z, float).reshape(rows, of.m)
         if present is None:
@@ -110,11 +107,13 @@ class Host:
         if what is None:
             what = PREDICTS * (goes_on | (np.arange(rows) > 0)) + UPDATES * (present > 0)
         given = [np.ascontiguousarray(what, np.uint8), np.ascontiguousarray(present, np.uint32),
-                 np.ascontiguousarray(z), np.ascontiguousarray(np.zeros((rows, of.l)) if u is None else u, np.float64)]
-        made = Ran(np.zeros((rows, of.n)), np.zeros((rows, of.n)), np.zeros((rows, of.n, of.n)), np.zeros(rows, np.uint32),
+                 np.ascontiguousarray(z), *(np.ascontiguousarray(np.zeros((rows, of.l)) if one is None else one, np.float64)
+                                            for one in (u, now))]
+        size = len(self.product.given.carried)
+        made = Ran(np.zeros((rows, size)), np.zeros((rows, size)), np.zeros((rows, of.n, of.n)), np.zeros(rows, np.uint32),
                    np.zeros(rows, np.uint32))
         arrays = [*given, made.mean, made.reading, made.covariance, made.taken, made.events, np.zeros(1, np.uint32)]
-        self._run(rows, int(goes_on), *(ctypes.c_void_p(one.ctypes.data) for one in arrays))
+        self._run(rows, int(goes_on), first, *(ctypes.c_void_p(one.ctypes.data) for one in arrays))
         return replace(made, digest=int(arrays[-1][0]))
 
 
@@ -122,16 +121,21 @@ def driver(product: Product) -> str:
     given, a = product.given, product.arithmetic
     of, name = given.of, given.name
     convert = [f"v[{j}] = {a.from_double('measurements', j, f'z[{j}]')};" for j in range(of.m)]
-    convert += [f"w[{k}] = {a.from_double('controls', k, f'u[{k}]')};" for k in range(of.l)]
-    read = [f"mean[t * {of.n} + {i}] = {a.mean_double(i)};" for i in range(of.n)]
-    read += [f"reading[t * {of.n} + {i}] = (double){name}_mean_{state}(&f);" for i, state in enumerate(given.states)]
-    digests = [f"        h = hash(h, f.{field}, sizeof f.{field});" for field in a.arrays]
-    some = f"present[t] == all ? {name}_update(&f, v) : {name}_update_some(&f, v, present[t])" if of.m > 1 else \
-        f"{name}_update(&f, v)"
-    return DRIVER.format(name=name, type=a.type, n=of.n, m=of.m, l=of.l, all=given.all, u=", w" if of.l else "",
-                         given="\n".join(f"        {line}" for line in convert), some=some, digests="\n".join(digests),
-                         read="\n".join(f"        {line}" for line in read), predicts=PREDICTS, updates=UPDATES,
-                         both=PREDICTS | UPDATES, entry=a.covariance_double("i", "j"))
+    convert += [f"{to}[{k}] = {a.from_double('controls', k, f'{one}[{k}]')};" for to, one in (("w", "u"), ("at", "now"))
+                for k in range(of.l)]
+    size = len(given.carried)
+    read = [f"mean[t * {size} + {i}] = {a.mean_double(i)};" for i in range(size)]
+    read += [f"reading[t * {size} + {i}] = (double){name}_mean_{state}(&f);" for i, state in enumerate(given.carried)]
+    follows, hashed = lag.followed(given), [f"f.{field}" for field in a.arrays]
+    digests = [*follows[1:], *(f"h = hash(h, {one}, sizeof {one});" for one in (*hashed, *lag.kept(given)))]
+    calls = product.text.row(Row("what[t]", "present[t]", "v", "w", "at", "first + t", "taken[t]"))
+    return DRIVER.format(name=name, type=a.type, n=of.n, m=of.m, l=of.l, digests=_inside(digests), calls=_inside(calls),
+                         given=_inside(convert), read=_inside(read), entry=a.covariance_double("i", "j"),
+                         lag="\n".join(f"    {line}" for line in follows[:1]))
+
+
+def _inside(lines: Sequence[str]) -> str:
+    return "\n".join(f"        {line}" for line in lines)
 
 
 def build(folder: Path, sources: Sequence[str], target: str, flags: Sequence[str]) -> Path:

@@ -10,7 +10,7 @@ from typing import Sequence
 
 from kalmanq.compiler import ud
 from kalmanq.compiler.floats import LEAST, FloatFilter
-from kalmanq.compiler.graph import dot, symbol
+from kalmanq.formulas.graph import dot, symbol
 from kalmanq.compiler.printing import Body
 from kalmanq.compiler.request import RUN
 

@@ -8,7 +8,7 @@ from typing import Iterable, Mapping, Optional, Protocol, Sequence
 
 import numpy as np
 
-from kalmanq.compiler.graph import Node, needed
+from kalmanq.formulas.graph import CONDITIONS, FUNCTIONS, Node, needed
 
 WORD = re.compile(r"\b[A-Za-z_]\w*\b")
 Target = tuple[str, Node]  # what is assigned to, and its formula
@@ -37,22 +37,23 @@ class Argument(Protocol):
 class Body:
     """The lines of a block.
 
-    hints   what formulas are called, by id(node); others are t0, t1, ...
+    hints   what formulas are called, by id(node); others are t0, t1, ..., or `stem` and a number
     """
 
     operations: Operations
-    hints: Mapping[int, str] = field(default_factory=dict)
+    hints: dict[int, str] = field(default_factory=dict)
     lines: list[str] = field(default_factory=list)
     count: int = 0  # operations
     known: dict[int, str] = field(default_factory=dict)
     used: dict[str, int] = field(default_factory=dict)
+    stem: str = "t"
 
     def assign(self, targets: Sequence[Target], under: Optional[Node] = None, then: Sequence[str] = (),
                otherwise: Sequence[str] = ()) -> list[str]:
         """All formulas are worked out before the first target is written.  under: a condition of the writes and of
         `then`"""
         targets = [(name, one) for name, one in targets if not (one.op == "symbol" and one.args[0] == name)]
-        self._name_shared([one for _, one in targets] + ([] if under is None else [under]))
+        self.name_shared([one for _, one in targets] + ([] if under is None else [under]))
         written = [(name, self.text(one)) for name, one in targets]
         if _clash(written):
             types = [self.operations.type_of(one) for _, one in targets]
@@ -65,7 +66,7 @@ class Body:
         self.lines += writes
         return self.lines
 
-    def _name_shared(self, roots: Sequence[Node]) -> None:
+    def name_shared(self, roots: Sequence[Node]) -> None:
         order, uses = needed(roots)
         for one in order:
             is_shared = uses[id(one)] > 1 or id(one) in self.hints
@@ -74,7 +75,7 @@ class Body:
 
     def _name(self, one: Node) -> None:
         text, hint = self.text(one), self.hints.get(id(one))
-        name = self._fresh(hint) if hint else f"t{len(self.known)}"
+        name = self._fresh(hint) if hint else f"{self.stem}{len(self.known)}"
         self.lines.append(f"const {self.operations.type_of(one)} {name} = {text};")
         self.known[id(one)] = name
 
@@ -115,10 +116,11 @@ class Floats:
 
     type: str
 
-    RANKS = {"select": 0, "or": 1, "and": 2, "lt": 3, "le": 3, "add": 4, "sub": 4, "mul": 5, "inverse": 5}
+    RANKS = {"select": 0, "or": 1, "and": 2, "eq": 3, "lt": 3, "le": 3, "add": 4, "sub": 4, "mul": 5, "inverse": 5, "not": 6}
+    SIGNS = {"add": "+", "sub": "-", "mul": "*", "eq": "==", "lt": "<", "le": "<=", "or": "||", "and": "&&"}
 
     def type_of(self, one: Node) -> str:
-        return "int" if one.op in ("lt", "le", "or", "and") else self.type
+        return "int" if one.op in CONDITIONS else self.type
 
     def literal(self, one: Node) -> str:
         return self.number(one.value)
@@ -135,13 +137,26 @@ class Floats:
         return text if self.type == "double" else f"{text}f"
 
     def text(self, one: Node, argument: Argument) -> tuple[str, int]:
-        rank, args = self.RANKS[one.op], one.args
+        args = one.args
+        if one.op in FUNCTIONS:
+            return f"{self.function(one.op)}({', '.join(argument(a) for a in args)})", ATOM
+        rank = self.RANKS[one.op]
         if one.op == "select":
             return f"{argument(args[0], 1)} ? {argument(args[1], 1)} : {argument(args[2], 0)}", rank
         if one.op == "inverse":
             return f"{self.number(1)} / {argument(args[0], rank + 1)}", rank
         if one.op == "sub" and args[0].equals(0):
             return f"-{argument(args[1], 6)}", 4
-        sign = {"add": "+", "sub": "-", "mul": "*", "lt": "<", "le": "<=", "or": "||", "and": "&&"}[one.op]
+        for number, divisor in (args, args[::-1]) if one.op == "mul" else ():
+            text = argument(divisor, rank) if divisor.op == "inverse" else ""
+            if text.startswith(f"{self.number(1)} / "):  # b * (1 / c) is one division
+                return f"{argument(number, rank)} {text.removeprefix(self.number(1)).strip()}", rank
+        if one.op == "not":
+            return f"!{argument(args[0], rank + 1)}", rank
         right = rank if one.op in ("add", "and", "or") else rank + 1
-        return f"{argument(args[0], rank)} {sign} {argument(args[1], right)}", rank
+        return f"{argument(args[0], rank)} {self.SIGNS[one.op]} {argument(args[1], right)}", rank
+
+    def function(self, name: str) -> str:
+        """Of math.h"""
+        name = {"abs": "fabs"}.get(name, name)
+        return f"{name}f" if self.type == "float" else name

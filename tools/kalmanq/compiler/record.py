@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Optional
 
 import numpy as np
 
-from kalmanq.compiler.host import PREDICTS, UPDATES, Host, Ran
+from kalmanq.compiler.emit import PREDICTS, UPDATES
+from kalmanq.compiler.host import Host, Ran
 from kalmanq.compiler.request import GAP, Request, due
 
 LONG = np.longdouble
@@ -17,12 +19,14 @@ PUSHED = 0.2  # of a control's range
 
 @dataclass(frozen=True)
 class Record:
-    """what, present: of each row, as Host.run takes them; z: rows x m; u: rows x l"""
+    """what, present: of each row, as Host.run takes them; z: rows x m; u: rows x l, of the step that leads to the row; now: of
+    the row itself, where a model reads them there"""
 
     what: np.ndarray
     present: np.ndarray
     z: np.ndarray
     u: np.ndarray
+    now: Optional[np.ndarray] = None
 
 
 @dataclass(frozen=True)

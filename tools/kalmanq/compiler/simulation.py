@@ -55,6 +55,8 @@ def _built(model_and_arithmetic: bytes) -> CompiledFilter:
 class CompiledFilter:
     """A context.  run(z, u) goes on where the one before ended; forecast(k) comes after all rows."""
 
+    made = CompiledRun
+
     def __init__(self, model: Model, arithmetic: str, product: Optional[Product] = None):
         self.model, self.arithmetic = model, arithmetic
         self.product = product or compiled(model, NAME, Options(arithmetic))
@@ -92,7 +94,7 @@ class CompiledFilter:
         ran = self._ran(z, u)
         events = int(np.bitwise_or.reduce(ran.events, initial=0))
         sigma = np.sqrt(np.diagonal(ran.covariance, axis1=1, axis2=2).clip(0))
-        run = CompiledRun(self.model, self.arithmetic, ran.mean, sigma, ran.covariance, emitted=self._told(events))
+        run = self.made(self.model, self.arithmetic, ran.mean, sigma, ran.covariance, emitted=self._told(events))
         self._explain(run, np.asarray(z, float).reshape(len(ran.mean), -1), u, ran)
         self.events |= events
         if len(run):
@@ -118,15 +120,7 @@ class CompiledFilter:
         if self.begins:
             x[0], P[0] = self.mean, self.covariance
         S = model.H @ P @ model.H.T + model.R
-        run.innovation, run.innovation_sigma = z - x @ model.H.T, np.sqrt(np.diagonal(S, axis1=1, axis2=2))
-        bits = ran.taken[:, None] >> np.arange(model.m) & 1
-        run.taken, run.nis = bits.sum(axis=1), np.full(len(z), np.nan)
-        run.log_likelihood = np.zeros(len(z))
-        for pattern in np.unique(ran.taken[ran.taken > 0]):
-            some, rows = np.flatnonzero(pattern >> np.arange(model.m) & 1), ran.taken == pattern
-            spread, e = S[np.ix_(np.flatnonzero(rows), some, some)], run.innovation[np.ix_(np.flatnonzero(rows), some)]
-            run.nis[rows] = np.einsum("ti,ti->t", e, np.linalg.solve(spread, e[:, :, None])[:, :, 0])
-            run.log_likelihood[rows] = -(run.nis[rows] + np.linalg.slogdet(spread)[1] + len(some) * np.log(2 * np.pi)) / 2
+        scored(run, z - x @ model.H.T, S, ran)
 
     def forecast(self, steps: int) -> Ahead:
         """So many rows ahead without measurements and controls.  No row can be run after it."""
@@ -136,6 +130,19 @@ class CompiledFilter:
             self.begins = False
             self._ahead.append(Ahead(ran.mean[-1], ran.covariance[-1]))
         return self._ahead[steps - 1]
+
+
+def scored(run: Run, innovation: np.ndarray, S: np.ndarray, ran: Ran) -> None:
+    """NIS and likelihood of what the filter took, from innovations and their covariances"""
+    count, m = innovation.shape
+    run.innovation, run.innovation_sigma = innovation, np.sqrt(np.diagonal(S, axis1=1, axis2=2))
+    run.taken, run.nis = (ran.taken[:, None] >> np.arange(m) & 1).sum(axis=1), np.full(count, np.nan)
+    run.log_likelihood = np.zeros(count)
+    for pattern in np.unique(ran.taken[ran.taken > 0]):
+        some, rows = np.flatnonzero(pattern >> np.arange(m) & 1), ran.taken == pattern
+        spread, e = S[np.ix_(np.flatnonzero(rows), some, some)], innovation[np.ix_(np.flatnonzero(rows), some)]
+        run.nis[rows] = np.einsum("ti,ti->t", e, np.linalg.solve(spread, e[:, :, None])[:, :, 0])
+        run.log_likelihood[rows] = -(run.nis[rows] + np.linalg.slogdet(spread)[1] + len(some) * np.log(2 * np.pi)) / 2
 
 
 class Ahead:

@@ -13,7 +13,7 @@ from typing import Callable, Optional, Sequence
 import numpy as np
 
 from kalmanq.compiler.exact import decimals, root
-from kalmanq.compiler.graph import Given, Node, constant, dot, inverse, node, select
+from kalmanq.formulas.graph import Given, Node, constant, dot, inverse, node, select
 
 Key = tuple[int, int]
 Entries = dict[Key, Node]

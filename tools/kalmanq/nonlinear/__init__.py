@@ -1,6 +1,5 @@
 """Nonlinear models: filters and smoothers of functions f and h, over the C core's extended.h and sigma_points.h."""
 
-from kalmanq.nonlinear.derivatives import arctan2
 from kalmanq.nonlinear.file import read
 from kalmanq.nonlinear.filters import NonlinearFilter
 from kalmanq.nonlinear.jacobians import prior_points, wrong_entries
@@ -8,5 +7,5 @@ from kalmanq.nonlinear.model import NonlinearModel
 from kalmanq.nonlinear.simulation import simulate
 from kalmanq.nonlinear.smoothers import NonlinearSmoother
 
-__all__ = ["NonlinearFilter", "NonlinearModel", "NonlinearSmoother", "arctan2", "prior_points", "read", "simulate",
+__all__ = ["NonlinearFilter", "NonlinearModel", "NonlinearSmoother", "prior_points", "read", "simulate",
            "wrong_entries"]

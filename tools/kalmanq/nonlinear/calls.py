@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import inspect
-from typing import Any, Callable, Optional
+from typing import Any, Callable, Optional, Sequence
 
 import numpy as np
 
@@ -91,6 +91,18 @@ class Given:
             at = ", ".join(f"{value:g}" for value in x)
             raise self.error(f"answers {made[tuple(wrong[0])]:g} for {entry} at x = ({at})")
         return made
+
+
+class Stacked:
+    """h, or H, of several sensors, one after the other.  parts: of each sensor its name, its function and how many numbers, or
+    rows, that answers"""
+
+    def __init__(self, parts: Sequence[tuple[str, Given, int]]):
+        self.parts = parts
+        self.error, self.finite = parts[0][1].error, parts[0][1].finite
+
+    def numbers(self, shape: tuple[int, ...], *arguments: Any) -> np.ndarray:
+        return np.concatenate([of.numbers((m, *shape[1:]), *arguments) for _, of, m in self.parts])
 
 
 def told(name: str, problem: BaseException, file: Optional[str]) -> str:

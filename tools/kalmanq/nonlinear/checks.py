@@ -8,6 +8,7 @@ from typing import Optional
 import numpy as np
 
 from kalmanq.errors import KalmanqError, KalmanqWarning
+from kalmanq.formulas.tracing import Untraced
 from kalmanq.nonlinear import jacobians
 from kalmanq.nonlinear.filters import NonlinearFilter
 from kalmanq.nonlinear.model import NonlinearModel
@@ -25,19 +26,38 @@ def findings(model: NonlinearModel, rows: Optional[Rows] = None) -> list[Finding
         if rows is None:
             _, *drawn = simulate(model, DRAWN, SEED)
             rows = drawn[0], drawn[1]
-        states = _run(model.without_jacobians(), rows, "f64").mean
+        states = _moved(model, rows[1]) if model.has_errors else _run(_without_jacobians(model), rows, "f64").mean
         points = jacobians.prior_points(model) + jacobians.points_along(states, rows[1])
     except KalmanqError as problem:
         return [Finding(False, "run", f"{where}: {problem}")]
     made = [_jacobian(model, which, points, f"over the prior and {where}") for which in ("A", "H")]
+    made.append(_formulas(model, points, f"over the prior and {where}"))
     for name, find in (("increment", jacobians.unlike_increment), ("innovation", jacobians.unlike_innovation)):
         if name in model.given and (name != "increment" or "f" in model.given):
             unlike = find(model, points)
             made.append(Finding(not unlike, name, unlike or "as f or h has it"))
     made += _angles(model)
-    if any(one.range for one in model.states):
+    if any(one.range for one in model.states) and not model.has_errors:
         made += [_ranges(model, rows, where), prior_finding(model.frame)]
     return made
+
+
+def _moved(model: NonlinearModel, u: np.ndarray) -> np.ndarray:
+    """Nominal numbers as f moves them"""
+    made = [model.x0]
+    for t, of in enumerate(u[:-1]):
+        made.append(model.moved(made[-1], t, of))
+    return np.array(made)
+
+
+def _without_jacobians(model: NonlinearModel) -> NonlinearModel:
+    """So that wrong ones do not lead the run; the model itself, where they cannot be derived"""
+    bare = model.without_jacobians()
+    try:
+        bare.formulas.derived_transition, bare.formulas.derived_measurement
+    except Untraced:
+        return model
+    return bare
 
 
 def _run(model: NonlinearModel, rows: Rows, arithmetic: str):  # type: ignore[no-untyped-def]
@@ -47,21 +67,24 @@ def _run(model: NonlinearModel, rows: Rows, arithmetic: str):  # type: ignore[no
 
 
 def _jacobian(model: NonlinearModel, which: str, points: list[jacobians.Point], where: str) -> Finding:
-    worst = jacobians.worst_entry(model, which, points)
+    try:
+        worst = jacobians.worst_entry(model, which, points)
+    except Untraced as problem:
+        return Finding(True, which, f"not compared: {problem}")
     if worst is None:
-        return Finding(True, which, f"not given; found by {_way(model, which, points)}")
+        return Finding(True, which, "not given; derived from the formulas")
     if worst.is_wrong:
         return Finding(False, which, str(worst))
     return Finding(True, which, f"as its function has it {where}, {len(points)} points; worst entry "
                    f"{which}[{worst.row}, {worst.column}], by {worst.share:.1e} of its row")
 
 
-def _way(model: NonlinearModel, which: str, points: list[jacobians.Point]) -> str:
-    found = model.found[which]
-    found.why_differences = None
-    for point in points:
-        (model.transition if which == "A" else model.measurement)(*point)
-    return f"differences: {found.why_differences}" if found.why_differences else "the complex step"
+def _formulas(model: NonlinearModel, points: list[jacobians.Point], where: str) -> Finding:
+    try:
+        unlike = jacobians.unlike_formula(model, points)
+    except Untraced as problem:
+        return Finding(True, "formulas", f"none, so kalmanq compile does not take the model: {problem}")
+    return Finding(not unlike, "formulas", unlike or f"as the functions have it {where}: kalmanq compile takes the model")
 
 
 def _angles(model: NonlinearModel) -> list[Finding]:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from typing import Any, Optional
 
 import numpy as np
@@ -37,6 +38,8 @@ class NonlinearFilter(Readable):
 
     def __init__(self, model: NonlinearModel, arithmetic: str = "f64", method: str = "extended",
                  iterations: int = ITERATIONS, *, parts: Optional[Parts] = None):
+        if model.has_errors:
+            raise KalmanqError("a model of error states is run by its C: kalmanq run --compiled")
         super().__init__(model, parts or parts_of(model, arithmetic))
         refuse_method(method, iterations, arithmetic)
         self.method, self.iterations = method, iterations
@@ -105,8 +108,17 @@ class NonlinearFilter(Readable):
             raise KalmanqError(f"u is missing: {', '.join(one.name for one in self.model.controls)}")
         return row_of(u, self.model.l, "u")[0]
 
-    def _take(self, z: np.ndarray, u: np.ndarray) -> Optional[tuple[np.ndarray, np.ndarray]]:
-        """Answers words of the innovation and its variances before the update; None: nothing is there."""
+    def _take(self, z: np.ndarray, u: np.ndarray) -> Optional[Taken]:
+        """The sensors one after the other.  None: nothing is there."""
+        made = None
+        for sensor in self.model.sensors:
+            some = np.full(len(z), np.nan)
+            some[sensor.first:sensor.first + sensor.m] = z[sensor.first:sensor.first + sensor.m]
+            taken = self._take_of(some, u)
+            made = made.joined(taken) if made and taken else made or taken
+        return made
+
+    def _take_of(self, z: np.ndarray, u: np.ndarray) -> Optional[Taken]:
         there = ~np.isnan(z)
         if not np.any(there):
             return None
@@ -117,7 +129,8 @@ class NonlinearFilter(Readable):
         variances = self._variances(prepared.sensor)
         words = self.steps.update(self._handle, prepared, z)
         lost = NOT_A_VALUE if self.arithmetic.is_fixed else np.nan
-        return np.where(there, words, lost), np.where(there, variances, np.nan)
+        return Taken(there, np.where(there, words, lost), np.where(there, variances, np.nan), self._call("nis"),
+                     self._call("log_likelihood_last"), self.taken)
 
     def _variances(self, sensor: Any) -> np.ndarray:
         """Of the innovation: the diagonal of S"""
@@ -127,7 +140,7 @@ class NonlinearFilter(Readable):
         return a.numbers(np.diag(S), 2 * np.array(self.parts.fractions("measurements")))
 
     def _record(self, out: Results, variances: np.ndarray, row: int,
-                taken: Optional[tuple[np.ndarray, np.ndarray]]) -> None:
+                taken: Optional[Taken]) -> None:
         for name in ("mean", "mean_low", "sigma"):
             if name in out.numbers:
                 out.numbers[name][row] = self._words(name)
@@ -142,10 +155,33 @@ class NonlinearFilter(Readable):
         out.numbers["innovation"][row] = NOT_A_VALUE if self.arithmetic.is_fixed else np.nan
         out.scores["nis"][row] = no_score
         if taken is not None:
-            out.numbers["innovation"][row], variances[row] = taken
-            out.scores["nis"][row] = self._call("nis")
-            out.scores["log_likelihood"][row] = self._call("log_likelihood_last")
-            out.taken[row] = self.taken
+            out.numbers["innovation"][row], variances[row] = taken.words, taken.variances
+            out.scores["nis"][row], out.scores["log_likelihood"][row] = taken.nis, taken.log_likelihood
+            out.taken[row] = taken.count
+
+
+@dataclass(frozen=True)
+class Taken:
+    """Of an update: what was there, words of the innovation, its variances before, scores of the core, components taken"""
+
+    there: np.ndarray
+    words: np.ndarray
+    variances: np.ndarray
+    nis: float
+    log_likelihood: float
+    count: int
+
+    def joined(self, other: Taken) -> Taken:
+        """With the sensor after it"""
+        words, variances = (np.where(other.there, two, one) for one, two in
+                            ((self.words, other.words), (self.variances, other.variances)))
+        return Taken(self.there | other.there, words, variances, self.nis + other.nis,
+                     self.log_likelihood + other.log_likelihood, self.count + other.count)
+
+
+def extended_run(model: NonlinearModel, arithmetic: str, z: np.ndarray, u: Optional[np.ndarray]) -> Run:
+    """From the start, with covariances"""
+    return NonlinearFilter(model, arithmetic).run(z, u, covariance=True)
 
 
 def parts_of(model: NonlinearModel, arithmetic: str) -> Parts:

@@ -7,13 +7,17 @@ from typing import Optional, Sequence
 
 import numpy as np
 
-from kalmanq.nonlinear.derivatives import ROUNDING
+from kalmanq.formulas.tracing import Untraced
+from kalmanq.formulas.program import Program
+from kalmanq.nonlinear.formulas import values_of
 from kalmanq.nonlinear.model import NonlinearModel
 
 Point = tuple[np.ndarray, int, np.ndarray]  # x, t, u
 
 ALLOWED = 1e-6  # of an entry
-EXACT, DIFFERENCES = 1e-11, 1e-6  # of its row, each column by its scale: what the right entry itself is off by
+FIRST_ORDER = 1e-2  # of its row: of errors a Jacobian need only hold to first order
+ALIKE = 1e-12  # formulas and functions
+EXACT = 1e-11  # of its row, each column by its scale: what the right entry itself is off by
 
 
 @dataclass(frozen=True)
@@ -36,7 +40,8 @@ class Entry:
 
 
 def worst_entry(model: NonlinearModel, which: str, points: Sequence[Point]) -> Optional[Entry]:
-    """Of the model's own A or H over all the points: a wrong one, if there is any; None: the model gives none."""
+    """Of the model's own A or H over all the points: a wrong one, if there is any; None: the model gives none.  Untraced:
+    its function has no formula to compare with."""
     if which not in model.given:
         return None
     entries = [_worst_at(model, which, point) for point in points]
@@ -44,24 +49,42 @@ def worst_entry(model: NonlinearModel, which: str, points: Sequence[Point]) -> O
 
 
 def wrong_entries(model: NonlinearModel, points: Sequence[Point]) -> list[Entry]:
-    """The worst one of A and of H, where it is wrong"""
-    found = [worst_entry(model, which, points) for which in ("A", "H")]
-    return [one for one in found if one and one.is_wrong]
+    """The worst one of A and of H, where it is wrong.  A function without a formula is not compared."""
+    made = []
+    for which in ("A", "H"):
+        try:
+            found = worst_entry(model, which, points)
+        except Untraced:
+            continue
+        made += [found] if found and found.is_wrong else []
+    return made
+
+
+def unlike_formula(model: NonlinearModel, points: Sequence[Point]) -> Optional[str]:
+    """Where the formulas of f (or increment) or h say something else than the function does, in words"""
+    for rows, names, function in ((model.formulas.moved, model.carried_names, "moved" if "f" in model.given else "increment"),
+                                  (model.formulas.expected, model.measurement_names, "expected")):
+        program = Program(rows)
+        for x, t, u in points:
+            right = getattr(model, function)(x, t, u)
+            made = np.array(program.values(values_of(x, t, u)), float)
+            off = np.abs(made - right) > ALIKE * (np.abs(right) + np.max(np.abs(x)))
+            if np.any(off):
+                i = int(np.argmax(off))
+                return (f"of {names[i]} the formula is {made[i]:.9g} and the function {right[i]:.9g}, at x = "
+                        f"({', '.join(f'{value:.6g}' for value in x)}), t = {t}")
+    return None
 
 
 def _worst_at(model: NonlinearModel, which: str, point: Point) -> Entry:
-    derivative = model.found[which]
-    derivative.why_differences = None
     given, right = (model.transition(*point), model.found_transition(*point)) if which == "A" else \
         (model.measurement(*point), model.found_measurement(*point))
-    scale = derivative.scales(point[0])
+    sigma = np.sqrt(np.diag(model.P0))
+    scale = sigma if model.has_errors else np.maximum(np.abs(point[0]), sigma)
+    scale = np.where(scale > 0, scale, 1.0)
     row = np.sum(np.abs(right) * scale, axis=1, keepdims=True)
-    uncertain = row * (DIFFERENCES if derivative.why_differences else EXACT) / scale
-    if derivative.why_differences:
-        values = model.moved(*point) if which == "A" else model.expected(*point)
-        uncertain = uncertain + ROUNDING * np.abs(values)[:, None] / scale
     error = np.abs(given - right)
-    wrong = error > ALLOWED * np.abs(right) + uncertain
+    wrong = error > (FIRST_ORDER * row / scale if model.has_errors else ALLOWED * np.abs(right) + EXACT * row / scale)
     share = error * scale / np.where(row > 0, row, 1.0)
     i, j = map(int, np.unravel_index(np.argmax(np.where(wrong, 1.0 + share, share / (1.0 + share))), error.shape))
     rows = model.state_names if which == "A" else model.measurement_names
@@ -100,7 +123,7 @@ def prior_points(model: NonlinearModel) -> list[Point]:
     made = [(model.x0.copy(), 0, u)]
     for column, value in zip(vectors.T, values):
         if value > 0:
-            made += [(model.x0 + sign * np.sqrt(value) * column, 0, u) for sign in (1, -1)]
+            made += [(model.plus(model.x0, sign * np.sqrt(value) * column), 0, u) for sign in (1, -1)]
     return made
 
 

@@ -2,19 +2,39 @@
 
 from __future__ import annotations
 
-from typing import Any, Callable, Optional, Sequence, Union
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any, Callable, Mapping, Optional, Sequence, Union
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from kalmanq.errors import ModelError
+from kalmanq.formulas.tracing import Untraced
 from kalmanq.model import SIZE_MAX, Model, Quantities
 from kalmanq.model.arrays import numbers_of
-from kalmanq.nonlinear.calls import Given
-from kalmanq.nonlinear.derivatives import Derivative, unwrapped
+from kalmanq.nonlinear.calls import Given, Stacked
+from kalmanq.nonlinear.formulas import Formulas, Jacobian
 
 Function = Callable[..., Any]
 NOTHING = np.zeros(0)  # u where there are no controls
+
+
+@dataclass(frozen=True)
+class Sensor:
+    """Measurements first, first + 1, ... that are taken together; name: "" where there is one sensor"""
+
+    name: str
+    first: int
+    m: int
+
+    @property
+    def all(self) -> int:
+        return (1 << self.m) - 1
+
+    @property
+    def suffix(self) -> str:
+        return f"_{self.name}" if self.name else ""
 
 
 class NonlinearModel:
@@ -26,44 +46,66 @@ class NonlinearModel:
     h          m numbers of the same
     increment  f(x) - x, in the place of f or beside it: of x' = x + v dt it is v dt, whose bits f(x) - x has lost
     innovation z - h(x) of z, x, t, u, where it is not that difference; angles are wrapped afterwards
-    A, H       Jacobians of f and h, n x n and m x n; what is not given is found (derivatives.py)
+    A, H       Jacobians of f and h, n x n and m x n; what is not given is derived from the formulas of f and h
     x0, P0     mean and covariance before the first measurement; P0 may be n variances
     Q, R       covariances, or variances; G in the place of Q, with Q = G G'
+    sensors    in the place of h and R where there are several: {name: (h, R) or (h, R, H), ...}.  Their measurements follow one another;
+               an update takes the sensors in this order, each at what the one before has left
     angles     the measurements, by name or number, that are angles in rad: their innovations are wrapped
     controls   names of the controls; their columns are u.  A time step that varies is one of them.
     A measurement's range, for fixed point, is that of its innovation (extended.h).
     simulated_controls   l numbers of t: u where measurements are simulated
 
+    Error states: the filter's states are small errors of `nominal` numbers, as of a quaternion.
+    nominal    names of these numbers, x0 has their first values; f, h, A and H are of them, A and H by the errors
+    plus       plus(x, d): the nominal numbers with the errors d; minus(a, b): the errors of b that make a of it
+
     ModelError names what does not fit.  `frame` is the linear model of the same noises, prior and names.
     """
 
     def __init__(self, f: Optional[Function] = None, h: Optional[Function] = None, *, x0: ArrayLike, P0: ArrayLike,
-                 R: ArrayLike, Q: Optional[ArrayLike] = None, G: Optional[ArrayLike] = None,
+                 R: Optional[ArrayLike] = None, Q: Optional[ArrayLike] = None, G: Optional[ArrayLike] = None,
                  increment: Optional[Function] = None, innovation: Optional[Function] = None,
                  A: Optional[Function] = None, H: Optional[Function] = None, states: Quantities = None,
                  measurements: Quantities = None, controls: Quantities = None, angles: Sequence[Union[int, str]] = (),
-                 simulated_controls: Optional[Function] = None, name: str = "model"):
+                 simulated_controls: Optional[Function] = None, sensors: Optional[Mapping[str, tuple]] = None,
+                 nominal: Quantities = None, plus: Optional[Function] = None, minus: Optional[Function] = None,
+                 name: str = "model"):
         if f is None and increment is None:
             raise ModelError("f", "is missing: f(x, t, u), or increment(x, t, u)")
-        if h is None:
-            raise ModelError("h", "is missing: h(x, t, u)")
+        stack = _stacked(sensors, h, R, H) if sensors else None
+        if stack:
+            R = stack[1]
+        elif h is None or R is None:
+            raise ModelError(*(("R", "is missing") if h else ("h", "is missing: h(x, t, u)")))
         if P0 is None or isinstance(P0, str):
             raise ModelError("P0", "has to be known: a matrix or variances")
-        n, m = _length("x0", x0), _length("R", R)
-        self.frame = Model(np.eye(n), np.zeros((m, n)), R, Q, G=G, x0=x0, P0=P0, states=states,
-                           measurements=measurements, name=name)
+        if nominal is not None and (plus is None or minus is None or f is None):
+            raise ModelError("nominal", "needs f(x, t, u), plus(x, d) and minus(a, b), too")
+        n, m = _length("x0" if nominal is None else "P0", x0 if nominal is None else P0), _length("R", R)
+        self.frame = Model(np.eye(n), np.zeros((m, n)), R, Q, G=G, x0=x0 if nominal is None else np.zeros(n), P0=P0,
+                           states=states, measurements=measurements, name=name)
         self.name, self.n, self.m = name, n, m
+        self.path: Optional[Path] = None  # of its file
         self.x0, self.P0, self.Q, self.G, self.R = (getattr(self.frame, key) for key in ("x0", "P0", "Q", "G", "R"))
         self.states, self.measurements = self.frame.states, self.frame.measurements
+        self.carried = self.states if nominal is None else _nominal(nominal, x0)
+        if nominal is not None:
+            self.x0 = np.array(x0, float)
         self.controls = () if controls is None else _controls(controls)
         self.l = len(self.controls)
         self.angles = self._angles(angles)
         self.given = {key: Given(key, function, key == "innovation") for key, function in (
             ("f", f), ("increment", increment), ("h", h), ("innovation", innovation), ("A", A), ("H", H),
-            ("simulated_controls", simulated_controls)) if function is not None}
-        scale = np.sqrt(np.diag(self.P0))
-        moves = self.given.get("f", self.given.get("increment"))
-        self.found = {"A": Derivative(moves, n, scale), "H": Derivative(self.given["h"], m, scale, self.angles)}
+            ("plus", plus), ("minus", minus), ("simulated_controls", simulated_controls)) if function is not None}
+        self.sensors = [Sensor("", 0, m)]
+        if stack:
+            self.given["h"], self._sensors = stack[0], sensors
+            self.given.update({} if stack[2] is None else {"H": stack[2]})
+            first = np.cumsum([0, *(count for _, _, count in stack[0].parts)])
+            self.sensors = [Sensor(name, int(at), count) for at, (name, _, count) in zip(first, stack[0].parts)]
+        self.formulas = Formulas(self.given, len(self.carried), n, m, self.l, self.angles)
+        self._derived: dict[str, Jacobian] = {}
 
     def _angles(self, given: Sequence[Union[int, str]]) -> list[int]:
         names = [one.name for one in self.measurements]
@@ -78,13 +120,39 @@ class NonlinearModel:
         return made
 
     def without_jacobians(self) -> NonlinearModel:
-        functions = {key: given.function for key, given in self.given.items() if key not in ("A", "H")}
+        functions = {key: given.function for key, given in self.given.items() if isinstance(given, Given) and key not in ("A", "H")}
+        functions.update({"nominal": self.carried} if self.has_errors else {})
+        functions.update({"sensors": self._sensors} if isinstance(self.given["h"], Stacked) else {"R": self.R})
         noise = {"G": self.G} if self.G is not None else {"Q": self.Q}
-        return NonlinearModel(**functions, **noise, x0=self.x0, P0=self.P0, R=self.R, states=self.states,
+        return NonlinearModel(**functions, **noise, x0=self.x0, P0=self.P0, states=self.states,
                               measurements=self.measurements, controls=self.controls, angles=self.angles,
                               name=self.name)
 
     # ------------------------------------------------------------------ the functions, checked
+
+    @property
+    def has_errors(self) -> bool:
+        """Are its states errors of nominal numbers?"""
+        return "plus" in self.given
+
+    @property
+    def carried_names(self) -> list[str]:
+        """Of what f moves: the states, or the nominal numbers"""
+        return [one.name for one in self.carried]
+
+    def plus(self, x: np.ndarray, d: np.ndarray) -> np.ndarray:
+        """x with errors, or changes, d"""
+        if not self.has_errors:
+            return x + d
+        plus = self.given["plus"]
+        return plus.finite(plus.numbers((len(self.carried),), x, d), [self.carried_names], x)
+
+    def minus(self, a: np.ndarray, b: np.ndarray) -> np.ndarray:
+        """The errors, or changes, of b that make a of it"""
+        if not self.has_errors:
+            return a - b
+        minus = self.given["minus"]
+        return minus.finite(minus.numbers((self.n,), a, b), [self.state_names], a)
 
     @property
     def state_names(self) -> list[str]:
@@ -99,7 +167,7 @@ class NonlinearModel:
         if "f" not in self.given:
             return x + self.increment(x, t, u)
         f = self.given["f"]
-        return f.finite(f.numbers((self.n,), x, t, u), [self.state_names], x)
+        return f.finite(f.numbers((len(self.carried),), x, t, u), [self.carried_names], x)
 
     def increment(self, x: np.ndarray, t: int, u: np.ndarray = NOTHING) -> np.ndarray:
         """f(x) - x"""
@@ -140,17 +208,24 @@ class NonlinearModel:
         return self.found_measurement(x, t, u)
 
     def found_transition(self, x: np.ndarray, t: int, u: np.ndarray = NOTHING) -> np.ndarray:
-        made = self._finite("A", self.found["A"].at(x, t, u), self.state_names, x)
-        return made if "f" in self.given else made + np.eye(self.n)
+        """A, derived from the formulas of f.  KalmanqError says what of f has no formula."""
+        return self._finite("A", self._derive("A").at(x, t, u), self.state_names, x)
 
     def found_measurement(self, x: np.ndarray, t: int, u: np.ndarray = NOTHING) -> np.ndarray:
-        return self._finite("H", self.found["H"].at(x, t, u), self.measurement_names, x)
+        return self._finite("H", self._derive("H").at(x, t, u), self.measurement_names, x)
+
+    def _derive(self, which: str) -> Jacobian:
+        if which not in self._derived:
+            try:
+                rows = self.formulas.derived_transition if which == "A" else self.formulas.derived_measurement
+            except Untraced as problem:
+                raise Untraced(f"{problem}.  Or give its Jacobian {which}(x, t, u)") from None
+            self._derived[which] = Jacobian(rows)
+        return self._derived[which]
 
     def _finite(self, which: str, J: np.ndarray, rows: list[str], x: np.ndarray) -> np.ndarray:
-        if not np.all(np.isfinite(J)):
-            self.found[which].given.finite(J, [[f"its derivative of {one}" for one in rows],
-                                               [f"by {one}" for one in self.state_names]], x)
-        return J
+        of = self.given["h" if which == "H" else "increment" if "increment" in self.given else "f"]
+        return of.finite(J, [[f"its derivative of {one}" for one in rows], [f"by {one}" for one in self.state_names]], x)
 
     def controls_at(self, t: int) -> np.ndarray:
         if not self.l:
@@ -162,6 +237,45 @@ class NonlinearModel:
 
     def __repr__(self) -> str:
         return f"NonlinearModel({self.name!r}, n={self.n}, m={self.m}, l={self.l})"
+
+
+def unwrapped(change: np.ndarray, angles: Sequence[int]) -> np.ndarray:
+    """Angles within half a turn"""
+    made = change.copy()
+    for c in angles:
+        made[c] -= 2 * np.pi * np.round(made[c] / (2 * np.pi))
+    return made
+
+
+def _nominal(names: Any, x0: ArrayLike) -> Any:
+    count = _length("x0", x0)
+    made = Model(np.eye(count), np.zeros((1, count)), 1.0, np.eye(count), P0=np.zeros(count), states=names).states
+    return made
+
+
+def _stacked(sensors: Mapping[str, tuple], h: Any, R: Any, H: Any) -> tuple[Stacked, np.ndarray, Optional[Stacked]]:
+    """Their h, R and H"""
+    if any(one is not None for one in (h, R, H)):
+        raise ModelError("sensors", "is in the place of h, R and H: leave these out")
+    parts, matrices, slopes = [], [], []
+    for name, given in sensors.items():
+        if not isinstance(name, str) or not name.isidentifier() or not isinstance(given, (tuple, list)) or len(given) not in (2, 3):
+            raise ModelError("sensors", 'is {"name": (h, R), ...} or with (h, R, H), and names of letters, digits and _')
+        m = _length(f"R of {name}", given[1])
+        matrices.append(Model([[1.0]], np.zeros((m, 1)), given[1], [[0.0]], P0=[0.0]).R)
+        parts.append((name, Given(name, given[0]), m))
+        slopes += [(name, Given(f"H of {name}", given[2]), m)] if len(given) == 3 else []
+    if slopes and len(slopes) < len(parts):
+        raise ModelError("sensors", "either each gives its Jacobian H, or none does")
+    return Stacked(parts), block_diagonal(matrices), Stacked(slopes) if slopes else None
+
+
+def block_diagonal(matrices: Sequence[np.ndarray]) -> np.ndarray:
+    sizes = np.cumsum([0, *map(len, matrices)])
+    made = np.zeros((sizes[-1], sizes[-1]))
+    for at, one in zip(sizes, matrices):
+        made[at:at + len(one), at:at + len(one)] = one
+    return made
 
 
 def _length(key: str, given: ArrayLike) -> int:

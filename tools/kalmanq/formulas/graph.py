@@ -8,9 +8,11 @@ from __future__ import annotations
 
 import math
 from contextlib import contextmanager
-from typing import Iterable, Iterator, Union
+from dataclasses import dataclass, field
+from typing import Callable, ContextManager, Iterable, Iterator, Optional, Union
 
 Given = Union["Node", float, int]
+MOST_POWER = 16
 
 
 class Node:
@@ -47,28 +49,45 @@ class Node:
         return self.is_constant and self.value == number
 
 
-_table: dict[tuple, Node] = {}
+@dataclass
+class Graph:
+    """kind: of its nodes; line: where in the user's file a node is made, while his function is traced"""
+
+    kind: type[Node] = Node
+    table: dict[tuple, Node] = field(default_factory=dict)
+    line: Optional[Callable[[], int]] = None
+    lines: dict[int, int] = field(default_factory=dict)
+
+
+_current = Graph()
 
 
 @contextmanager
-def fresh() -> Iterator[None]:
-    """A graph of its own: the order of nodes begins anew."""
-    global _table
-    before, _table = _table, {}
+def using(graph: Graph) -> Iterator[Graph]:
+    """Nodes are made in this graph."""
+    global _current
+    before, _current = _current, graph
     try:
-        yield
+        yield graph
     finally:
-        _table = before
+        _current = before
+
+
+def fresh() -> ContextManager[Graph]:
+    """A graph of its own: the order of nodes begins anew."""
+    return using(Graph())
 
 
 def make(op: str, *args: object) -> Node:
     """The node of an operation, as it is: nothing is folded."""
     key = (op, *(id(one) if isinstance(one, Node) else (type(one), one) for one in args))
-    found = _table.get(key)
+    found = _current.table.get(key)
     if found is None:
-        found = object.__new__(Node)
-        found.op, found.args, found.order = op, args, len(_table)
-        _table[key] = found
+        found = object.__new__(_current.kind)
+        found.op, found.args, found.order = op, args, len(_current.table)
+        _current.table[key] = found
+        if _current.line:
+            _current.lines[id(found)] = _current.line()
     return found
 
 
@@ -145,16 +164,70 @@ def inverse(given: Given) -> Node:
     return make("inverse", a)
 
 
+def divide(one: Given, other: Given) -> Node:
+    a, b = node(one), node(other)
+    return mul(a, 1 / b.value) if b.is_constant and b.value else mul(a, inverse(b))
+
+
+def power(one: Given, other: Given) -> Node:
+    """A whole power is made of products."""
+    a, b = node(one), node(other)
+    if not b.is_constant:
+        return call("exp", mul(b, call("log", a)))
+    k = b.value
+    if k == 0.5:
+        return call("sqrt", a)
+    if k < 0:
+        return inverse(power(a, -k))
+    if k != int(k) or k > MOST_POWER or a.is_constant:
+        return call("pow", a, b)
+    made, square, left = constant(1), a, int(k)
+    while left:
+        if left & 1:
+            made = mul(made, square)
+        square, left = mul(square, square) if left > 1 else square, left >> 1
+    return made
+
+
+def call(name: str, *given: Given) -> Node:
+    """A function of math, by its name in C"""
+    args = [node(one) for one in given]
+    if all(one.is_constant for one in args):
+        try:
+            return constant(_NUMBERS[name](*(one.value for one in args)))
+        except (ValueError, OverflowError):
+            return constant(math.nan)
+    return make(name, *args)
+
+
+FUNCTIONS = ("sqrt", "sin", "cos", "tan", "exp", "log", "atan", "asin", "acos", "sinh", "cosh", "tanh", "atan2", "pow",
+             "floor", "abs")
+_NUMBERS = {**{name: getattr(math, name) for name in FUNCTIONS if name != "abs"}, "abs": abs}
+_COMPARED = {"lt": lambda a, b: a < b, "le": lambda a, b: a <= b, "eq": lambda a, b: a == b}
+CONDITIONS = ("lt", "le", "eq", "not", "and", "or")
+
+
 def compare(op: str, one: Given, other: Given) -> Node:
     a, b = node(one), node(other)
     if a.is_constant and b.is_constant:
-        return constant(a.value < b.value if op == "lt" else a.value <= b.value)
-    return make(op, a, b)
+        return constant(_COMPARED[op](a.value, b.value))
+    return constant(op != "lt") if a is b else make(op, a, b)
 
 
-def select(condition: Node, yes: Given, no: Given) -> Node:
+def logic(op: str, *given: Given) -> Node:
+    """not, and, or"""
+    args = [node(one) for one in given]
+    if op == "not":
+        return constant(not args[0].value) if args[0].is_constant else make(op, *args)
+    for one, other in (args, args[::-1]):
+        if one.is_constant:
+            return other if bool(one.value) == (op == "and") else one
+    return make(op, *args)
+
+
+def select(given: Given, yes: Given, no: Given) -> Node:
     """condition ? yes : no"""
-    first, second = node(yes), node(no)
+    condition, first, second = node(given), node(yes), node(no)
     if condition.is_constant:
         return first if condition.value else second
     return first if first is second else make("select", condition, first, second)

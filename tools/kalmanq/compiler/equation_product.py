@@ -1,0 +1,51 @@
+"""A nonlinear model compiled: the texts of its C."""
+
+from __future__ import annotations
+
+from kalmanq.compiler.equation_text import EquationText
+from kalmanq.compiler.equations import EquationFilter, equations
+from kalmanq.compiler.head import Header
+from kalmanq.compiler.product import Product
+from kalmanq.compiler.request import Options
+from kalmanq.formulas.graph import using
+from kalmanq.nonlinear import NonlinearModel
+
+
+def compiled_equations(model: NonlinearModel, name: str, options: Options = Options(), source: str = "") -> Product:
+    """source: a line about the model's file.  Untraced says what has no formula."""
+    of = equations(model, name, options)
+    with using(model.formulas.graph):
+        a = EquationFilter(of)
+        text = EquationText(of.given, a)
+        remarks = [f"{name}: written by kalmanq compile.", *([source] if source else []), "",
+                   "The functions of the model and their derivatives are worked out at the mean in each call."]
+        return Product(of.given, None, None, a, text, EquationHeader(of.given, a, text).text(), text.code(remarks))
+
+
+class EquationHeader(Header):
+    def _usage(self) -> list[str]:
+        rows = [(f"static {self.given.type} f;", ""), (f"{self.name}_start(&f);", "once"),
+                *((f"{self.name}_update{one.suffix}(&f{self.c._same(self.c.update_arguments(one))});", "a sample")
+                  for one in self.a.sensors),
+                (f"{self.name}_predict(&f{self.c._same(self.c.predict_arguments())});", "to the next instant"),
+                (f"{self.name}_mean_{self.given.carried[0]}(&f)", "the estimate")]
+        return self._aligned(rows)
+
+    def _calls(self) -> list[str]:
+        before = self.c.predict_arguments()
+        lines = [*self._starts(), f"/** To the next instant.{_said(before, 'controls from here to there', 'of the row that is left')} */",
+                 f"void {self.name}_predict({self.filter}{before});", ""]
+        for sensor in self.a.sensors:
+            arguments = self.c.update_arguments(sensor)
+            lines += ["/** Takes a sample.  Returns a bit for each component that it took; it refuses NaN and infinity, with",
+                      f" *  {self.given.upper}_REFUSED.{_said(arguments, 'controls of this row', 'of this row')} */",
+                      f"unsigned {self.name}_update{sensor.suffix}({self.filter}{arguments});", ""]
+            if sensor.m > 1:
+                lines += ["/** Takes the components of a sample whose bits are set in `present`. */",
+                          f"unsigned {self.name}_update{sensor.suffix}_some({self.filter}{arguments}, unsigned present);", ""]
+        return [*lines, *self._covariance()]
+
+
+def _said(arguments: str, u: str, t: str) -> str:
+    """Of the arguments u and t, where there are any"""
+    return (f"  u: {u}." if " u[" in arguments else "") + (f"  t: number {t}." if arguments.endswith(" t") else "")

@@ -1,0 +1,254 @@
+"""f32 and f64 of a nonlinear model: its functions and their derivatives as formulas, in the form of FloatFilter.
+
+All formulas of a predict or of a sensor are worked out at the mean before it; the components of a sensor then correct it
+one after the other.  A call whose formulas are not finite changes nothing.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from typing import Sequence
+
+import numpy as np
+
+from kalmanq.compiler import ud
+from kalmanq.compiler.coefficients import Constant
+from kalmanq.compiler.floats import MOST, FloatFilter, Mean, carried, entry
+from kalmanq.compiler.printing import Body, Target, indented
+from kalmanq.compiler.names import named
+from kalmanq.compiler.request import Options, Request, request
+from kalmanq.errors import KalmanqError
+from kalmanq.formulas.calculus import substituted, without
+from kalmanq.formulas.graph import Node, add, call, constant, dot, make, needed, symbol
+from kalmanq.model import Model
+from kalmanq.nonlinear import NonlinearModel
+from kalmanq.nonlinear.model import Sensor
+
+LARGEST = {"float": 1e37, "double": 1e300}  # of a sum of variances: beyond it they count as infinite
+
+
+POLES = ("inverse", "sqrt", "tan", "exp", "log", "asin", "acos", "sinh", "cosh", "pow")  # not finite for some numbers
+
+
+@dataclass(frozen=True)
+class Equations:
+    """A nonlinear model and its request, which has the numbers that are constant"""
+
+    model: NonlinearModel
+    given: Request
+    sensors: Sequence[Sensor]
+
+
+def equations(model: NonlinearModel, name: str, options: Options) -> Equations:
+    _refuse(options)
+    frame = model.frame
+    controls = {"B": np.zeros((model.n, model.l)), "controls": model.controls} if model.l else {}
+    whole = Model(frame.A, frame.H, frame.R, frame.Q, x0=frame.x0, P0=frame.P0, states=frame.states,
+                  measurements=frame.measurements, name=model.name, **controls)
+    given = request(whole, name, options)
+    if not model.has_errors:
+        return Equations(model, given, model.sensors)
+    if options.iterate > 1:
+        raise KalmanqError("--iterate: is of models without nominal numbers")
+    names, _, _ = named(model.carried, (), ())
+    return Equations(model, replace(given, nominal=names), model.sensors)
+
+
+def _refuse(options: Options) -> None:
+    if options.arithmetic == "q31":
+        raise KalmanqError("--arith q31: a nonlinear model is compiled in f32 and f64; kalmanq design has q31 over the library")
+    for name, value in (("--lag", options.lag), ("--every", options.every), ("--tunable", options.tunable),
+                        ("--loops", options.loops)):
+        if value:
+            raise KalmanqError(f"{name}: is of models with constant matrices")
+
+
+class Formulas(Constant):
+    """A, h, H and R of the model where the C has its mean, x0 + l0, ..."""
+
+    def __init__(self, of: Equations):
+        super().__init__(of.given)
+        formulas, count, memo = of.model.formulas, range(len(of.model.carried)), {}
+        mean = {f"x{i}": add(symbol(f"x{i}"), symbol(f"l{i}")) for i in count}
+        self.change = [substituted(one, mean, memo) for one in formulas.change]
+        self.moved = [substituted(one, mean, memo) for one in formulas.moved]
+        self.A = [[substituted(one, mean, memo) for one in row] for row in formulas.transition]
+        errors = {f"d{k}": symbol(f"c{k}") for k in range(of.model.n)}
+        self.corrected = [substituted(one, {**mean, **errors}, {}) for one in formulas.corrected] if of.model.has_errors else []
+        if of.given.options.iterate > 1:
+            mean, memo = {f"x{i}": symbol(f"a{i}") for i in count}, {}
+        self.e = self._mixed([[substituted(one, mean, memo)] for one in formulas.innovation])
+        self.H = self._mixed([[substituted(one, mean, memo) for one in row] for row in formulas.measurement])
+
+        self._refuse_no_numbers(of.model)
+
+    def _refuse_no_numbers(self, model: NonlinearModel) -> None:
+        """Formulas with a constant that is NaN or infinite, as 1 / 0"""
+        errors = " where the errors are 0: a root or a quotient of errors has no derivative there; take all that needs it in one " \
+            "branch, as (cos(a), sin(a) / a) if a > 1e-4 else (1, 1)" if model.has_errors else ""
+        names = {"f": [self.change], "A": self.A, "z - h": self.e, "H": self.H, "plus": [self.corrected]}
+        for name, rows in names.items():
+            for one in (one for row in rows for one in row):
+                if any(part.is_constant and not np.isfinite(part.value) for part in needed([one])[0]):
+                    raise KalmanqError(f"{name}: has an entry that is not a number{errors if name in 'AH' else ''}")
+
+    def _mixed(self, made: Sequence[Sequence[Node]]) -> list[list[Node]]:
+        """Of what has independent noises"""
+        return [[dot((w, made[k][c]) for k, w in enumerate(mixing) if w) for c in range(len(made[0]))]
+                for mixing in self.given.mixing]
+
+
+class EquationFilter(FloatFilter):
+    """In float or double"""
+
+    def __init__(self, of: Equations):
+        self.equations, self.sensors = of, of.sensors
+        super().__init__(of.given, None)
+        c = self.coefficients
+        self.linear = [] if of.given.options.iterate > 1 or of.given.nominal else [one for one in of.sensors if all(_is_linear(c.e[j][0], c.H[j]) for j in range(one.first, one.first + one.m))]
+        self.events = (("NOT_FINITE", "a function of the model or a derivative was not finite: the call changed nothing"),
+                       ("OVERFLOW", "a variance is infinite: start again"))
+        self.code_includes = ["#include <math.h>"]
+
+    def made_coefficients(self) -> Formulas:
+        return Formulas(self.equations)
+
+    def _reads(self, which: str, rows: Sequence[Node]) -> bool:
+        return any(one.op == "symbol" and one.args[0].rstrip("0123456789") == which for one in needed(rows)[0])
+
+    def predicts_by(self, which: str) -> bool:
+        """Does f read u, or t?"""
+        c = self.coefficients
+        return self._reads(which, [*c.change, *(one for row in c.A for one in row)])
+
+    def updates_by(self, sensor: Sensor, which: str) -> bool:
+        c, some = self.coefficients, range(sensor.first, sensor.first + sensor.m)
+        return self._reads(which, [one for j in some for one in (*c.e[j], *c.H[j])])
+
+    def sensor_of(self, j: int) -> Sensor:
+        return next(one for one in self.sensors if one.first <= j < one.first + one.m)
+
+    @property
+    def slots(self) -> int:
+        return max(one.m for one in self.sensors)
+
+    # ---- hooks of FloatFilter
+
+    def slot(self, j: int) -> int:
+        return j - self.sensor_of(j).first
+
+    def row(self, j: int) -> ud.Row:
+        """While entries are looked for: the formulas; in an update: their names"""
+        return [one if one.is_constant else symbol(f"h{j}_{i}") for i, one in enumerate(self.coefficients.H[j])]
+
+    @property
+    def first_mean(self) -> Sequence[float]:
+        return [float(one) for one in self.equations.model.x0]
+
+    def _change(self, x: Mean, i: int) -> Node:
+        return x[i][1] + self.coefficients.change[i]
+
+    def _moved(self, x: Mean) -> Mean:
+        return super()._moved(x) if not self.given.nominal else [self._carried_to(one, i) for i, one in enumerate(self.coefficients.moved)]
+
+    def _carried_to(self, value: Node, i: int) -> tuple[Node, Node]:
+        """A nominal number: where its old value is added in the new one, in two numbers; otherwise in one"""
+        high, low = self.mean[i]
+        change = without(value, add(high, low))
+        return (value, constant(0)) if change is None else carried(high, low + change)
+
+    def measured(self, j: int) -> Node:
+        if self.sensor_of(j) in self.linear:
+            return self.coefficients.e[j][0]
+        return symbol(f"e{j}") - dot((h, symbol(f"c{i}")) for i, h in enumerate(self.row(j)))
+
+    def corrected(self, corrections: Sequence[Node], j: int) -> list[Target]:
+        if self.sensor_of(j) in self.linear:
+            return super().corrected(corrections, j)
+        return [(f"c{i}", symbol(f"c{i}") + one) for i, one in enumerate(corrections)]
+
+    def accepts_of(self, sensor: Sensor) -> str:
+        """A declared range is of the innovation: a measurement has to be a number."""
+        return " | ".join(f"({self._within(f'z[{j}]', MOST[self.type])} ? {1 << j}u : 0u)" for j in range(sensor.m))
+
+    # ---- what is done
+
+    def predict(self, refused: Sequence[str]) -> list[str]:
+        """Mean and factor, if the formulas are finite"""
+        c, body = self.coefficients, Body(self.words)
+        mean, after = self._moved(self.mean), self._predicted(self.form, self.entries)
+        targets = [*self._written(mean), *((entry(key), after[key]) for key in self.live)]
+        doubtful = [one for f, row in zip(c.change, c.A) for one in self._doubtful(f, row)]
+        body.lines += self._unless_finite(body, doubtful, refused)
+        body.assign(targets)
+        return [*body.lines, *self._overflow()]
+
+    def linearised(self, sensor: Sensor) -> list[str]:
+        """Constants e0, h0_1, ... of a sensor, at the mean before it, and its corrections c0, c1, ...; those of a linear one
+        are worked out as the components are taken"""
+        c, body, made = self.coefficients, Body(self.words, stem="g"), []
+        if sensor in self.linear:
+            return []
+        for j in range(sensor.first, sensor.first + sensor.m):
+            made += [(f"e{j}", c.e[j][0]), *((f"h{j}_{i}", one) for i, one in enumerate(c.H[j]) if not one.is_constant)]
+        body.name_shared([one for _, one in made])
+        return [*body.lines, *(f"const {self.type} {name} = {body.text(one)};" for name, one in made),
+                f"{self.type} {', '.join(f'c{i} = {self._first(i)}' for i in range(self.of.n))};"]
+
+    def _first(self, i: int) -> str:
+        """Of a correction: where an update is iterated, from the point to the mean before it"""
+        return f"m{i} - a{i}" if self.given.options.iterate > 1 else self.zero
+
+    def taken(self, j: int, refused: Sequence[str]) -> list[str]:
+        """Component j, if it is finite"""
+        c, body = self.coefficients, Body(self.words, stem="w")
+        names = {id(c.e[j][0]): symbol(f"e{j}"), **{id(one): name for one, name in zip(c.H[j], self.row(j))}}
+        if self.sensor_of(j) in self.linear:
+            names[id(c.e[j][0])] = c.e[j][0]
+        return [*self._unless_finite(body, [names[id(one)] for one in self._doubtful(c.e[j][0], c.H[j])], refused),
+                *self.update(j, refused)]
+
+    def finished(self, sensor: Sensor) -> list[str]:
+        """After all components: the corrections go over to the mean."""
+        if sensor in self.linear:
+            return []
+        if self.given.nominal:
+            mean = [self._carried_to(one, i) for i, one in enumerate(self.coefficients.corrected)]
+            return Body(self.words, stem="s").assign(self._written(mean))
+        moved = "(c{0} + (a{0} - m{0}))" if self.given.options.iterate > 1 else "c{0}"
+        return [f"l{i} = l{i} + {moved.format(i)};" for i in range(self.of.n)]
+
+    def _unless_finite(self, body: Body, formulas: Sequence[Node], refused: Sequence[str]) -> list[str]:
+        """`refused` where the sum of the formulas is NaN, infinite or very large"""
+        if not formulas:
+            return []
+        total = call("abs", dot([(one, 1.0) for one in formulas]))
+        body.name_shared([*formulas, total])
+        fine = body.text(make("le", total, constant(MOST[self.type])))
+        return [f"if (!({fine})) {{", *indented(refused), "}"]
+
+    def _overflow(self) -> list[str]:
+        total = Body(self.words).text(dot([(symbol(entry(key)), 1.0) for key in self.live if key[0] == key[1]]))
+        return [f"if (!({total} <= {self.number(LARGEST[self.type])})) f->events |= {self.given.upper}_OVERFLOW;"]
+
+    def _doubtful(self, value: Node, slopes: Sequence[Node]) -> list[Node]:
+        """Of a function and its derivatives those that can be NaN, infinite or very large where the state is finite"""
+        is_sure = _is_linear(value, slopes) and not self._reads_free_control(value)
+        return ([] if is_sure else [value]) + [one for one in slopes if _has_poles(one) or self._reads_free_control(one)]
+
+    def _reads_free_control(self, one: Node) -> bool:
+        """A control without a declared range is not looked at otherwise"""
+        free = {f"u{k}" for k, control in enumerate(self.given.model.controls) if not control.range}
+        return any(part.op == "symbol" and part.args[0] in free for part in needed([one])[0])
+
+    def looks_at(self, k: int) -> bool:
+        """Is control k held within its range?"""
+        return bool(self.given.model.controls[k].range)
+
+
+def _is_linear(value: Node, slopes: Sequence[Node]) -> bool:
+    return all(one.is_constant for one in slopes) and not _has_poles(value)
+
+
+def _has_poles(one: Node) -> bool:
+    return any(part.op in POLES for part in needed([one])[0])

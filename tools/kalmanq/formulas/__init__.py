@@ -1,0 +1,1 @@
+"""Formulas: a user's Python functions as expressions, their derivatives, and their values."""

@@ -1,0 +1,144 @@
+"""Derivatives of formulas, other formulas in the place of symbols, and a formula less one of its terms."""
+
+from __future__ import annotations
+
+from typing import Callable, Mapping, Optional, Sequence
+
+from kalmanq.formulas.graph import (CONDITIONS, Given, Node, add, call, compare, constant, divide, inverse, logic, mul, node,
+                                    power, select, sub)
+
+Memo = dict[int, Node]
+
+
+def jacobian(rows: Sequence[Node], by: Sequence[Node]) -> list[list[Node]]:
+    memos: list[Memo] = [{} for _ in by]
+    return [[derivative(one, symbol, memo) for symbol, memo in zip(by, memos)] for one in rows]
+
+
+def derivative(one: Node, by: Node, memo: Memo) -> Node:
+    """d one / d by, of a symbol; memo: of this symbol"""
+    waiting = [one]
+    while waiting:  # a long chain of formulas is deeper than Python's stack
+        last = waiting[-1]
+        missing = [a for a in last.args if isinstance(a, Node) and id(a) not in memo and id(last) not in memo]
+        waiting += missing
+        if not missing:
+            waiting.pop()
+            if id(last) not in memo:
+                memo[id(last)] = _derivative(last, by, memo)
+    return memo[id(one)]
+
+
+def _derivative(one: Node, by: Node, memo: Memo) -> Node:
+    if one.op == "symbol":
+        return constant(one is by)
+    if one.op in CONDITIONS or one.op in ("constant", "floor"):
+        return constant(0)
+    d = [memo[id(a)] for a in one.args]
+    if one.op == "select":
+        return select(one.args[0], d[1], d[2])
+    if all(part.equals(0) for part in d):
+        return constant(0)
+    return _RULES[one.op](one, d, *one.args)
+
+
+def _product(one: Node, d: Sequence[Node], a: Node, b: Node) -> Node:
+    return mul(2.0, mul(a, d[0])) if a is b else add(mul(d[0], b), mul(a, d[1]))
+
+
+def _power(one: Node, d: Sequence[Node], a: Node, b: Node) -> Node:
+    if b.is_constant:
+        return mul(mul(b, power(a, b.value - 1)), d[0])
+    return mul(one, add(mul(d[1], call("log", a)), divide(mul(b, d[0]), a)))
+
+
+def _angle(one: Node, d: Sequence[Node], y: Node, x: Node) -> Node:
+    return divide(sub(mul(x, d[0]), mul(y, d[1])), add(mul(x, x), mul(y, y)))
+
+
+def _chain(slope: Callable[[Node, Node], Given]) -> Callable[..., Node]:
+    """slope: of the function, from its value and its argument"""
+    return lambda one, d, a: mul(slope(one, a), d[0])
+
+
+_RULES: dict[str, Callable[..., Node]] = {
+    "add": lambda one, d, a, b: add(d[0], d[1]), "sub": lambda one, d, a, b: sub(d[0], d[1]), "mul": _product,
+    "pow": _power, "atan2": _angle,
+    "inverse": _chain(lambda f, a: sub(0.0, mul(f, f))), "sqrt": _chain(lambda f, a: mul(0.5, inverse(f))),
+    "sin": _chain(lambda f, a: call("cos", a)), "cos": _chain(lambda f, a: sub(0.0, call("sin", a))),
+    "tan": _chain(lambda f, a: add(1.0, mul(f, f))), "exp": _chain(lambda f, a: f), "log": _chain(lambda f, a: inverse(a)),
+    "atan": _chain(lambda f, a: inverse(add(1.0, mul(a, a)))),
+    "asin": _chain(lambda f, a: inverse(call("sqrt", sub(1.0, mul(a, a))))),
+    "acos": _chain(lambda f, a: sub(0.0, inverse(call("sqrt", sub(1.0, mul(a, a)))))),
+    "sinh": _chain(lambda f, a: call("cosh", a)), "cosh": _chain(lambda f, a: call("sinh", a)),
+    "tanh": _chain(lambda f, a: sub(1.0, mul(f, f))), "abs": _chain(lambda f, a: select(compare("lt", a, 0.0), -1.0, 1.0)),
+}
+_MADE: dict[str, Callable[..., Node]] = {"add": add, "sub": sub, "mul": mul, "inverse": inverse, "pow": power}
+
+
+def remade(op: str, args: Sequence[Node]) -> Node:
+    """The operation of other arguments; it folds again."""
+    if op in _MADE:
+        return _MADE[op](*args)
+    if op == "select":
+        return select(*args)
+    return compare(op, *args) if op in ("lt", "le", "eq") else logic(op, *args) if op in CONDITIONS else call(op, *args)
+
+
+def substituted(one: Node, values: Mapping[str, Given], memo: Memo) -> Node:
+    """With other formulas in the place of symbols.  A condition is decided before its branches are looked at: what is not
+    chosen need not have a value."""
+    waiting = [one]
+    while waiting:
+        last = waiting[-1]
+        needs = _needs(last, memo)
+        waiting += needs
+        if not needs:
+            waiting.pop()
+            memo.setdefault(id(last), _substituted(last, values, memo))
+    return memo[id(one)]
+
+
+def _needs(one: Node, memo: Memo) -> list[Node]:
+    if id(one) in memo or one.op in ("constant", "symbol"):
+        return []
+    wanted = list(one.args)
+    if one.op == "select":
+        condition = memo.get(id(one.args[0]))
+        if condition is None:
+            return [one.args[0]]
+        wanted = [one.args[1 if condition.value else 2]] if condition.is_constant else wanted
+    return [a for a in wanted if id(a) not in memo]
+
+
+def _substituted(one: Node, values: Mapping[str, Given], memo: Memo) -> Node:
+    if one.op == "constant":
+        return one
+    if one.op == "symbol":
+        return node(values.get(one.args[0], one))
+    if one.op == "select" and memo[id(one.args[0])].is_constant:
+        return memo[id(one.args[1 if memo[id(one.args[0])].value else 2])]
+    return remade(one.op, [memo[id(a)] for a in one.args])
+
+
+def less(one: Node, term: Node) -> Node:
+    """one - term; where `term` is added in one, it is left out: of x + v dt it is v dt, whose bits x + v dt - x loses."""
+    found = without(one, term)
+    return sub(one, term) if found is None else found
+
+
+def without(one: Node, term: Node) -> Optional[Node]:
+    """None: one is no sum with this term"""
+    if one is term:
+        return constant(0)
+    if one.op == "select":
+        yes, no = (without(a, term) for a in one.args[1:])
+        return None if yes is None or no is None else select(one.args[0], yes, no)
+    if one.op not in ("add", "sub"):
+        return None
+    a, b = one.args
+    left = without(a, term)
+    if left is not None:
+        return remade(one.op, [left, b])
+    right = without(b, term) if one.op == "add" else None
+    return None if right is None else add(a, right)
