@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import copy
+import functools
 import inspect
+import re
 import sys
 import types
 from pathlib import Path
@@ -24,6 +26,11 @@ NOT_CONSTRUCTS = ("turned", "closure", "scaled", "cached", "decorated_with")
 TRACED = {name: one for name, one in vars(traced).items() if callable(one) and not isinstance(one, type) and
           getattr(one, "__module__", "traced") == "traced" and name not in NOT_CONSTRUCTS and not name.startswith("_")}
 TRACED.update(partly=traced.partly, method=traced.method, instance=traced.instance)
+
+
+@functools.lru_cache(maxsize=None)
+def formulas_of(name):
+    return Formulas(TRACED[name])
 
 
 class Formulas:
@@ -53,21 +60,38 @@ class Formulas:
 
 def points():
     random = np.random.default_rng(7)
-    return [(x, t) for t, x in enumerate(random.normal(0, 1.3, (20, 3)))] + [(np.array([0.3, -0.2, 0.8]), t) for t in (49, 98, 147, 30)]
+    return [(x, t) for t, x in enumerate(random.normal(0, 1.3, (20, 3)))]
+
+
+AWKWARD = [(np.array(x), t) for x, t in (((0.3, -0.2, 0.8), 49), ((1.0, 1.0, 1.0), 98), ((-1.0, 0.5, -0.5), 147), ((0.5, 2.0, 1.5), 30))]
 
 
 @pytest.mark.parametrize("name", TRACED)
 def test_a_construct_is_its_formula(name, capsys):
-    of = Formulas(TRACED[name])
-    for x, t in points():
+    of = formulas_of(name)
+    for x, t in points() + AWKWARD:
         own = of.own(x, t)
         assert np.all(np.abs(of.at(x, t) - own) <= 1e-14 * np.maximum(np.abs(own), 1)), (x, t, of.at(x, t), own)
 
 
 @pytest.mark.parametrize("name", TRACED)
 def test_its_derivatives_are_its_slopes(name, capsys):
-    of = Formulas(TRACED[name])
+    of = formulas_of(name)
     for x, t in points():
         by_difference = np.array([(of.own(x + step, t) - of.own(x - step, t)) / 2e-6 for step in 1e-6 * np.eye(3)]).T
         scale = 1 + np.abs(by_difference) + np.abs(of.own(x, t))[:, None]
         assert np.all(np.abs(of.slopes_at(x, t) - by_difference) <= 2e-7 * scale), (x, t)
+
+
+@pytest.mark.parametrize("name", refused.EXPECTED)
+def test_what_has_no_formula_is_refused_in_one_line(name):
+    function, line, reason = refused.EXPECTED[name]
+    with pytest.raises(tracing.Untraced) as problem:
+        Formulas(function)
+    said = str(problem.value)
+    place = re.match(rf"{re.escape(refused.__file__)}: line (\d+): (.*)", said)
+    assert place, said
+    assert "\n" not in said and re.search(reason, said), said
+    text = Path(refused.__file__).read_text().splitlines()[int(place[1]) - 1].strip()
+    assert name in said or text in said
+    assert line in said, said

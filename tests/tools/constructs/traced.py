@@ -80,7 +80,7 @@ def all_and_any(x): return [x[0] if np.any(x > 1) else x[1], x[1] if np.all(x > 
 def nearly(x): return [1.0 if np.isclose(x[0], 0.0, atol=0.5) else x[1], x[2] if np.allclose(x, 0, atol=1.0) else 0.0, math.isclose(x[1], 1, rel_tol=0.5)]
 def finite(x): return [x[0] if np.isfinite(x[0]) and not math.isnan(x[1]) else 0.0, *np.where(np.isnan(x), 0.0, x)]
 def truthy(x): return [x[1] if x[0] else 3.0, x[0] or x[1], x[0] and x[2], bool(x[1]) * x[2]]
-def masked(x): y = x.copy(); y[y < 0] = 0.0; y[x > 1] *= 1; return y
+def masked(x): y = x.copy(); y[y < 0] = 0.0; y[x > 1] = 1; return y
 def sorted_values(x): return [*sorted(x), *np.sort(x), x[np.argmax(x)], x[int(np.argmin(x))], x[np.argsort(x)[1]]]
 def in_a_list(x): return [1.0 if x[0] in [1.0, 2.0] else x[1], 0.0 if x[2] is None else x[2], 1.0 if x[1] == None else x[0]]  # noqa: E711
 
@@ -128,7 +128,7 @@ def system_of_four(x): A = np.diag([3 + x[0] ** 2, 2.0, 4.0, 5.0]); A[0, 3], A[2
 def large_constant_system(x): return np.linalg.solve(np.eye(6) * 2 + 1, np.append(x, x)) + np.linalg.eigvalsh(np.diag([1.0, 2.0, 3.0, 4.0, 5.0, 6.0]))
 def polynomials(x): return [np.polyval([1.0, 2.0, 3.0], x[0]), np.polynomial.polynomial.polyval(x[1], [1.0, 2.0]), functools.reduce(lambda a, c: a * x[2] + c, [1.0, 2.0, 3.0])]
 def by_operators(x): return [operator.mul(x[0], x[1]), operator.neg(x[2]), *np.multiply.outer(x, x)[0], np.maximum.reduce([x[0], x[1], 0.0]), *np.add(x, [1, 2, 3])]
-def scalars_of_numpy(x): return [x[0].item() * 2, x[1].copy(), np.float64(2) * x[2], x.item(1), x.tolist()[2], float(x[0]), float(x[1:2]), np.array(2.0) * x[0]]
+def scalars_of_numpy(x): return [x[0].item() * 2, x[1].copy(), np.float64(2) * x[2], x.item(1), x.tolist()[2], float(x[0]), np.array(2.0) * x[0]]
 def kinds(x): return [x[0] if isinstance(x[0], float) else 9.0, x[1] if isinstance(x[1], (int, np.floating)) and np.isscalar(x[1]) else 9.0, np.ndim(x[2]) + x[2]]
 def said(x): print("at", x[0], f"{x[1]}", f"{len(x):.2f}"); return [x[0] * 2]
 def beside(x): return [*helper.multiplied(np.concatenate([[1.0], x]), [0.5, *x]), *(turned(x[0]) @ x[1:]), helper.EARTH * x[0]]

@@ -9,7 +9,7 @@ import numpy as np
 
 from kalmanq.formulas.formula import Formula, as_type
 from kalmanq.formulas.functions import CONDITIONAL, NAMED, NoFormula, named, truth, value
-from kalmanq.formulas.graph import Node, constant, node, select
+from kalmanq.formulas.graph import Node, constant, select
 
 NO_CHOICE = "a selection by a comparison has no fixed length: write np.where(condition, a, b)"
 
@@ -57,12 +57,17 @@ def held(made: Any) -> Any:
     if not isinstance(made, np.ndarray) or made.dtype.kind not in "fO":
         return made
     if made.ndim == 0:
-        return value(made[()]) if not isinstance(made[()], Node) else made[()]
+        return _entry(made[()])
     if made.dtype.kind == "O" and all(isinstance(one, Node) for one in plain(made).flat):
         return made.view(Array)  # of the same memory
     array = np.empty(made.shape, object)
-    array.ravel()[:] = [one if isinstance(one, Node) else node(np.nan) if one is None else value(one) for one in plain(made).flat]
+    array.ravel()[:] = [*map(_entry, plain(made).flat)]
     return array.view(Array)
+
+
+def _entry(one: Any) -> Any:
+    """None: of numpy.empty, nothing was written there"""
+    return one if isinstance(one, Node) else constant(np.nan) if one is None else value(one)
 
 
 def is_constant(given: Any) -> bool:
@@ -101,6 +106,8 @@ def applied(ufunc: Any, method: str, given: Any, options: dict[str, Any]) -> Any
         made = held(getattr(ufunc, method)(*given, **options))
     elif ufunc.nout > 1:
         made = _pair(name, *given)
+    elif all(set(one) <= set("O->") for one in ufunc.types):  # of numpy.frompyfunc, numpy.vectorize
+        made = held(getattr(ufunc, method)(*given, **options))
     else:
         made = _answer(name, _lifted(ufunc, method, options)(*given))
     if out is None:
@@ -156,7 +163,9 @@ def dispatched(function: Any, args: Any, options: dict[str, Any]) -> Any:
     if function in OWN:
         return held(OWN[function](*args, **options))
     try:
-        return held(np.ndarray.__array_function__(_NOTHING, function, (Array,), boxed(args), boxed(options)))
+        made = np.ndarray.__array_function__(_NOTHING, function, (Array,), boxed(args), boxed(options))
+        is_inner = isinstance(made, np.ndarray) and made.ndim == 0 and not any(isinstance(one, Node) for one in args)
+        return made if is_inner else held(made)  # NumPy goes on with its array without dimensions
     except NoFormula:
         raise
     except Exception as problem:

@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import math
+import sys
+import types
 from typing import Any, Callable, Optional
 
 import numpy as np
@@ -14,13 +16,22 @@ COMPLEX = "complex numbers have no formula here: write real and imaginary parts"
 
 
 class NoFormula(Exception):
-    """What is done has none.  raised: every one, so that an `except` of the user's hides none"""
+    """What is done has none.
+
+    raised  every one, so that an `except` of the user's hides none
+    places  files and lines that led there, the innermost first
+    """
 
     raised: list[NoFormula] = []
 
     def __init__(self, reason: str):
         super().__init__(reason)
         NoFormula.raised.append(self)
+        self.places: list[tuple[str, int]] = []
+        frame: Optional[types.FrameType] = sys._getframe(1)
+        while frame is not None:
+            self.places.append((frame.f_code.co_filename, frame.f_lineno))
+            frame = frame.f_back
 
 
 def value(given: Any) -> Node:

@@ -175,8 +175,9 @@ def divide(one: Given, other: Given) -> Node:
 
 def _divided(a: float, b: float) -> float:
     """By 0 as NumPy does it"""
-    with np.errstate(all="ignore"):
-        return float(np.float64(a) / np.float64(b))
+    if b:
+        return a / b
+    return math.copysign(math.inf, a) if a else math.nan
 
 
 def power(one: Given, other: Given) -> Node:
@@ -206,7 +207,7 @@ def call(name: str, *given: Given) -> Node:
     args = [node(one) for one in given]
     if not all(one.is_constant for one in args):
         return make(name, *args)
-    values = [np.float64(one.value) for one in args]
+    values = [one.value for one in args]
     try:
         return constant(_NUMBERS[name](*values))
     except (ValueError, OverflowError):  # of math; NumPy has NaN or infinity there

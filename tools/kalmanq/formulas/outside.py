@@ -52,8 +52,8 @@ class Outside:
         if isinstance(one, types.ModuleType):
             return [vars(one)] if self._space(vars(one)) else []
         if isinstance(one, types.FunctionType):
-            spaces = [one.__globals__] if self._space(one.__globals__) else []
-            return [*spaces, *(one.__closure__ or ()), one.__defaults__, one.__kwdefaults__, vars(one)]
+            own = [one.__globals__, one.__defaults__, one.__kwdefaults__, vars(one)] if self._space(one.__globals__) else []
+            return [*own, *(one.__closure__ or ())]  # a decorator may be of another's
         if isinstance(one, types.MethodType):
             return [one.__func__, one.__self__]
         if isinstance(one, partial):
@@ -65,7 +65,8 @@ class Outside:
         if isinstance(one, property):
             return [one.fget]
         if isinstance(one, dict):
-            return one.values()
+            is_space = any(one is space for space in self.spaces)
+            return [found for name, found in one.items() if not (is_space and name.startswith("__"))]
         if isinstance(one, (list, tuple, set)):
             return one
         inside = vars(one) if hasattr(one, "__dict__") else {}
@@ -81,10 +82,11 @@ class Outside:
         path = Path(file).resolve() if isinstance(file, str) else None
         is_own = path is not None and self.folder is not None and self.folder in path.parents and not any(
             one in path.parents for one in INSTALLED)
-        if is_own or not self.spaces:
-            self.spaces.append(names)
-            self.files |= {file} if isinstance(file, str) else set()
-        return is_own or len(self.spaces) == 1
+        if not is_own and self.spaces:
+            return False
+        self.spaces.append(names)
+        self.files |= {file} if isinstance(file, str) else set()
+        return True
 
     @contextmanager
     def standing_in(self) -> Iterator[None]:

@@ -63,7 +63,7 @@ CHANGES = ("answers differently when it is called twice: it draws random numbers
 class _Trace:
     def __init__(self, function: Callable[..., Any], args: Sequence[Any], graph: Graph, outside: Outside):
         self.function, self.args, self.graph, self.files = function, args, graph, outside.files
-        self.runs = 0
+        self.name, self.runs = getattr(function, "__name__", "the function"), 0
 
     def formulas(self) -> list[Node]:
         with self._lines():
@@ -101,7 +101,8 @@ class _Trace:
         NoFormula.raised.clear()
         before, Formula.decide = Formula.decide, answered.decide
         try:
-            out = self.function(*(one.copy() if isinstance(one, np.ndarray) else one for one in self.args))
+            with np.errstate(all="ignore"):
+                out = self.function(*(one.copy() if isinstance(one, np.ndarray) else one for one in self.args))
             made = [value(_number(one)) for one in np.ravel(np.array(out, object))]
             if NoFormula.raised:
                 raise NoFormula.raised[0]
@@ -115,12 +116,15 @@ class _Trace:
     def _refused(self, reason: str, problem: Optional[BaseException] = None) -> Untraced:
         if isinstance(problem, Untraced):
             return problem
-        frames = traceback.extract_tb(problem.__traceback__) if problem else []
-        lines = [one for one in frames if one.filename in self.files]
-        if not lines:
-            return Untraced(f"{_place(self.function)}: {reason}")
-        name = getattr(self.function, "__name__", lines[-1].name)
-        return Untraced(f"{lines[-1].filename}: line {lines[-1].lineno}: {name}: {lines[-1].line or ''}: {reason}")
+        if isinstance(problem, NoFormula):
+            places = problem.places
+        else:
+            frames = traceback.extract_tb(problem.__traceback__) if problem else []
+            places = [(one.filename, one.lineno or 0) for one in reversed(frames)]
+        for file, line in places:
+            if file in self.files:
+                return Untraced(f"{file}: line {line}: {self.name}: {linecache.getline(file, line).strip()}: {reason}")
+        return Untraced(f"{_place(self.function)}: {reason}")
 
     @contextmanager
     def _lines(self) -> Iterator[None]:
