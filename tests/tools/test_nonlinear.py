@@ -747,7 +747,7 @@ def test_the_command_line_refuses_in_one_line(tmp_path):
         refused(kalmanq(*arguments), said, tmp_path)
 
 
-@pytest.mark.parametrize("command", [("design", "--core", "m3"), ("compile", "-o", "out.c"), ("steady",),
+@pytest.mark.parametrize("command", [("design", "--core", "m3"), ("steady",),
                                      ("report", TRACK_DATA, "-o", "out.html")])
 def test_other_commands_say_who_takes_it(command, tmp_path):
     done = kalmanq(command[0], TRACK, *(tmp_path / one if str(one).startswith("out") else one for one in command[1:]))

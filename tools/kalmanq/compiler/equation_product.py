@@ -28,19 +28,24 @@ class EquationHeader(Header):
                 *((f"{self.name}_update{one.suffix}(&f{self.c._same(self.c.update_arguments(one))});", "a sample")
                   for one in self.a.sensors),
                 (f"{self.name}_predict(&f{self.c._same(self.c.predict_arguments())});", "to the next instant"),
-                (f"{self.name}_mean_{self.given.states[0]}(&f)", "the estimate")]
+                (f"{self.name}_mean_{self.given.carried[0]}(&f)", "the estimate")]
         return self._aligned(rows)
 
     def _calls(self) -> list[str]:
-        lines = [*self._starts(),
-                 "/** To the next instant.  u: controls from here to there; t: the number of the row that is left. */",
-                 f"void {self.name}_predict({self.filter}{self.c.predict_arguments()});", ""]
+        before = self.c.predict_arguments()
+        lines = [*self._starts(), f"/** To the next instant.{_said(before, 'controls from here to there', 'of the row that is left')} */",
+                 f"void {self.name}_predict({self.filter}{before});", ""]
         for sensor in self.a.sensors:
             arguments = self.c.update_arguments(sensor)
             lines += ["/** Takes a sample.  Returns a bit for each component that it took; it refuses NaN and infinity, with",
-                      f" *  {self.given.upper}_REFUSED.  u, t: controls and number of this row. */",
+                      f" *  {self.given.upper}_REFUSED.{_said(arguments, 'controls of this row', 'of this row')} */",
                       f"unsigned {self.name}_update{sensor.suffix}({self.filter}{arguments});", ""]
             if sensor.m > 1:
                 lines += ["/** Takes the components of a sample whose bits are set in `present`. */",
                           f"unsigned {self.name}_update{sensor.suffix}_some({self.filter}{arguments}, unsigned present);", ""]
         return [*lines, *self._covariance()]
+
+
+def _said(arguments: str, u: str, t: str) -> str:
+    """Of the arguments u and t, where there are any"""
+    return (f"  u: {u}." if " u[" in arguments else "") + (f"  t: number {t}." if arguments.endswith(" t") else "")

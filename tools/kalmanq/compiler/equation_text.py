@@ -89,7 +89,7 @@ class EquationText(Text):
         controls = self._controls() if a.updates_by(sensor, "u") else []
         body = a.linearised(sensor)
         for j in range(sensor.first, sensor.first + sensor.m):
-            head = f"if (taken & {a.bit(j)}u) {{" if sensor.m > 1 else "{"
+            head = f"if (taken & {1 << a.slot(j)}u) {{" if sensor.m > 1 else "{"
             body += [f"{head} /* {given.measurements[j]} */", *indented(a.taken(j, self._refusal(" 0"))), "}"]
         body = self._iterated(body, a.finished(sensor)) if given.options.iterate > 1 else body + a.finished(sensor)
         lines = [f"f->nis = {a.zero};"] if given.options.nis else []

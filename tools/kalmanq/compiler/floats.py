@@ -6,13 +6,13 @@ The mean of a state is x + l: an update adds to l, so a small correction of a la
 from __future__ import annotations
 
 from functools import reduce
-from typing import Callable, Optional, Sequence
+from typing import Callable, Mapping, Optional, Sequence
 
 import numpy as np
 
-from kalmanq.compiler import lag, ud
+from kalmanq.compiler import ud
+from kalmanq.compiler.arithmetic import Arithmetic
 from kalmanq.compiler.coefficients import Constant, coefficients
-from kalmanq.compiler.emit import Arithmetic
 from kalmanq.compiler.enclosure import Settled
 from kalmanq.compiler.facts import entries_of, facts
 from kalmanq.formulas.graph import Node, constant, dot, inverse, make, node, symbol
@@ -33,7 +33,7 @@ class FloatFilter(Arithmetic):
 
     def __init__(self, given: Request, steady: Optional[Settled]):
         self.given, self.of = given, given.of.doubles()
-        self.type = self.covariance_type = "float" if given.options.arithmetic == "f32" else "double"
+        self.type = self.mean_type = self.covariance_type = "float" if given.options.arithmetic == "f32" else "double"
         self.zero, self.model = "0.0f" if self.type == "float" else "0.0", given.model
         self.includes = ["#include <math.h>"] if given.options.nis else []
         self.words = Floats(self.type)
@@ -83,9 +83,9 @@ class FloatFilter(Arithmetic):
         return [lambda P: self._predicted(form, P),
                 *(lambda P, j=j: form.update(self.row(j), self._variance(j), dict(P))[2] for j in range(self.of.m))]
 
-    def bit(self, j: int) -> int:
-        """Of component j in what an update takes"""
-        return 1 << j
+    def slot(self, j: int) -> int:
+        """Of component j in a sample"""
+        return j
 
     def row(self, j: int) -> ud.Row:
         """Of H"""
@@ -102,19 +102,23 @@ class FloatFilter(Arithmetic):
 
     @property
     def fields(self) -> list[str]:
-        n = self.of.n
+        n = len(self.given.carried)
         return [f"{self.type} x[{n}], low[{n}]; /* mean = x + low */",
                 f"{self.type} P[{max(len(self.live), 1)}]; /* U and D of the covariance U D U' */", *self.coefficients.fields]
 
+    @property
+    def first_mean(self) -> Sequence[float]:
+        return self.of.x0
+
     def start(self) -> list[str]:
-        return [*(f"f->x[{i}] = {self.number(value)};" for i, value in enumerate(self.of.x0)),
-                *(f"f->low[{i}] = {self.number(0)};" for i in range(self.of.n)),
+        return [*(f"f->x[{i}] = {self.number(value)};" for i, value in enumerate(self.first_mean)),
+                *(f"f->low[{i}] = {self.number(0)};" for i in range(len(self.given.carried))),
                 *(f"f->P[{slot}] = {self.number(self.first[key])};" for slot, key in enumerate(self.live)),
                 *self.coefficients.start]
 
     def start_at(self) -> list[str]:
         """From mean[n] and sigma[n]; of states that share a variance the largest sigma is taken."""
-        lines = [f"for (int i = 0; i < {self.of.n}; i++) {{", "    f->x[i] = mean[i];", f"    f->low[i] = {self.number(0)};", "}"]
+        lines = [f"for (int i = 0; i < {len(self.given.carried)}; i++) {{", "    f->x[i] = mean[i];", f"    f->low[i] = {self.number(0)};", "}"]
         for slot, (i, j) in enumerate(self.live):
             shared = [key[0] for key, fact in self.facts.items() if fact == (i, j)] if i == j else []
             text = f"sigma[{shared[0]}]" if shared else self.number(0)
@@ -128,25 +132,23 @@ class FloatFilter(Arithmetic):
 
     def places(self, mean: bool = True, factor: bool = True) -> list[Place]:
         """Type, local and field of what a function takes from the filter"""
-        made = [(self.type, f"{local}{i}", f"f->{field}[{i}]") for i in range(self.of.n)
+        made = [(self.type, f"{local}{i}", f"f->{field}[{i}]") for i in range(len(self.given.carried))
                 for local, field in (("x", "x"), ("l", "low"))] if mean else []
         return made + ([(self.type, entry(key), f"f->P[{slot}]") for slot, key in enumerate(self.live)] if factor else [])
 
-    def steady_literals(self) -> list[list[str]]:
-        """The factor when settled: updated, predicted"""
-        assert self.steady is not None
-        factors = [ud.factor(P) for P in (self.steady.filtered, self.steady.predicted)]
-        return [[self.number(one[key]) for key in self.live] for one in factors]
+    def factor_literals(self, P: np.ndarray) -> list[str]:
+        made = ud.factor(P)
+        return [self.number(made[key]) for key in self.live]
 
     # ---- what is done
 
     @property
     def mean(self) -> Mean:
-        return [(symbol(f"x{i}"), symbol(f"l{i}")) for i in range(self.of.n)]
+        return [(symbol(f"x{i}"), symbol(f"l{i}")) for i in range(len(self.given.carried))]
 
     def _moved(self, x: Mean) -> Mean:
         """A x + B u: the change in the low part, then the low part goes over to x as far as it can."""
-        return [_carried(high, self._change(x, i)) for i, (high, _) in enumerate(x)]
+        return [carried(high, self._change(x, i)) for i, (high, _) in enumerate(x)]
 
     def _change(self, x: Mean, i: int) -> Node:
         sums = [high + low for high, low in x]
@@ -180,7 +182,7 @@ class FloatFilter(Arithmetic):
         targets += [(entry(key), after[key]) for key in self.live]
         nominal = inverse(spread + self.coefficients.R[j]) if options.student else weight
         if options.nis:
-            targets += [("f->nis", symbol("f->nis") + y * y * nominal), (f"f->s[{j}]", inverse(nominal))]
+            targets += [("f->nis", symbol("f->nis") + y * y * nominal), (f"f->s[{self.slot(j)}]", inverse(nominal))]
         body = Body(self.words, hints={id(y): "y", id(r): "r"} if options.student else {id(y): "y"})
         within = y * y * weight <= (options.gate or 0)**2
         body.hints[id(within)] = "is_near"
@@ -191,7 +193,7 @@ class FloatFilter(Arithmetic):
             return body.assign(targets)
         passes = make("or", within, symbol(f"f->rejected[{j}] >= {RUN}"))
         return body.assign(targets, passes, [f"if (is_near) f->rejected[{j}] = 0;"],
-                           [f"f->rejected[{j}]++;", f"f->events |= {self.given.upper}_GATED;", f"taken &= ~{self.bit(j)}u;"])
+                           [f"f->rejected[{j}]++;", f"f->events |= {self.given.upper}_GATED;", f"taken &= ~{1 << self.slot(j)}u;"])
 
     def measured(self, j: int) -> Node:
         """The innovation of component j, given the components before it"""
@@ -229,13 +231,31 @@ class FloatFilter(Arithmetic):
         apart, variances = self._apart(y), self.steady.variances.astype(float)
         if self.given.options.nis:
             targets += [("f->nis", dot((one * one, 1 / s) for one, s in zip(apart, variances)))]
-            targets += [(f"f->s[{j}]", constant(s)) for j, s in enumerate(variances)]
+            targets += [(f"f->s[{self.slot(j)}]", constant(s)) for j, s in enumerate(variances)]
         if self.given.options.lag:
             targets += [(f"f->y[{j}]", one) for j, one in enumerate(y)]
         if self.given.options.gate is None:
             return [*body.assign(targets), *then]
         passes = [one * one <= self.given.options.gate**2 * s for one, s in zip(apart, variances)]
         return body.assign(targets, reduce(lambda one, other: make("and", one, other), passes), then)
+
+    # ---- constant gains in a table
+
+    def gain_literals(self, gains: Sequence[np.ndarray]) -> list[list[str]]:
+        return [[self.number(one) for one in table.ravel()] for table in gains]
+
+    def gained(self, i: int, gains: Sequence[np.ndarray], at: str, y: str) -> str:
+        m = self.of.m
+        return " + ".join(f"{at.format(i * m + j)} * {y.format(j)}" for j in range(m) if any(one[i, j] for one in gains))
+
+    def innovation_text(self, j: int) -> str:
+        return Body(self.words).text(self.innovation(self.mean, j, symbol(f"z{j}")))
+
+    def moved(self, added: Mapping[int, str]) -> list[str]:
+        return [f"l{i} += {text};" for i, text in added.items()]
+
+    def whole_mean(self, i: int) -> str:
+        return self.mean_text(i)
 
     def _apart(self, y: Sequence[Node]) -> list[Node]:
         """Each innovation given the components before it"""
@@ -300,31 +320,29 @@ class FloatFilter(Arithmetic):
 
     def size(self) -> int:
         """Bytes of its fields"""
-        n, m, options = self.of.n, self.of.m, self.given.options
-        words = 2 * n + max(len(self.live), 1) + len(self.coefficients.start)
-        words += (m + 1 if options.nis else 0) + (m if options.lag else 0)
+        m, options = self.of.m, self.given.options
+        words = 2 * len(self.given.carried) + max(len(self.live), 1) + len(self.coefficients.start)
+        words += (self.slots + 1 if options.nis else 0) + (m if options.lag else 0)
         return (4 if self.type == "float" else 8) * words
 
     def enumerators(self) -> list[str]:
         return self.coefficients.enumerators()
 
     def functions(self) -> list[str]:
-        return [*self.coefficients.functions(),
-                *(lag.functions(self.given, self.steady, self.type, self.number) if self.steady else [])]
+        return self.coefficients.functions()
 
     def calls(self) -> list[str]:
         variances = [line for i, state in enumerate(self.given.states) for line in
                      reading(self.given, self.type, f"variance_{state}", f"{self.given.name}_covariance(f, {i}, {i})")]
-        return [*self.coefficients.calls(), *variances, *(self._likelihood() if self.given.options.nis else []),
-                *lag.calls(self.given, self.type)]
+        return [*self.coefficients.calls(), *variances, *(self._likelihood() if self.given.options.nis else [])]
 
     def nis_fields(self) -> list[str]:
         return [f"{self.type} nis;",
-                f"{self.type} s[{self.of.m}]; /* variance of each innovation, given the components before it */"]
+                f"{self.type} s[{self.slots}]; /* variance of each innovation, given the components before it */"]
 
     def _likelihood(self) -> list[str]:
         """Of the components that the last update took"""
-        given, logarithm, m = self.given, "logf" if self.type == "float" else "log", self.of.m
+        given, logarithm, m = self.given, "logf" if self.type == "float" else "log", self.slots
         return [f"/** Logarithm of the likelihood of the last update; `taken`: what it returned. */",
                 f"static inline {self.type} {given.name}_log_likelihood(const {given.type} *f, unsigned taken)", "{",
                 f"    {self.type} sum = f->nis;",
@@ -355,7 +373,7 @@ class FloatFilter(Arithmetic):
         return f"(double){self.given.name}_covariance(&f, {i}, {j})"
 
 
-def _carried(high: Node, change: Node) -> tuple[Node, Node]:
+def carried(high: Node, change: Node) -> tuple[Node, Node]:
     """high + change in two numbers"""
     total = high + change
     return total, change - make("sub", total, high) if total is not high else change

@@ -6,6 +6,7 @@ from typing import Optional, Sequence
 
 import numpy as np
 
+from kalmanq.compiler import lag
 from kalmanq.compiler.emit import PREDICTS, UPDATES, Row, comment
 from kalmanq.compiler.host import Host, Ran
 from kalmanq.compiler.printing import indented
@@ -43,7 +44,7 @@ class Trial:
                           *self._near(), *self._main()])
 
     def _rows(self) -> list[str]:
-        n, m, l = self.given.of.n, self.given.of.m, self.given.of.l
+        n, m, l = len(self.given.carried), self.given.of.m, self.given.of.l
         given = [("u", self.record.u), *([] if self.record.now is None else [("now", self.record.now)])] if l else []
         controls = [f"{self.a.type} {', '.join(f'{name}[{l}]' for name, _ in given)};"] if l else []
         lines = []
@@ -69,17 +70,25 @@ class Trial:
                 f"    const {type_} apart = mean - expected;",
                 f"    return apart * apart <= {limit} * {limit} * variance;", "}", ""]
 
+    def _variance(self, i: int) -> str:
+        """Of number i of the mean; a nominal number has none of its own: the least of the errors"""
+        if not self.given.nominal:
+            return f"{self.name}_variance_{self.given.states[i]}(&f)"
+        return self.a.literal(float(np.einsum("tii->ti", self.ran.covariance).min()))
+
     def _main(self) -> list[str]:
         name = self.name
         calls = self.product.text.row(Row(*(f"rows[t].{one}" for one in ("what", "present", "z", "u", "now")), "t", "taken"))
         checks = []
-        for i, state in enumerate(self.given.states):
-            variance = "" if self.a.type == "int32_t" else f", {name}_variance_{state}(&f)"
+        for i, state in enumerate(self.given.carried):
+            variance = "" if self.a.type == "int32_t" else f", {self._variance(i)}"
             checks.append(f"wrong += !is_near({name}_mean_{state}(&f), rows[t].mean[{i}]{variance});")
-        digests = [f"h = digest(h, f.{field}, sizeof f.{field});" for field in self.a.arrays]
+        digests = [f"h = digest(h, {one}, sizeof {one});"
+                   for one in (*(f"f.{field}" for field in self.a.arrays), *lag.kept(self.given))]
+        follows = lag.followed(self.given)
         return ["int main(void)", "{", *indented([
-            f"static {self.given.type} f;", "int wrong = 0;", "uint32_t h = UINT32_C(2166136261);", f"{name}_start(&f);",
+            f"static {self.given.type} f;", "int wrong = 0;", "uint32_t h = UINT32_C(2166136261);", f"{name}_start(&f);", *follows[:1],
             f"for (int t = 0; t < {ROWS}; t++) {{", "    unsigned taken = 0;",
-            *indented([*calls, "wrong += taken != rows[t].taken;", *checks, *digests]), "}",
+            *indented([*calls, "wrong += taken != rows[t].taken;", *checks, *follows[1:], *digests]), "}",
             f'printf("{name}: %d wrong, digest %08lx\\n", wrong, (unsigned long)h);', 'if (!wrong) puts("OK");',
             "return wrong != 0;"]), "}", ""]

@@ -134,11 +134,11 @@ def _substituted(one: Node, values: Mapping[str, Given], memo: Memo) -> Node:
 
 def less(one: Node, term: Node) -> Node:
     """one - term; where `term` is added in one, it is left out: of x + v dt it is v dt, whose bits x + v dt - x loses."""
-    found = _without(one, term)
+    found = without(one, term)
     return sub(one, term) if found is None else found
 
 
-def _without(one: Node, term: Node) -> Optional[Node]:
+def without(one: Node, term: Node) -> Optional[Node]:
     """None: one is no sum with this term"""
     memo: dict[int, Optional[Node]] = {}
     waiting = [one]

@@ -3,6 +3,7 @@
     x0, P0, Q (or G), R                     arrays
     f(x, t, u) or increment(x, t, u); h(x, t, u)
     sensors = {name: (h, R), ...}           in the place of h and R, where there are several
+    nominal, plus(x, d), minus(a, b)        where the states are errors of nominal numbers
     A(x, t, u), H(x, t, u), innovation(z, x, t, u), simulated_controls(t)     if there are any
     states, measurements, controls          lists of names, or as in a model file: {"names": [...], "units": [...],
                                             "ranges": [...], "fractions": [...]}
@@ -25,8 +26,8 @@ from kalmanq.nonlinear.calls import UserError, told
 from kalmanq.nonlinear.model import NonlinearModel
 
 ARRAYS = ("x0", "P0", "Q", "G", "R")
-FUNCTIONS = ("f", "h", "increment", "innovation", "A", "H", "simulated_controls")
-SECTIONS = ("states", "measurements", "controls")
+FUNCTIONS = ("f", "h", "increment", "innovation", "A", "H", "plus", "minus", "simulated_controls")
+SECTIONS = ("states", "nominal", "measurements", "controls")
 SUFFIX = ".py"
 
 

@@ -38,6 +38,8 @@ class NonlinearFilter(Readable):
 
     def __init__(self, model: NonlinearModel, arithmetic: str = "f64", method: str = "extended",
                  iterations: int = ITERATIONS, *, parts: Optional[Parts] = None):
+        if model.has_errors:
+            raise KalmanqError("a model of error states is run by its C: kalmanq run --compiled")
         super().__init__(model, parts or parts_of(model, arithmetic))
         refuse_method(method, iterations, arithmetic)
         self.method, self.iterations = method, iterations

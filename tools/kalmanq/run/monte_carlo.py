@@ -11,7 +11,8 @@ import numpy as np
 from kalmanq.errors import KalmanqError, KalmanqWarning
 from kalmanq.model import Model
 from kalmanq.run.diagnostics import is_scored, mean_bounds, nees, student_limit
-from kalmanq.run.filters import Filter, Smoother
+from kalmanq.run.comparison import Filtered, filtered
+from kalmanq.run.filters import Smoother
 from kalmanq.run.simulation import drawn
 
 NO_FIGURES = ("run", "taken", "events")  # columns without a mean over the runs
@@ -20,7 +21,7 @@ TAIL = ("nees", "nis", "taken", "loglik", "events")
 
 @dataclass(frozen=True)
 class Study:
-    """What every run is of."""
+    """What every run is of.  filtered: a function of a module"""
 
     model: Model
     rows: int
@@ -29,6 +30,7 @@ class Study:
     smooth: bool
     gap: Optional[tuple[int, int]]
     u: Optional[np.ndarray] = None
+    filtered: Filtered = filtered
 
 
 # ------------------------------------------------------------------------------ a run
@@ -48,7 +50,7 @@ def _row(study: Study, number: int) -> dict[str, Any]:
                  study.u)
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", KalmanqWarning)  # the row has the events
-        run = Filter(model, study.arithmetic).run(z, study.u, covariance=True)
+        run = study.filtered(model, study.arithmetic, z, study.u)
         smoothed = Smoother(model, study.arithmetic).run(z, study.u).smoothed if study.smooth else None
     made: dict[str, Any] = {"run": number}
     for i, state in enumerate(model.states):

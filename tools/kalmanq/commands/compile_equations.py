@@ -1,0 +1,45 @@
+"""kalmanq compile MODEL.py: straight-line C of a nonlinear model, without a library."""
+
+from __future__ import annotations
+
+from dataclasses import asdict
+from pathlib import Path
+from typing import Any, Callable
+
+from rich.console import Console
+
+from kalmanq.commands.messages import print_json, tell_written
+from kalmanq.compiler import equation_report
+from kalmanq.compiler.equation_product import compiled_equations
+from kalmanq.compiler.host import Host
+from kalmanq.compiler.product import fingerprint
+from kalmanq.compiler.request import Options
+from kalmanq.compiler.trial import ROWS, trial
+from kalmanq.nonlinear import read
+
+
+def compile_file(path: Path, name: str, wanted: Options, write: Callable[[dict[str, str]], list[Path]], as_json: bool,
+                 console: Console) -> None:
+    model, source = read(path), fingerprint(path)
+    with console.status("compiling", spinner="line"):
+        equation_report.refuse_wrong(model)
+        product = compiled_equations(model, name, wanted, source)
+        with Host(product) as host:
+            found = equation_report.findings(model, product, host)
+            record, _ = equation_report.drawn(model, ROWS, equation_report.SEEDS[0])
+            texts = {**product.sources(), f"{name}_test.c": trial(product, host, record)}
+    lines = equation_report.lines(product, found)
+    written = write({**texts, f"{name}_report.txt": "\n".join([source, "", *lines]) + "\n"})
+    if as_json:
+        print_json(_told(product, found, written))
+    else:
+        for line in lines:
+            console.print(line)
+        tell_written(written, console)
+
+
+def _told(product: Any, found: equation_report.Findings, written: list[Path]) -> dict[str, Any]:
+    given = product.given
+    return {"name": given.name, "arithmetic": given.options.arithmetic, "form": "equations", "n": given.of.n, "m": given.of.m,
+            "l": given.of.l, "ram": product.ram, "entries": len(product.arithmetic.live), "observed": asdict(found),
+            "files": written}

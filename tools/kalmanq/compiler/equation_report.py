@@ -1,0 +1,138 @@
+"""NAME_report.txt of a nonlinear model: how the C was tried, and what float does to the model's own formulas."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Optional, Sequence
+
+import numpy as np
+
+from kalmanq.compiler.emit import PREDICTS, UPDATES
+from kalmanq.compiler.equation_product import compiled_equations
+from kalmanq.compiler.host import Host, Ran
+from kalmanq.compiler.lint import Lossy, lossy_formulas
+from kalmanq.compiler.product import Product
+from kalmanq.compiler.record import Record
+from kalmanq.compiler.request import Options
+from kalmanq.errors import KalmanqError
+from kalmanq.nonlinear import NonlinearModel, NonlinearFilter, prior_points, simulate, wrong_entries
+from kalmanq.nonlinear.jacobians import points_along
+
+ROWS = 400
+SEEDS = (1, 2, 3)
+MISSING = 0.1  # share of the components
+COARSE = 1e-2  # sigma: an error above is said first
+FAINT = 0.05  # sigma: an error of a formula above is told
+
+
+@dataclass(frozen=True)
+class Findings:
+    """Over simulated rows with missing components, beside the same C in double: errors of means in sigma and of covariances
+    in sigma_i sigma_j; beside: of the C in double beside the library's filter; least: R / S of a component; lost: rows
+    whose functions were not finite"""
+
+    mean: float
+    covariance: float
+    beside: float
+    least: float
+    lost: int
+    lossy: Sequence[Lossy]
+    why_not: str = ""
+
+
+def drawn(model: NonlinearModel, rows: int, seed: int) -> tuple[Record, np.ndarray]:
+    """A record, and its measurements with NaN where they are missing"""
+    _, z, u = simulate(model, rows, seed)
+    z, u = (one.astype(np.float32).astype(float) for one in (z, u))
+    z[np.random.default_rng(seed).random(z.shape) < MISSING] = np.nan
+    present = (~np.isnan(z)) @ (1 << np.arange(model.m))
+    what = PREDICTS * (np.arange(rows) > 0) + UPDATES * (present > 0)
+    carried = np.vstack([np.zeros((1, model.l)), u[:-1]])
+    return Record(what.astype(np.uint8), present.astype(np.uint32), np.nan_to_num(z), carried, u), z
+
+
+def findings(model: NonlinearModel, product: Product, host: Host) -> Findings:
+    """Where no record can be drawn, `why_not` says it."""
+    try:
+        return _findings(model, product, host)
+    except KalmanqError as problem:
+        return Findings(0, 0, 0, 1, 0, (), str(problem))
+
+
+def _findings(model: NonlinearModel, product: Product, host: Host) -> Findings:
+    options, tried, points = product.given.options, [], []
+    exact = compiled_equations(model, product.given.name, Options(**{**vars(options), "arithmetic": "f64"}))
+    with Host(exact) as reference:
+        for seed in SEEDS:
+            record, z = drawn(model, ROWS, seed)
+            runs = [one.run(record.z, record.u, record.present, record.what, now=record.now) for one in (host, reference)]
+            tried.append((*_apart(model, *runs), _lost(product, runs[0]), *_library(model, options, z, record, runs[1])))
+            points.append((runs[1].mean, _sigma(runs[1]), record.now))
+    mean, covariance, lost, beside, least = (np.array(column) for column in zip(*tried))
+    return Findings(float(mean.max()), float(covariance.max()), float(beside.max()), float(least.min()), int(lost.sum()),
+                    lossy_formulas(model, points) if options.arithmetic == "f32" else ())
+
+
+def _sigma(ran: Ran) -> np.ndarray:
+    return np.sqrt(np.einsum("tii->ti", ran.covariance).clip(1e-300))
+
+
+def _lost(product: Product, ran: Ran) -> int:
+    """Rows in which a call changed nothing"""
+    return int(np.sum(ran.events >> list(product.events).index("NOT_FINITE") & 1))
+
+
+def _apart(model: NonlinearModel, ran: Ran, exact: Ran) -> tuple[float, float]:
+    sigma, errors = _sigma(exact), np.array([model.minus(*pair) for pair in zip(ran.mean, exact.mean)])
+    spread = np.abs(ran.covariance - exact.covariance) / (sigma[:, :, None] * sigma[:, None, :])
+    return float((np.abs(errors) / sigma).max()), float(spread.max())
+
+
+def _library(model: NonlinearModel, options: Options, z: np.ndarray, record: Record, exact: Ran) -> tuple[float, float]:
+    """How far the library's filter is off, in sigma, and the least R / S that it met"""
+    if model.has_errors:
+        return 0.0, np.nan
+    method = "iterated" if options.iterate > 1 else "extended"
+    run = NonlinearFilter(model, "f64", method, options.iterate).run(z, record.now if model.l else None)
+    shares = np.diag(model.R) / run.innovation_sigma**2
+    is_same = options.gate is None and options.student is None
+    return float((np.abs(run.mean - exact.mean) / run.sigma).max()) if is_same else 0.0, float(np.nanmin(shares, initial=1))
+
+
+def refuse_wrong(model: NonlinearModel) -> None:
+    """Jacobians of the model's own that are not those of its functions"""
+    x, _, u = simulate(model, 50, SEEDS[0])
+    for one in wrong_entries(model, prior_points(model) + points_along(x, u)):
+        raise KalmanqError(f"{one}: correct it, or leave {one.which} out, and it is derived")
+
+
+def lines(product: Product, found: Findings) -> list[str]:
+    given, arithmetic = product.given, product.given.options.arithmetic
+    sensors = ", ".join(f"{given.name}_update{one.suffix}" for one in product.arithmetic.sensors)
+    made = [f"{given.name}: {arithmetic}, {product.ram} bytes of RAM, {product.arithmetic.operations} operations of the covariance",
+            f"  {given.name}_predict; {sensors}. The covariance is carried as a factor, so it cannot lose positive definiteness."]
+    if found.why_not:
+        return [*made, f"  Not tried, because no rows can be simulated: {found.why_not}"]
+    made += [f"  Observed in {len(SEEDS)} records of {ROWS} simulated rows, {100 * MISSING:.0f} % of the measurements missing:"]
+    if arithmetic == "f32":
+        made.append(f"  beside the same C in double, means within {found.mean:.1e} sigma, covariances within {found.covariance:.1e}.")
+    if found.beside:
+        made.append(f"  The C in double is within {found.beside:.1e} sigma of the library's filter.")
+    if np.isfinite(found.least):
+        made.append(f"  The least R / S of a component was {found.least:.1e}.")
+    if found.lost:
+        made.append(f"  {found.lost} rows had a function or a derivative that was not finite; the call changed nothing there.")
+    return [*made, *(f"  {one}" for one in _told(found))]
+
+
+def _told(found: Findings) -> list[str]:
+    worst = [one for one in found.lossy if one.error > FAINT]
+    made = [f"In float {one} is off by {one.error:.1e} sigma at {one.where}: write it so that nothing cancels, or use --arith f64."
+            for one in worst]
+    if found.mean > COARSE and not worst:
+        made.append("Float is coarse here: a sensor is very sharp beside the prior. --arith f64 is finer.")
+    return made
+
+
+def warned(found: Findings) -> list[str]:
+    return _told(found) + ([f"Not tried: {found.why_not}"] if found.why_not else [])
