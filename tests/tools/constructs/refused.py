@@ -71,10 +71,29 @@ def key(x): return [BY_KEY[x[0]]]
 def key_with_default(x): return [BY_KEY.get(x[0], 0.0)]
 @says(KEY)
 def in_a_set(x): return [1.0 if x[0] in {1.0, 2.0} else x[1]]
-@says("text with a number in it.*leave the format out", 'f"{x[0]:.2f}"')
+TEXT = "text with a number in it has no formula: leave it out"
+
+
+@says(TEXT, 'f"{x[0]:.2f}"')
 def formatted(x): return [float(f"{x[0]:.2f}")]
-@says("could not convert string to float")
+@says(TEXT)
 def text(x): return [float(str(x[0]))]
+@says(TEXT)
+def sign_by_a_text(x): return [-1.0 if f"{x[0]}".startswith("-") else 1.0]
+@says(TEXT)
+def text_of_an_array(x): return [len(str(x)) * x[0]]
+@says("sum of two comparisons")
+def product_of_comparisons(x): return [np.dot(x > 0, x > -1)]
+@says("sum of two comparisons")
+def comparison_and_true(x): return [True + (x[0] > 0)]
+@says(KEY + ".*row t is a control")
+def schedule(x, t): return [BY_KEY.get(t, x[0])]
+@says(NUMBER + ".*row t is a control")
+def row_of_a_list(x, t): return [TABLE[t] * x[0]]
+@says(NUMBER)
+def array_of_floats_in_single(x): d = np.zeros(3, np.float32); d[0] = x[0]; return d
+@says(NUMBER)
+def integers_like(x): d = np.zeros_like(x, dtype=int); d[0] = x[0]; return d
 @says("%")
 def old_format(x): return [float("%.2f" % x[0])]
 @says("erf has no formula here")

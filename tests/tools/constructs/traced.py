@@ -16,6 +16,7 @@ from numpy.linalg import norm
 
 TABLE_X, TABLE_Y = [-1.0, 0.1, 0.5, 0.9, 1.4], np.array([2.8, 3.2, 3.6, 3.9, 4.2])
 M = np.array([[1.0, 0.5, 0.0], [0.0, 1.0, 0.25], [0.1, 0.0, 1.0]])
+G = 2.0
 GAINS = {"fast": 2.0, "slow": 0.5}
 ORDER = np.array([2, 0])
 
@@ -130,7 +131,8 @@ def polynomials(x): return [np.polyval([1.0, 2.0, 3.0], x[0]), np.polynomial.pol
 def by_operators(x): return [operator.mul(x[0], x[1]), operator.neg(x[2]), *np.multiply.outer(x, x)[0], np.maximum.reduce([x[0], x[1], 0.0]), *np.add(x, [1, 2, 3])]
 def scalars_of_numpy(x): return [x[0].item() * 2, x[1].copy(), np.float64(2) * x[2], x.item(1), x.tolist()[2], float(x[0]), np.array(2.0) * x[0]]
 def kinds(x): return [x[0] if isinstance(x[0], float) else 9.0, x[1] if isinstance(x[1], (int, np.floating)) and np.isscalar(x[1]) else 9.0, np.ndim(x[2]) + x[2]]
-def said(x): print("at", x[0], f"{x[1]}", f"{len(x):.2f}"); return [x[0] * 2]
+def row_kinds(x, t): return [x[0] if isinstance(t, int) and not isinstance(t, float) else x[1], x[2] * (x[0] > 0) * (x[1] > 0)]
+def said(x): print("at", x[0], x, f"{len(x):.2f}"); return [x[0] * 2, x[1] if f"{G:.1f}" == "2.0" else 0.0]
 def beside(x): return [*helper.multiplied(np.concatenate([[1.0], x]), [0.5, *x]), *(turned(x[0]) @ x[1:]), helper.EARTH * x[0]]
 def with_default(x, t=0.0, scale=2.0): return [scale * x[0] + t, sine(x[1])]
 def vectorised(x): return np.vectorize(lambda one: one * one if one > 0 else one)(x)

@@ -54,8 +54,8 @@ def held(made: Any) -> Any:
     """Floats and formulas as arrays that can hold formulas; an array without dimensions as its number"""
     if type(made) in (list, tuple):
         return type(made)(map(held, made))
-    if not isinstance(made, np.ndarray) or made.dtype.kind not in "fO":
-        return made
+    if not isinstance(made, np.ndarray) or made.dtype not in (float, object):
+        return made  # what is put into an array of another kind is rounded
     if made.ndim == 0:
         return _entry(made[()])
     if made.dtype.kind == "O" and all(isinstance(one, Node) for one in plain(made).flat):

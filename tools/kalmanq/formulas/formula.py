@@ -10,10 +10,12 @@ import numpy as np
 from kalmanq.formulas.functions import COMPLEX, NAMED, NoFormula, named, truth, value
 from kalmanq.formulas.graph import Node, constant
 
-NO_NUMBER = ("wants a number where there is a formula (float, int, an index, an array of floats from outside or of another "
-             "module): make arrays in the function, import on top of the file; of a table there is np.interp")
-NO_TEXT = "a text with a number in it has no formula: leave the format out ({x}), or the text"
-NO_KEY = "a formula cannot be looked up in a dict, a set or a cache: write comparisons, or np.interp of a table"
+NO_NUMBER = ("wants a number where there is a formula (float, int, an index, an array of numbers from outside or of another "
+             "module): make arrays of floats in the function, import on top of the file; of a table there is np.interp, and what "
+             "changes with the row t is a control")
+NO_TEXT = "a text with a number in it has no formula: leave it out of the function; print(x) is left out by itself"
+NO_KEY = ("a formula cannot be looked up in a dict, a set or a cache: write comparisons, or np.interp of a table; what changes "
+          "with the row t is a control")
 
 
 class Formula(Node):
@@ -24,15 +26,18 @@ class Formula(Node):
     shape, ndim, size = (), 0, 1
     decide: Optional[Callable[[Node], bool]] = None
 
-    __class__ = property(lambda self: np.float64)  # type: ignore[assignment]  # isinstance(x, float)
+    @property  # type: ignore[misc]
+    def __class__(self) -> type:  # type: ignore[override]
+        """What isinstance says: as the functions are called, t is an int"""
+        return int if self.op == "symbol" and self.args == ("t",) else np.float64
 
     def __repr__(self) -> str:
+        if Formula.decide is not None and not self.is_constant:
+            raise NoFormula(NO_TEXT)
         return str(self.args[0]) if self.op in ("constant", "symbol") else "(a formula)"
 
     def __format__(self, form: str) -> str:
-        if form and not self.is_constant:
-            raise NoFormula(NO_TEXT)
-        return format(self.value if self.is_constant else repr(self), form)
+        return format(self.value, form) if self.is_constant else str(self)
 
     def __hash__(self) -> int:
         if self.is_constant:

@@ -61,11 +61,20 @@ def bit(given: Any) -> Node:
     raise NoFormula("bits of a number (&, |, ^, ~) have no formula here: write % and //, or and, or, not")
 
 
+def is_comparison(given: Any) -> bool:
+    return given.op in CONDITIONS if isinstance(given, Node) else isinstance(given, (bool, np.bool_))
+
+
 def both(a: Any, b: Any) -> Node:
     """a + b"""
-    if all(isinstance(one, Node) and one.op in CONDITIONS for one in (a, b)):
+    if is_comparison(a) and is_comparison(b):
         raise NoFormula("a sum of two comparisons is True or 2, as Python or NumPy has it: write np.logical_or, or np.where of each")
     return add(value(a), value(b))
+
+
+def times(a: Any, b: Any) -> Node:
+    """a b; of two comparisons a comparison"""
+    return logic("and", a, b) if is_comparison(a) and is_comparison(b) else mul(value(a), value(b))
 
 
 def remainder(a: Given, b: Given) -> Node:
@@ -164,7 +173,7 @@ _OF_NUMBERS: dict[str, Callable[..., Node]] = {
     "heaviside": lambda a, half: select(compare("lt", a, 0.0), 0.0, select(compare("lt", 0.0, a), 1.0, half)),
     "degrees": _scaled(180 / math.pi), "rad2deg": _scaled(180 / math.pi), "radians": _scaled(math.pi / 180),
     "deg2rad": _scaled(math.pi / 180), "ceil": upward, "trunc": toward_zero, "fix": toward_zero, "subtract": sub,
-    "multiply": mul, "divide": divide, "true_divide": divide, "floor_divide": floor_divided, "power": power, "pow": power,
+    "divide": divide, "true_divide": divide, "floor_divide": floor_divided, "power": power, "pow": power,
     "float_power": power, "remainder": remainder, "mod": remainder, "less": lambda a, b: compare("lt", a, b),
     "greater": lambda a, b: compare("lt", b, a), "less_equal": lambda a, b: compare("le", a, b),
     "greater_equal": lambda a, b: compare("le", b, a), "equal": lambda a, b: compare("eq", a, b),
@@ -186,7 +195,7 @@ def _unlike(of: Callable[[Any], Node]) -> Callable[..., Node]:
 
 
 NAMED: dict[str, Callable[..., Any]] = {
-    **{name: _of_numbers(function) for name, function in _OF_NUMBERS.items()}, "add": both, "clip": clipped,
+    **{name: _of_numbers(function) for name, function in _OF_NUMBERS.items()}, "add": both, "multiply": times, "clip": clipped,
     "round": rounded, "around": rounded, "isclose": near,
     **{f"logical_{name}": _logic(name, truth) for name in ("and", "or", "not")}, "logical_xor": _unlike(truth),
     **{f"bitwise_{name}": _logic(name, bit) for name in ("and", "or")}, "invert": _logic("not", bit), "bitwise_xor": _unlike(bit)}
