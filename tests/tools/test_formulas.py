@@ -19,6 +19,7 @@ from kalmanq.formulas.graph import symbol, using
 from kalmanq.formulas.program import Program
 
 sys.path.insert(0, str(Path(__file__).parent / "constructs"))
+import helper  # noqa: E402, F401
 import refused  # noqa: E402
 import traced  # noqa: E402
 

@@ -158,6 +158,9 @@ def kept_in_a_default(x, t=0, seen=[]): seen.append(x[0]); return [x[1] + 0 * le
 class Kept:
     last = None
 
+    @classmethod
+    def of_all(cls, x): cls.last = x[1]; return [cls.last]
+
     def __init__(self): self.angle = 0.0
     def f(self, x): self.angle = x[0]; return [self.angle]
 
@@ -165,6 +168,8 @@ class Kept:
 kept = Kept()
 @says(KEEPS.format("Kept.angle"))
 def kept_in_an_object(x): return kept.f(x)
+@says(KEEPS.format("Kept.last"))
+def kept_in_a_class(x): return Kept.of_all(x)
 @says(NUMBER, "buffer[0] = x[0]")
 def array_from_outside(x): buffer[0] = x[0]; return buffer
 @says(NUMBER)

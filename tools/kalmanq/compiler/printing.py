@@ -160,7 +160,8 @@ class Floats:
         if one.op == "not":
             return f"!{argument(args[0], rank + 1)}", rank
         right = rank if one.op in ("add", "and", "or") else rank + 1
-        return f"{argument(args[0], rank)} {self.SIGNS[one.op]} {argument(args[1], right)}", rank
+        least = rank + 2 if one.op == "or" else 0  # compilers warn of a && b || c
+        return f"{argument(args[0], max(rank, least))} {self.SIGNS[one.op]} {argument(args[1], max(right, least))}", rank
 
     def function(self, name: str) -> str:
         """Of math.h"""

@@ -43,7 +43,7 @@ class Outside:
             seen.add(id(one))
             parts = [*self._parts(one)]
             contents = _contents(one)
-            if contents is not None:
+            if contents is not None and (not isinstance(one, type) or self._is_own(one)):
                 self.before[id(one)] = one, contents
             waiting += parts
 
@@ -70,9 +70,13 @@ class Outside:
         if isinstance(one, (list, tuple, set)):
             return one
         inside = vars(one) if hasattr(one, "__dict__") else {}
-        is_own = any(getattr(of, "__module__", None) == space.get("__name__") for of in (one, type(one)) for space in self.spaces)
         wrapped = [one.__wrapped__] if "__wrapped__" in inside else []
-        return [*(inside.values() if is_own else wrapped), *([type(one)] if is_own and not isinstance(one, type) else [])]
+        return [*inside.values(), type(one)] if self._is_own(one) else wrapped
+
+    def _is_own(self, one: Any) -> bool:
+        """A class of the user's modules, or an object of one"""
+        modules = {getattr(of, "__module__", None) for of in (one, type(one))}
+        return any(space.get("__name__") in modules for space in self.spaces)
 
     def _space(self, names: dict[str, Any]) -> bool:
         """Of the user: the first module, and those in its folder and below"""
@@ -105,18 +109,18 @@ class Outside:
 
     def kept(self) -> str:
         """The name or kind of what has kept a formula; "": nothing"""
-        for one, contents in self.before.values():
-            now = _contents(one)
-            if isinstance(one, dict) or not isinstance(now, (dict, np.ndarray)):
-                was = contents if isinstance(contents, dict) else dict(enumerate(contents))
-                for key, found in (now.items() if isinstance(now, dict) else enumerate(now)):
-                    if found is not was.get(key) and _has_formula(found):
-                        return f"{key}" if isinstance(key, str) else f"something in a {type(one).__name__}"
-            elif isinstance(now, dict):
-                for key, found in now.items():
-                    if found is not contents.get(key) and _has_formula(found):
-                        return f"{type(one).__name__}.{key}"
+        for one, was in self.before.values():
+            for key, found in _entries(_contents(one)):
+                if found is not dict(_entries(was)).get(key) and _has_formula(found):
+                    what = getattr(one, "__name__", type(one).__name__)
+                    return key if isinstance(one, dict) else f"{what}.{key}" if isinstance(key, str) else f"something in a {what}"
         return ""
+
+
+def _entries(contents: Any) -> Iterable[tuple[Any, Any]]:
+    if isinstance(contents, np.ndarray):
+        contents = contents.ravel() if contents.dtype == object else []
+    return contents.items() if isinstance(contents, dict) else enumerate(contents)
 
 
 def _code_of(function: Any) -> Optional[types.FunctionType]:
@@ -149,8 +153,7 @@ def _contents(one: Any) -> Any:
         return [_cell(one)]
     if isinstance(one, np.ndarray):
         return one.copy()
-    has_own = hasattr(one, "__dict__") and not isinstance(one, (type, types.ModuleType, types.FunctionType, np.ndarray))
-    return dict(vars(one)) if has_own and isinstance(vars(one), dict) else None
+    return dict(vars(one)) if hasattr(one, "__dict__") and not isinstance(one, (types.ModuleType, types.FunctionType)) else None
 
 
 def _restore(one: Any, contents: Any) -> None:
@@ -166,8 +169,11 @@ def _restore(one: Any, contents: Any) -> None:
         if one.flags.writeable:
             one[...] = contents
     else:
-        vars(one).clear()
-        vars(one).update(contents)
+        for name in [name for name in vars(one) if name not in contents]:
+            delattr(one, name)
+        for name, value in contents.items():
+            if vars(one).get(name, _EMPTY) is not value:
+                setattr(one, name, value)
 
 
 def _has_formula(one: Any) -> bool:
