@@ -43,7 +43,10 @@ class EquationHeader(Header):
             if sensor.m > 1:
                 lines += ["/** Takes the components of a sample whose bits are set in `present`. */",
                           f"unsigned {self.name}_update{sensor.suffix}_some({self.filter}{arguments}, unsigned present);", ""]
-        return [*lines, *self._covariance()]
+        return [*lines, *self._covariance(), *(self.c.smoother.calls() if self.c.smoother else [])]
+
+    def _fields(self) -> list[str]:
+        return [*super()._fields(), *(self.c.smoother.structs() if self.c.smoother else [])]
 
 
 def _said(arguments: str, u: str, t: str) -> str:

@@ -7,11 +7,11 @@ one after the other.  A call whose formulas are not finite changes nothing.
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Sequence
+from typing import Callable, Sequence
 
 import numpy as np
 
-from kalmanq.compiler import ud
+from kalmanq.compiler import back, ud
 from kalmanq.compiler.coefficients import Constant
 from kalmanq.compiler.floats import MOST, FloatFilter, Mean, entry
 from kalmanq.compiler.printing import Body, Target, indented
@@ -112,6 +112,11 @@ class EquationFilter(FloatFilter):
 
     # ---- hooks of FloatFilter
 
+    def _transfers(self, form: ud.UD) -> list[Callable[[ud.Entries], ud.Entries]]:
+        c = self.coefficients
+        smooths = [back.transfer(form, c.A, c.noise())] if self.given.options.smooth else []
+        return [*super()._transfers(form), *smooths]
+
     def slot(self, j: int) -> int:
         return j - self.sensor_of(j).first
 
@@ -140,13 +145,20 @@ class EquationFilter(FloatFilter):
 
     def predict(self, refused: Sequence[str]) -> list[str]:
         """Mean and factor, if the formulas are finite"""
-        c, body = self.coefficients, Body(self.words)
-        mean, after = self._moved(self.mean), self._predicted(self.form, self.entries)
+        body = Body(self.words)
+        mean, after = self.moved_mean(), self._predicted(self.form, self.entries)
         targets = [*self._written(mean), *((entry(key), after[key]) for key in self.live)]
-        doubtful = [one for f, row in zip(c.change, c.A) for one in self._doubtful(f, row)]
-        body.lines += self._unless_finite(body, doubtful, refused)
+        body.lines += self.unless_finite_step(body, refused)
         body.assign(targets)
-        return [*body.lines, *self._overflow()]
+        return [*body.lines, *self.overflow([entry(key) for key in self.live])]
+
+    def unless_finite_step(self, body: Body, refused: Sequence[str]) -> list[str]:
+        """`refused` where f or A is not finite"""
+        c = self.coefficients
+        return self._unless_finite(body, [one for f, row in zip(c.change, c.A) for one in self._doubtful(f, row)], refused)
+
+    def moved_mean(self) -> Mean:
+        return self._moved(self.mean)
 
     def linearised(self, sensor: Sensor) -> list[str]:
         """Constants e0, h0_1, ... of a sensor, at the mean before it, and its corrections c0, c1, ...; those of a linear one
@@ -189,8 +201,9 @@ class EquationFilter(FloatFilter):
         fine = body.text(make("le", total, constant(MOST[self.type])))
         return [f"if (!({fine})) {{", *indented(refused), "}"]
 
-    def _overflow(self) -> list[str]:
-        total = Body(self.words).text(dot([(symbol(entry(key)), 1.0) for key in self.live if key[0] == key[1]]))
+    def overflow(self, names: Sequence[str]) -> list[str]:
+        """names: of the entries of the factor"""
+        total = Body(self.words).text(dot([(symbol(one), 1.0) for one, (i, j) in zip(names, self.live) if i == j]))
         return [f"if (!({total} <= {self.number(LARGEST[self.type])})) f->events |= {self.given.upper}_OVERFLOW;"]
 
     def _doubtful(self, value: Node, slopes: Sequence[Node]) -> list[Node]:

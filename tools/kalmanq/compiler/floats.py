@@ -146,7 +146,7 @@ class FloatFilter(Arithmetic):
 
     def _moved(self, x: Mean) -> Mean:
         """A x + B u: the change in the low part, then the low part goes over to x as far as it can."""
-        return [_carried(high, self._change(x, i)) for i, (high, _) in enumerate(x)]
+        return [carried(high, self._change(x, i)) for i, (high, _) in enumerate(x)]
 
     def _change(self, x: Mean, i: int) -> Node:
         sums = [high + low for high, low in x]
@@ -355,7 +355,7 @@ class FloatFilter(Arithmetic):
         return f"(double){self.given.name}_covariance(&f, {i}, {j})"
 
 
-def _carried(high: Node, change: Node) -> tuple[Node, Node]:
+def carried(high: Node, change: Node) -> tuple[Node, Node]:
     """high + change in two numbers"""
     total = high + change
     return total, change - make("sub", total, high) if total is not high else change

@@ -1,0 +1,142 @@
+"""kalmanq compile MODEL.py --smooth STEPS: a history of steps, and NAME_smooth, which goes back one of them.
+
+A step is recorded as the filter's own mean and factor before its predict, and what the predict was given: A, the predicted
+mean and the predicted factor are made again.  The step back is `back`, in lines or (back_loops) in loops.
+"""
+
+from __future__ import annotations
+
+import re
+from typing import Sequence
+
+from kalmanq.compiler import back_loops
+from kalmanq.compiler.back import Back
+from kalmanq.compiler.emit import function, within
+from kalmanq.compiler.equations import EquationFilter
+from kalmanq.compiler.floats import Mean, carried
+from kalmanq.compiler.printing import Body, Target
+from kalmanq.formulas.graph import Node, constant, needed, symbol
+
+STRAIGHT = 4  # states; beyond, lines take several kilobytes
+
+
+class Smoother:
+    """controls: lines that make u0, u1, ... of u; refusal: lines where a formula is not finite"""
+
+    def __init__(self, a: EquationFilter, arguments: str, controls: Sequence[str], refusal: Sequence[str]):
+        self.a, self.given, self.arguments, self.controls, self.refusal = a, a.given, arguments, controls, refusal
+        self.name, self.steps, self.is_straight = a.given.name, a.given.options.smooth, a.of.n <= STRAIGHT
+
+    # ---- what is recorded
+
+    @property
+    def record(self) -> list[str]:
+        n, type_ = self.a.of.n, self.a.type
+        return [f"{type_} x[{n}], low[{n}], P[{max(len(self.a.live), 1)}];",
+                *([f"{type_} u[{self.a.of.l}];"] if self.a.predicts_by("u") else []),
+                *([f"{type_} t;"] if self.a.predicts_by("t") else [])]
+
+    @property
+    def record_size(self) -> int:
+        """Bytes"""
+        numbers = 2 * self.a.of.n + max(len(self.a.live), 1) + self.a.predicts_by("t")
+        numbers += self.a.of.l if self.a.predicts_by("u") else 0
+        return (4 if self.a.type == "float" else 8) * numbers
+
+    @property
+    def history_size(self) -> int:
+        """Bytes"""
+        align = 4 if self.a.type == "float" else 8
+        return self.record_size * self.steps + align
+
+    def structs(self) -> list[str]:
+        return ["typedef struct { /* of a step: the filter before it, and what it was given */",
+                *(f"    {line}" for line in self.record), f"}} {self.name}_record;", "",
+                "typedef struct { /* of the last steps; yours, as the filter is */",
+                f"    {self.name}_record records[{self.steps}]; /* the oldest one gives way */",
+                "    uint16_t next, steps; /* place of the next record; how many there are */", f"}} {self.name}_history;", ""]
+
+    # ---- calls
+
+    def calls(self) -> list[str]:
+        name, filter_, n = self.name, f"{self.given.type} *f", self.a.of.n
+        return [
+            "/** Before the first step. */", f"void {name}_history_start({name}_history *h);", "",
+            f"/** {name}_predict, and the step is recorded: {self.record_size} bytes of {self.steps} times as many. */",
+            f"void {name}_predict_recorded({filter_}, {name}_history *h{self.arguments});", "",
+            f"/** Goes one step back, to `back` steps before the last one: f becomes the filter of then, given all samples up to",
+            " *  now.  Begin with a copy of the filter and back = 1, then 2, 3, ...; read each as you read the filter:",
+            f" *      {self.given.type} s = f;",
+            f" *      for (int back = 1; {name}_smooth(&s, &h, back); back++) use({name}_mean_{self.given.states[0]}(&s));",
+            " *  Returns 0 and changes nothing where no such step is recorded.  Cost: that of a few predicts. */",
+            f"int {name}_smooth({filter_}, const {name}_history *h, int back);", "",
+            "/** The mean of `back` steps ago, given all samples up to now, without its variance.  Returns 0 and changes nothing",
+            " *  where so many are not recorded.  Cost: that of a predict or two for each of the steps. */",
+            f"int {name}_lagged(const {filter_}, const {name}_history *h, int back, {self.a.type} mean[{n}]);", ""]
+
+    def functions(self) -> list[list[str]]:
+        name, type_, n = self.name, self.a.type, self.a.of.n
+        filter_, history = f"{self.given.type} *restrict f", f"{name}_history *restrict h"
+        passed = "".join(f", {one}" for one in re.findall(r"(\w+)(?:\[\d+\])?(?=,|$)", self.arguments))
+        return [
+            function(f"void {name}_history_start({history})", ["h->next = 0;", "h->steps = 0;"]),
+            function(f"void {name}_predict_recorded({filter_}, {history}{self.arguments})", [
+                f"{name}_record *const r = &h->records[h->next];", *self._recorded(),
+                f"h->next = (uint16_t)(h->next + 1 < {self.steps} ? h->next + 1 : 0);",
+                f"if (h->steps < {self.steps}) h->steps++;", f"{name}_predict(f{passed});"]),
+            *self._step_back(),
+            function(f"static const {name}_record *recorded(const {history}, int back)", [
+                f"return &h->records[h->next - back + (h->next < back ? {self.steps} : 0)];"]),
+            function(f"int {name}_smooth({filter_}, const {history}, int back)", [
+                "if (back < 1 || back > h->steps) return 0;", "step_back(f, recorded(h, back), 1);", "return 1;"]),
+            function(f"int {name}_lagged(const {filter_}, const {history}, int back, {type_} mean[{n}])", [
+                "if (back < 0 || back > h->steps) return 0;", f"{self.given.type} s = *f;",
+                "for (int k = 1; k <= back; k++) step_back(&s, recorded(h, k), 0);",
+                f"for (int i = 0; i < {n}; i++) mean[i] = s.x[i] + s.low[i];", "return 1;"])]
+
+    def _recorded(self) -> list[str]:
+        lines = [f"for (int i = 0; i < {self.a.of.n}; i++) {{", "    r->x[i] = f->x[i];", "    r->low[i] = f->low[i];", "}",
+                 f"for (int i = 0; i < {max(len(self.a.live), 1)}; i++) r->P[i] = f->P[i];"]
+        lines += [f"for (int i = 0; i < {self.a.of.l}; i++) r->u[i] = u[i];"] if self.a.predicts_by("u") else []
+        return lines + (["r->t = t;"] if self.a.predicts_by("t") else [])
+
+    # ---- the step back
+
+    def _step_back(self) -> list[list[str]]:
+        lines, helpers = (self._lines(), []) if self.is_straight else back_loops.lines(self.a, off(self.a), self.refusal)
+        text = "\n".join(lines)
+        lines = within([(type_, local, field.replace("f->", "r->")) for type_, local, field in self.a.places()], lines)
+        controls = [line for k, line in enumerate(self.controls) if re.search(rf"\bu{k}\b", text)]
+        given = [*([f"const {self.a.type} *const u = r->u;"] if controls else []), *controls]
+        given += [f"const {self.a.type} t = r->t;"] if self.a.predicts_by("t") else []
+        head = f"static void step_back({self.given.type} *restrict f, const {self.name}_record *restrict r, int is_whole)"
+        return [*helpers, function(head, [*given, *lines, *self.a.overflow([f"f->P[{k}]" for k in range(len(self.a.live))])],
+                                   "f goes back to the step of the record.  is_whole: its covariance, too")]
+
+    def _lines(self) -> list[str]:
+        """Locals x0, l0, u01, d0, ... are of the record"""
+        a, n, body = self.a, self.a.of.n, Body(self.a.words)
+        c, fields = a.coefficients, {key: symbol(f"f->P[{slot}]") for slot, key in enumerate(a.live)}
+        back = Back.of(a.form, c.A, c.noise(), a.entries)
+        after = back.smoothed({key: fields[fact] if isinstance(fact, tuple) else constant(fact) for key, fact in a.facts.items()})
+        mean: Mean = [carried(high, low + one) for (high, low), one in zip(a.mean, back.moved(off(a)))]
+        first: list[Target] = [(f"f->{name}[{i}]", one) for i in range(n) for name, one in zip(("x", "low"), mean[i])]
+        second: list[Target] = [(f"f->P[{slot}]", after[key]) for slot, key in enumerate(a.live)]
+        body.lines += a.unless_finite_step(body, self.refusal)
+        made = [one for _, one in first]
+        body.name_shared([*made, *_handed_on(made, [one for _, one in second])])
+        body.assign(first)
+        body.lines.append("if (!is_whole) return;")
+        return body.assign(second)
+
+
+def off(a: EquationFilter) -> list[Node]:
+    """The next instant's mean given all, less its predicted one"""
+    return [(symbol(f"f->x[{i}]") - high) + (symbol(f"f->low[{i}]") - low) for i, (high, low) in enumerate(a.moved_mean())]
+
+
+def _handed_on(first: Sequence[Node], second: Sequence[Node]) -> list[Node]:
+    """What the first formulas have made and the second ones use"""
+    known = {id(one) for one in needed(first)[0]}
+    later = [one for one in needed(second)[0] if id(one) not in known]
+    return [part for one in later for part in one.args if isinstance(part, Node) and id(part) in known]
