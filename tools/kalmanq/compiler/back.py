@@ -30,8 +30,8 @@ class Back:
     @classmethod
     def of(cls, form: ud.UD, A: Sequence[ud.Row], noise: Sequence[ud.Column], P: ud.Entries) -> Back:
         form, n, zero = replace(form, guards=True), len(A), constant(0)
-        columns = [ud.Column(one.weight, [*unit(P, c, n), *one.entries]) for c, one in enumerate(ud.times(A, P))]
-        columns += [ud.Column(one.weight, [zero] * n + list(one.entries)) for one in noise]
+        columns = [ud.Column(one.weight, [zero] * n + list(one.entries)) for one in noise]  # first: what rotations start from
+        columns += [ud.Column(one.weight, [*unit(P, c, n), *one.entries]) for c, one in enumerate(ud.times(A, P))]
         made, rest = form.reduced(columns, range(2 * n - 1, n - 1, -1))
         ahead = {(i, j): made[n + i, n + j] for i, j in ud.keys(n)}
         return cls(form, ahead, [[made[i, n + j] for j in range(n)] for i in range(n)], rest)

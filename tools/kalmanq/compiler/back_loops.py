@@ -1,7 +1,7 @@
-"""The step back of `back` as loops over small arrays: a few hundred bytes, whatever the number of states.
+"""The step back of `back` as loops over small arrays: a few hundred bytes of code for any number of states.
 
-A column of [x; x+] is 2 n numbers: so v has the part of x of column c in its row 2 c and the part of x+ in row 2 c + 1.
-Once x+ is taken out, rows 2 c + 1 are free for C U.
+A column of [x; x+] is 2 n numbers: v has the part of x of column c in its row 2 c and the part of x+ in row 2 c + 1.
+Once x+ is taken out, rows 2 c + 1 are free for C U.  Columns of noise are not among them: rotations start from them.
 """
 
 from __future__ import annotations
@@ -12,74 +12,91 @@ from kalmanq.compiler import ud
 from kalmanq.compiler.emit import function
 from kalmanq.compiler.equations import EquationFilter
 from kalmanq.compiler.printing import Body
-from kalmanq.formulas.graph import Node
+from kalmanq.formulas.graph import Node, constant
 
 
 def lines(a: EquationFilter, off: Sequence[Node], refused: Sequence[str]) -> tuple[list[str], list[list[str]]]:
     """Those of the step back of f to the record r, over locals x0, l0, ... of the record; and the functions that they call"""
-    n, type_, zero, one, body = a.of.n, a.type, a.number(0), a.number(1), Body(a.words)
-    noise, A = a.coefficients.noise(), [part for row in a.coefficients.A for part in row]
-    q, all_ = len(noise), n + len(noise)
+    n, type_, body = a.of.n, a.type, Body(a.words)
+    A = [part for row in a.coefficients.A for part in row]
     body.lines += a.unless_finite_step(body, refused)
     body.name_shared([*A, *off])
-    G = ", ".join(body.text(part) for column in noise for part in column.entries)
     made = [
-        *body.lines, f"const {type_} A[{n * n}] = {{{', '.join(map(body.text, A))}}};",
+        *body.lines,
+        f"const {type_} A[{n * n}] = {{{', '.join(map(body.text, A))}}};",
         f"{type_} d[{n}] = {{{', '.join(map(body.text, off))}}}; /* of the next instant, beside what was predicted */",
-        f"{type_} U[{n * n}], v[{2 * all_ * n}], w[{n + all_}], ahead[{2 * n * n}];",
-        "unpack(r->P, U);",
-        f"for (int c = 0; c < {n}; c++) {{",
-        f"    {type_} *const to = v + {2 * n} * c, *const column = U + {n} * c;",
-        "    w[c] = column[c];", f"    column[c] = {one};",
-        f"    for (int i = 0; i < {n}; i++) {{",
-        f"        to[i] = i <= c ? column[i] : {zero};", f"        {type_} sum = {zero};",
-        f"        for (int k = 0; k <= c; k++) sum += A[{n} * i + k] * column[k];", f"        to[{n} + i] = sum;", "    }", "}"]
-    if noise:
-        made += [
-            f"static const {type_} G[{q * n}] = {{{G}}}, q[{q}] = {{{', '.join(body.text(part.weight) for part in noise)}}};",
-            f"for (int c = 0; c < {q}; c++) {{", f"    w[{n} + c] = q[c];", f"    for (int i = 0; i < {n}; i++) {{",
-            f"        v[{2 * n} * ({n} + c) + i] = {zero};", f"        v[{2 * n} * ({n} + c) + {n} + i] = G[{n} * c + i];",
-            "    }", "}"]
-    made += [
-        f"triangular(v, w, {all_}, {2 * n}, {n}, ahead); /* row c of ahead: C U and U of what was predicted, column c */",
+        f"{type_} ahead[{2 * n * n}] = {{{', '.join(map(body.text, _noise(a)))}}};",
+        f"{type_} U[{n * n}], v[{2 * n * n}], w[{2 * n}];",
+        *_joint(a), f"triangular(v, w, {n}, {2 * n}, {n}, ahead); /* row c: C U and U of what was predicted, column c */",
+        *_mean(a), "if (!is_whole) return;", *_crossed(a), f"triangular(v, w, {2 * n}, {n}, 0, U);", "pack(U, f->P);"]
+    return made, [_unpack(a), _pack(a), _triangular(a)]
+
+
+def _noise(a: EquationFilter) -> list[Node]:
+    """Row c: 0 in the part of x, then the noise's column of state c, with its weight in the place of its 1"""
+    n, zero = a.of.n, constant(0)
+    made = [[zero] * (2 * n) for _ in range(n)]
+    for column in a.coefficients.noise():
+        c = max(i for i, one in enumerate(column.entries) if not one.equals(0))
+        made[c] = [zero] * n + [column.weight if i == c else one for i, one in enumerate(column.entries)]
+    return [one for row in made for one in row]
+
+
+def _joint(a: EquationFilter) -> list[str]:
+    """v and w from the record and A"""
+    n, type_, zero = a.of.n, a.type, a.number(0)
+    return [
+        "unpack(r->P, U);", f"for (int c = 0; c < {n}; c++) {{", f"    {type_} *const to = v + {2 * n} * c, *const column = U + {n} * c;",
+        "    w[c] = column[c];", f"    column[c] = {a.number(1)};", f"    for (int i = 0; i < {n}; i++) {{",
+        f"        {type_} sum = {zero};", f"        for (int k = 0; k <= c; k++) sum += A[{n} * i + k] * column[k];",
+        f"        to[i] = i <= c ? column[i] : {zero};", f"        to[{n} + i] = sum;", "    }", "}"]
+
+
+def _mean(a: EquationFilter) -> list[str]:
+    """C d, and the mean from the record's"""
+    n = a.of.n
+    return [
         f"for (int c = {n - 1}; c > 0; c--)", f"    for (int i = 0; i < c; i++) d[i] -= ahead[{2 * n} * c + {n} + i] * d[c];",
-        f"for (int i = 0; i < {n}; i++) {{", f"    {type_} change = r->low[i];",
+        f"for (int i = 0; i < {n}; i++) {{", f"    {a.type} change = r->low[i];",
         f"    for (int c = 0; c < {n}; c++) change += ahead[{2 * n} * c + i] * d[c];",
-        f"    const {type_} mean = r->x[i] + change;", "    f->x[i] = mean;", "    f->low[i] = change - (mean - r->x[i]);", "}",
-        "if (!is_whole) return;"]
-    if q > 1:
-        made.append(f"for (int k = {n}; k < {q * n}; k++) v[{2 * n * n} + k] = v[{2 * n * n} + k + k / {n} * {n}];")
-    made += [
-        f"for (int c = {q - 1}; c >= 0; c--) w[{2 * n} + c] = w[{n} + c];" if q else "",
-        f"for (int c = {n - 1}; c >= 0; c--) w[2 * c] = w[c];",
-        "unpack(f->P, U);",
-        f"for (int c = 0; c < {n}; c++) {{",
-        f"    {type_} *const to = v + {2 * n} * c + {n}, *const column = U + {n} * c;",
-        "    w[2 * c + 1] = column[c];", f"    column[c] = {one};",
-        "    for (int k = c; k > 0; k--)",
+        f"    const {a.type} mean = r->x[i] + change;", "    f->x[i] = mean;", "    f->low[i] = change - (mean - r->x[i]);", "}"]
+
+
+def _crossed(a: EquationFilter) -> list[str]:
+    """v and w: what is left, and C times the columns of f; U: 0"""
+    n, type_ = a.of.n, a.type
+    return [
+        "unpack(f->P, U);", f"for (int c = {n - 1}; c >= 0; c--) {{",
+        f"    {type_} *const to = v + {2 * n} * c + {n}, *const column = U + {n} * c;", "    w[2 * c] = w[c];",
+        "    w[2 * c + 1] = column[c];", f"    column[c] = {a.number(1)};", "    for (int k = c; k > 0; k--)",
         f"        for (int i = 0; i < k; i++) column[i] -= ahead[{2 * n} * k + {n} + i] * column[k];",
-        f"    for (int i = 0; i < {n}; i++) {{", f"        {type_} sum = {zero};",
+        f"    for (int i = 0; i < {n}; i++) {{", f"        {type_} sum = {a.number(0)};",
         f"        for (int k = 0; k <= c; k++) sum += ahead[{2 * n} * k + i] * column[k];", "        to[i] = sum;", "    }", "}",
-        f"triangular(v, w, {n + all_}, {n}, 0, U);", "pack(U, f->P);"]
-    return [line for line in made if line], [_unpack(a), _pack(a), _triangular(a, n + all_)]
+        f"for (int k = 0; k < {n * n}; k++) U[k] = {a.number(0)};"]
 
 
-def _triangular(a: EquationFilter, most: int) -> list[str]:
+def _triangular(a: EquationFilter) -> list[str]:
     type_, zero, one = a.type, a.number(0), a.number(1)
+    rotates = [
+        f"if (d > {zero}) {{", "    for (int k = 0; k < count; k++) {", f"        {type_} *const to = v + k * size;",
+        f"        const {type_} part = to[row], share = w[k] * part, total = d + share * part;",
+        f"        if (share == {zero}) continue;", f"        const {type_} inverse = {one} / total, turn = share * inverse;",
+        "        w[k] *= d * inverse;", "        d = total;", "        for (int i = 0; i < row; i++) {",
+        "            to[i] -= part * u[i];", "            u[i] += turn * to[i];", "        }", "    }"]
+    projects = [
+        "} else {", "    for (int k = 0; k < count; k++) {", f"        const {type_} *const from = v + k * size;",
+        f"        const {type_} share = w[k] * from[row];", f"        if (share == {zero}) continue;",
+        "        d += share * from[row];", "        for (int i = 0; i < row; i++) u[i] += share * from[i];", "    }",
+        f"    const {type_} inverse = d < {a.number(a.form.least)} ? {zero} : {one} / d;",
+        "    for (int i = 0; i < row; i++) u[i] *= inverse;", "    for (int k = 0; k < count; k++) {",
+        f"        {type_} *const to = v + k * size;", f"        const {type_} part = to[row];",
+        "        for (int i = 0; i < row; i++) to[i] -= part * u[i];", "    }", "}"]
     return function(
-        f"static void triangular({type_} *restrict v, const {type_} *restrict w, int count, int size, int first, {type_} *restrict U)", [
-            f"for (int row = size - 1; row >= first; row--) {{", f"    {type_} *const u = U + (row - first) * size;",
-            f"    {type_} d = {zero};", f"    for (int i = 0; i < row; i++) u[i] = {zero};",
-            "    for (int k = 0; k < count; k++) {", f"        const {type_} *const from = v + k * size;",
-            f"        const {type_} share = w[k] * from[row];", f"        if (share == {zero}) continue;",
-            "        d += share * from[row];", "        for (int i = 0; i < row; i++) u[i] += share * from[i];", "    }",
-            f"    const {type_} inverse = d < {a.number(a.form.least)} ? {zero} : {one} / d;",
-            "    for (int i = 0; i < row; i++) u[i] *= inverse;",
-            "    for (int k = 0; k < count; k++) {", f"        {type_} *const to = v + k * size;",
-            f"        const {type_} part = to[row];", f"        if (part == {zero}) continue;",
-            "        for (int i = 0; i < row; i++) to[i] -= part * u[i];", "    }",
-            "    u[row] = d;", "}"],
-        "Gram and Schmidt with weights w, of `count` columns v of `size`: rows of U from `first` on; on its diagonal is D")
+        f"static void triangular({type_} *restrict v, {type_} *restrict w, int count, int size, int first, {type_} *restrict U)", [
+            "for (int row = size - 1; row >= first; row--) {", f"    {type_} *const u = U + (row - first) * size;",
+            f"    {type_} d = u[row];", *(f"    {line}" for line in [*rotates, *projects, "u[row] = d;"]), "}"],
+        "U from row `first` on, and D on its diagonal, of `count` columns v of `size`, with weights w.  A row of U that begins "
+        "with a D above 0 is a column more: they are rotated into it.  Otherwise Gram and Schmidt")
 
 
 def _places(a: EquationFilter) -> tuple[list[int], list[float]]:

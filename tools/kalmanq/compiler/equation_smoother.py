@@ -17,7 +17,7 @@ from kalmanq.compiler.floats import Mean, carried
 from kalmanq.compiler.printing import Body, Target
 from kalmanq.formulas.graph import Node, constant, needed, symbol
 
-STRAIGHT = 4  # states; beyond, lines take several kilobytes
+STRAIGHT = 1200  # operations of a step back, about 6 kB: beyond, loops, which take 2 kB and five times as many instructions
 
 
 class Smoother:
@@ -25,7 +25,9 @@ class Smoother:
 
     def __init__(self, a: EquationFilter, arguments: str, controls: Sequence[str], refusal: Sequence[str]):
         self.a, self.given, self.arguments, self.controls, self.refusal = a, a.given, arguments, controls, refusal
-        self.name, self.steps, self.is_straight = a.given.name, a.given.options.smooth, a.of.n <= STRAIGHT
+        self.name, self.steps, loops = a.given.name, a.given.options.smooth, a.given.options.loops
+        self.lines, self.operations = self._straight()
+        self.is_straight = self.operations <= STRAIGHT if loops is None else not loops
 
     # ---- what is recorded
 
@@ -56,13 +58,19 @@ class Smoother:
                 f"    {self.name}_record records[{self.steps}]; /* the oldest one gives way */",
                 "    uint16_t next, steps; /* place of the next record; how many there are */", f"}} {self.name}_history;", ""]
 
+    def told(self) -> list[str]:
+        """Of the report"""
+        where = "straight lines" if self.is_straight else "loops"
+        return [f"  {self.name}_smooth, {self.name}_lagged: a step back in {where}; the history holds {self.steps} steps of "
+                f"{self.record_size} bytes, {self.history_size} bytes in all."]
+
     # ---- calls
 
     def calls(self) -> list[str]:
         name, filter_, n = self.name, f"{self.given.type} *f", self.a.of.n
         return [
             "/** Before the first step. */", f"void {name}_history_start({name}_history *h);", "",
-            f"/** {name}_predict, and the step is recorded: {self.record_size} bytes of {self.steps} times as many. */",
+            f"/** {name}_predict, and the step is recorded, in {self.record_size} bytes of the history. */",
             f"void {name}_predict_recorded({filter_}, {name}_history *h{self.arguments});", "",
             f"/** Goes one step back, to `back` steps before the last one: f becomes the filter of then, given all samples up to",
             " *  now.  Begin with a copy of the filter and back = 1, then 2, 3, ...; read each as you read the filter:",
@@ -103,7 +111,7 @@ class Smoother:
     # ---- the step back
 
     def _step_back(self) -> list[list[str]]:
-        lines, helpers = (self._lines(), []) if self.is_straight else back_loops.lines(self.a, off(self.a), self.refusal)
+        lines, helpers = (self.lines, []) if self.is_straight else back_loops.lines(self.a, off(self.a), self.refusal)
         text = "\n".join(lines)
         lines = within([(type_, local, field.replace("f->", "r->")) for type_, local, field in self.a.places()], lines)
         controls = [line for k, line in enumerate(self.controls) if re.search(rf"\bu{k}\b", text)]
@@ -113,8 +121,8 @@ class Smoother:
         return [*helpers, function(head, [*given, *lines, *self.a.overflow([f"f->P[{k}]" for k in range(len(self.a.live))])],
                                    "f goes back to the step of the record.  is_whole: its covariance, too")]
 
-    def _lines(self) -> list[str]:
-        """Locals x0, l0, u01, d0, ... are of the record"""
+    def _straight(self) -> tuple[list[str], int]:
+        """Its lines, whose locals x0, l0, u01, d0, ... are of the record, and how many operations they are"""
         a, n, body = self.a, self.a.of.n, Body(self.a.words)
         c, fields = a.coefficients, {key: symbol(f"f->P[{slot}]") for slot, key in enumerate(a.live)}
         back = Back.of(a.form, c.A, c.noise(), a.entries)
@@ -127,7 +135,7 @@ class Smoother:
         body.name_shared([*made, *_handed_on(made, [one for _, one in second])])
         body.assign(first)
         body.lines.append("if (!is_whole) return;")
-        return body.assign(second)
+        return body.assign(second), body.count
 
 
 def off(a: EquationFilter) -> list[Node]:

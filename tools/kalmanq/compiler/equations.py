@@ -51,7 +51,7 @@ def _refuse(options: Options) -> None:
     if options.arithmetic == "q31":
         raise KalmanqError("--arith q31: a nonlinear model is compiled in f32 and f64; kalmanq design has q31 over the library")
     for name, value in (("--lag", options.lag), ("--every", options.every), ("--tunable", options.tunable),
-                        ("--loops", options.loops)):
+                        ("--loops", options.loops and not options.smooth)):
         if value:
             raise KalmanqError(f"{name}: is of models with constant matrices")
 

@@ -125,6 +125,11 @@ class Host:
         self._library.smooth(rows, *(ctypes.c_void_p(one.ctypes.data) for one in (predicts, made.mean, made.covariance, made.lagged)))
         return made
 
+    def steps_back(self, what: np.ndarray) -> np.ndarray:
+        """Smoothed means 1, 2, ... steps before the last one of such rows"""
+        predicts = np.flatnonzero(np.asarray(what) & PREDICTS)[::-1]
+        return self.smoothed(what).mean[predicts[:self.product.given.options.smooth] - 1]
+
 
 @dataclass(frozen=True)
 class Smoothed:
