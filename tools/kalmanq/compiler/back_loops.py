@@ -32,6 +32,11 @@ def lines(a: EquationFilter, off: Sequence[Node], refused: Sequence[str]) -> tup
     return made, [_unpack(a), _pack(a), _triangular(a)]
 
 
+def stack(a: EquationFilter) -> int:
+    """Bytes of its arrays"""
+    return (4 if a.type == "float" else 8) * (6 * a.of.n**2 + 3 * a.of.n)
+
+
 def _noise(a: EquationFilter) -> list[Node]:
     """Row c: 0 in the part of x, then the noise's column of state c, with its weight in the place of its 1"""
     n, zero = a.of.n, constant(0)
@@ -95,8 +100,7 @@ def _triangular(a: EquationFilter) -> list[str]:
         f"static void triangular({type_} *restrict v, {type_} *restrict w, int count, int size, int first, {type_} *restrict U)", [
             "for (int row = size - 1; row >= first; row--) {", f"    {type_} *const u = U + (row - first) * size;",
             f"    {type_} d = u[row];", *(f"    {line}" for line in [*rotates, *projects, "u[row] = d;"]), "}"],
-        "U from row `first` on, and D on its diagonal, of `count` columns v of `size`, with weights w.  A row of U that begins "
-        "with a D above 0 is a column more: they are rotated into it.  Otherwise Gram and Schmidt")
+        "U, with D on its diagonal, of columns v with weights w; a row of U that begins with a D is a column of noise")
 
 
 def _places(a: EquationFilter) -> tuple[list[int], list[float]]:

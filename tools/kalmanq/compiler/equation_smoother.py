@@ -64,7 +64,18 @@ class Smoother:
         return [f"  {self.name}_smooth, {self.name}_lagged: a step back in {where}; the history holds {self.steps} steps of "
                 f"{self.record_size} bytes, {self.history_size} bytes in all."]
 
-    # ---- calls
+    # ---- the header
+
+    def usage(self) -> list[tuple[str, str]]:
+        """Calls and what they are for"""
+        state = self.given.states[0]
+        return [("", ""), (f"static {self.name}_history h;", f"the last {self.steps} steps, {self.history_size} bytes"),
+                (f"{self.name}_history_start(&h);", "once"), (f"{self.name}_predict_recorded(&f, &h{self._passed()});", "in the place of predict"),
+                (f"{self.given.type} s = f;", "to smooth, begin with a copy"), (f"{self.name}_smooth(&s, &h, 1);", "then with 2, 3, ..."),
+                (f"{self.name}_mean_{state}(&s)", "1 step ago, given all samples")]
+
+    def _passed(self) -> str:
+        return "".join(f", {one}" for one in re.findall(r"(\w+)(?:\[\d+\])?(?=,|$)", self.arguments))
 
     def calls(self) -> list[str]:
         name, filter_, n = self.name, f"{self.given.type} *f", self.a.of.n
@@ -73,25 +84,29 @@ class Smoother:
             f"/** {name}_predict, and the step is recorded, in {self.record_size} bytes of the history. */",
             f"void {name}_predict_recorded({filter_}, {name}_history *h{self.arguments});", "",
             f"/** Goes one step back, to `back` steps before the last one: f becomes the filter of then, given all samples up to",
-            " *  now.  Begin with a copy of the filter and back = 1, then 2, 3, ...; read each as you read the filter:",
-            f" *      {self.given.type} s = f;",
+            " *  now.  f: a copy of the filter, which has gone back to `back` - 1; read it as you read the filter.",
             f" *      for (int back = 1; {name}_smooth(&s, &h, back); back++) use({name}_mean_{self.given.states[0]}(&s));",
-            " *  Returns 0 and changes nothing where no such step is recorded.  Cost: that of a few predicts. */",
+            f" *  Returns 0 and changes nothing where no such step is recorded.  {self._cost('3 to 5', '10 to 30')} */",
             f"int {name}_smooth({filter_}, const {name}_history *h, int back);", "",
             "/** The mean of `back` steps ago, given all samples up to now, without its variance.  Returns 0 and changes nothing",
-            " *  where so many are not recorded.  Cost: that of a predict or two for each of the steps. */",
+            f" *  where so many are not recorded.  {self._cost('2 or 3', '5 to 15', ' for each of the steps')} */",
             f"int {name}_lagged(const {filter_}, const {name}_history *h, int back, {self.a.type} mean[{n}]);", ""]
+
+    def _cost(self, straight: str, loops: str, each: str = "") -> str:
+        """Observed on a Cortex-M4F at 2 to 6 states"""
+        if self.is_straight:
+            return f"Cost: {straight} predicts{each}."
+        return f"Cost: {loops} predicts{each}; stack {back_loops.stack(self.a)} bytes."
 
     def functions(self) -> list[list[str]]:
         name, type_, n = self.name, self.a.type, self.a.of.n
         filter_, history = f"{self.given.type} *restrict f", f"{name}_history *restrict h"
-        passed = "".join(f", {one}" for one in re.findall(r"(\w+)(?:\[\d+\])?(?=,|$)", self.arguments))
         return [
             function(f"void {name}_history_start({history})", ["h->next = 0;", "h->steps = 0;"]),
             function(f"void {name}_predict_recorded({filter_}, {history}{self.arguments})", [
                 f"{name}_record *const r = &h->records[h->next];", *self._recorded(),
                 f"h->next = (uint16_t)(h->next + 1 < {self.steps} ? h->next + 1 : 0);",
-                f"if (h->steps < {self.steps}) h->steps++;", f"{name}_predict(f{passed});"]),
+                f"if (h->steps < {self.steps}) h->steps++;", f"{name}_predict(f{self._passed()});"]),
             *self._step_back(),
             function(f"static const {name}_record *recorded(const {history}, int back)", [
                 f"return &h->records[h->next - back + (h->next < back ? {self.steps} : 0)];"]),
