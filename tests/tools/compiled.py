@@ -101,5 +101,6 @@ def driver(product: Product) -> str:
         lines += [f"        if ({name}_lag_step(&l, &f)) {{"]
         lines += [f"            lagged[t * {m.n} + {i}] = (double){name}_lagged_{state}(&l) / {scale['states'][i]!r};"
                   for i, state in enumerate(plan.subject.states)] + ["        }"]
-    return "\n".join([*lines, "        refused[2 * t] = f.gap_refused, refused[2 * t + 1] = f.sample_refused;",
+    return "\n".join([*lines, "        refused[2 * t] = !!(f.events & FILTER_X_SIGMA_SATURATED);",
+                      "        refused[2 * t + 1] = f.events & FILTER_X_REFUSED;",
                       "    }", "}", ""])

@@ -5,6 +5,7 @@ from __future__ import annotations
 import decimal
 import shutil
 import subprocess
+from dataclasses import replace
 from functools import lru_cache
 from pathlib import Path
 from typing import Any, Sequence
@@ -181,6 +182,38 @@ def test_sharp_sensors_leave_no_variance_below_0(name: str, loops: bool) -> None
     for made in smoothed_of(name, "f32", loops, 1e-6):
         assert np.all(np.isfinite(made.mean)) and np.all(np.isfinite(made.covariance))
         assert np.all(np.einsum("tii->ti", made.covariance) >= 0)
+
+
+def textbook_of_errors(model: NonlinearModel, ran: Ran, u: np.ndarray) -> Smoothed:
+    """The same of nominal numbers, in double: what the smoother says is errors of them"""
+    x, P = ran.mean[-1], ran.covariance[-1]
+    made = [(x, P)]
+    for t in range(len(ran.mean) - 2, -1, -1):
+        A, before = model.transition(ran.mean[t], t, u[t]), ran.covariance[t]
+        ahead = A @ before @ A.T + model.Q
+        C = np.linalg.solve(ahead, A @ before).T
+        x = model.plus(ran.mean[t], C @ model.minus(x, model.moved(ran.mean[t], t, u[t])))
+        P = before + C @ (P - ahead) @ C.T
+        made.append((x, P))
+    means, covariances = (np.array(one[::-1]) for one in zip(*made))
+    return Smoothed(means, covariances, means)
+
+
+@pytest.mark.parametrize("loops", LOOPS)
+def test_error_states(loops: bool) -> None:
+    model = read(Path(__file__).parent / "equations" / "attitude.py")
+    for seed in SEEDS:
+        record, _ = drawn(model, ROWS, seed)
+        [(ran, made)] = run_back(model, [record], loops=loops)
+        expected = textbook_of_errors(model, ran, record.now)
+        sigma = np.sqrt(np.einsum("tii->ti", expected.covariance))
+        off = np.array([model.minus(one, other) for one, other in zip(made.mean, expected.mean)])
+        assert np.max(np.abs(off) / sigma) < 1e-9
+        assert apart(replace(made, mean=sigma), replace(expected, mean=sigma))[1] < 1e-9
+        [(_, single)] = run_back(model, [record], "f32", loops=loops)
+        off = np.array([model.minus(one, other) for one, other in zip(single.mean, made.mean)])
+        assert np.max(np.abs(off) / sigma) < 5e-3
+        assert apart(replace(single, mean=sigma), replace(made, mean=sigma))[1] < 1e-3
 
 
 # ------------------------------------------------------------------------------ the history

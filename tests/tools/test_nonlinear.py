@@ -742,12 +742,12 @@ def test_the_command_line_refuses_in_one_line(tmp_path):
         "--method: of a nonlinear model": ("run", nile, nile_data, "--method", "cubature", *out),
         "a linear model is checked without data": ("check", nile, nile_data),
         "is a nonlinear model, which run, compare, check": ("fit", TRACK, TRACK_DATA, *out),
-        "range_bearing.py: is a nonlinear model": ("simulate", TRACK, "--runs", 3, *out),
+        "--smooth: of a linear model": ("simulate", TRACK, "--runs", 3, "--smooth", *out),
     }.items():
         refused(kalmanq(*arguments), said, tmp_path)
 
 
-@pytest.mark.parametrize("command", [("design", "--core", "m3"), ("compile", "-o", "out.c"), ("steady",),
+@pytest.mark.parametrize("command", [("design", "--core", "m3"), ("steady",),
                                      ("report", TRACK_DATA, "-o", "out.html")])
 def test_other_commands_say_who_takes_it(command, tmp_path):
     done = kalmanq(command[0], TRACK, *(tmp_path / one if str(one).startswith("out") else one for one in command[1:]))

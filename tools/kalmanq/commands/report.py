@@ -9,7 +9,7 @@ import typer
 from rich.console import Console
 
 from kalmanq.commands.messages import tell_written
-from kalmanq.commands.options import ARITHMETIC, DATA, MODEL, Arithmetic, command_of
+from kalmanq.commands.options import ARITHMETIC, COMPILED, DATA, MODEL, Arithmetic, command_of
 from kalmanq.data import tables
 from kalmanq.data.files import refuse_output, whole
 from kalmanq.model import model_file
@@ -22,17 +22,20 @@ class Options:
     data: Path = DATA
     out: Path = typer.Option(..., "-o", "--out", metavar="REPORT.html", help="One page that stands by itself.")
     arithmetic: Arithmetic = ARITHMETIC
+    compiled: bool = COMPILED
 
 
 def report_file(options: Options, console: Console) -> None:
     refuse_output(options.out, [options.model, options.data])
     model = model_file.read(options.model)
     z, u = tables.measurements_and_controls(options.data, model, has_to_fit=options.arithmetic == "q31")
-    study = report.made_of(model, z, u, options.arithmetic)
+    study = report.made_of(model, z, u, options.arithmetic, options.compiled)
     text = report.page_of(study, options.model, options.data.name)
     with whole(options.out, [options.model, options.data]) as path:
         path.write_text(text, encoding="utf-8")
     console.print(verdict.headline(study.found))
+    if options.compiled:
+        console.print(report.LEFT_OUT)
     tell_written([options.out], console)
 
 

@@ -11,8 +11,9 @@ from typing import Sequence
 from kalmanq.compiler import ud
 from kalmanq.compiler.emit import function
 from kalmanq.compiler.equations import EquationFilter
-from kalmanq.compiler.printing import Body
-from kalmanq.formulas.graph import Node, constant
+from kalmanq.compiler.floats import Mean
+from kalmanq.compiler.printing import Body, Target
+from kalmanq.formulas.graph import Node, constant, symbol
 
 
 def lines(a: EquationFilter, off: Sequence[Node], refused: Sequence[str]) -> tuple[list[str], list[list[str]]]:
@@ -30,6 +31,10 @@ def lines(a: EquationFilter, off: Sequence[Node], refused: Sequence[str]) -> tup
         *_joint(a), f"triangular(v, w, {n}, {2 * n}, {n}, ahead); /* row c: C U and U of what was predicted, column c */",
         *_mean(a), "if (!is_whole) return;", *_crossed(a), f"triangular(v, w, {2 * n}, {n}, 0, U);", "pack(U, f->P);"]
     return made, [_unpack(a), _pack(a), _triangular(a)]
+
+
+def written(mean: Mean) -> list[Target]:
+    return [(f"f->{name}[{i}]", one) for i, both in enumerate(mean) for name, one in zip(("x", "low"), both)]
 
 
 def stack(a: EquationFilter) -> int:
@@ -60,9 +65,12 @@ def _joint(a: EquationFilter) -> list[str]:
 def _mean(a: EquationFilter) -> list[str]:
     """C d, and the mean from the record's"""
     n = a.of.n
+    solved = [f"for (int c = {n - 1}; c > 0; c--)", f"    for (int i = 0; i < c; i++) d[i] -= ahead[{2 * n} * c + {n} + i] * d[c];"]
+    if a.given.nominal:
+        sums = [f"const {a.type} c{i} = {' + '.join(f'ahead[{2 * n * c + i}] * d[{c}]' for c in range(n))};" for i in range(n)]
+        return [*solved, *sums, *Body(a.words, stem="s").assign(written(a.moved_by([symbol(f"c{i}") for i in range(n)])))]
     return [
-        f"for (int c = {n - 1}; c > 0; c--)", f"    for (int i = 0; i < c; i++) d[i] -= ahead[{2 * n} * c + {n} + i] * d[c];",
-        f"for (int i = 0; i < {n}; i++) {{", f"    {a.type} change = r->low[i];",
+        *solved, f"for (int i = 0; i < {n}; i++) {{", f"    {a.type} change = r->low[i];",
         f"    for (int c = 0; c < {n}; c++) change += ahead[{2 * n} * c + i] * d[c];",
         f"    const {a.type} mean = r->x[i] + change;", "    f->x[i] = mean;", "    f->low[i] = change - (mean - r->x[i]);", "}"]
 

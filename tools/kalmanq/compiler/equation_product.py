@@ -28,7 +28,7 @@ class EquationHeader(Header):
                 *((f"{self.name}_update{one.suffix}(&f{self.c._same(self.c.update_arguments(one))});", "a sample")
                   for one in self.a.sensors),
                 (f"{self.name}_predict(&f{self.c._same(self.c.predict_arguments())});", "to the next instant"),
-                (f"{self.name}_mean_{self.given.states[0]}(&f)", "the estimate"),
+                (f"{self.name}_mean_{self.given.carried[0]}(&f)", "the estimate"),
                 *(self.c.smoother.usage() if self.c.smoother else [])]
         return self._aligned(rows)
 

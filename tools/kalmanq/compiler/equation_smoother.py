@@ -13,8 +13,7 @@ from kalmanq.compiler import back_loops
 from kalmanq.compiler.back import Back
 from kalmanq.compiler.emit import function, within
 from kalmanq.compiler.equations import EquationFilter
-from kalmanq.compiler.floats import Mean, carried
-from kalmanq.compiler.printing import Body, Target
+from kalmanq.compiler.printing import Body
 from kalmanq.formulas.graph import Node, constant, needed, symbol
 
 STRAIGHT = 1200  # operations of a step back, about 6 kB: beyond, loops, which take 2 kB and five times as many instructions
@@ -33,7 +32,7 @@ class Smoother:
 
     @property
     def record(self) -> list[str]:
-        n, type_ = self.a.of.n, self.a.type
+        n, type_ = len(self.given.carried), self.a.type
         return [f"{type_} x[{n}], low[{n}], P[{max(len(self.a.live), 1)}];",
                 *([f"{type_} u[{self.a.of.l}];"] if self.a.predicts_by("u") else []),
                 *([f"{type_} t;"] if self.a.predicts_by("t") else [])]
@@ -41,7 +40,7 @@ class Smoother:
     @property
     def record_size(self) -> int:
         """Bytes"""
-        numbers = 2 * self.a.of.n + max(len(self.a.live), 1) + self.a.predicts_by("t")
+        numbers = 2 * len(self.given.carried) + max(len(self.a.live), 1) + self.a.predicts_by("t")
         numbers += self.a.of.l if self.a.predicts_by("u") else 0
         return (4 if self.a.type == "float" else 8) * numbers
 
@@ -68,7 +67,7 @@ class Smoother:
 
     def usage(self) -> list[tuple[str, str]]:
         """Calls and what they are for"""
-        state = self.given.states[0]
+        state = self.given.carried[0]
         return [("", ""), (f"static {self.name}_history h;", f"the last {self.steps} steps, {self.history_size} bytes"),
                 (f"{self.name}_history_start(&h);", "once"), (f"{self.name}_predict_recorded(&f, &h{self._passed()});", "in the place of predict"),
                 (f"{self.given.type} s = f;", "to smooth, begin with a copy"), (f"{self.name}_smooth(&s, &h, 1);", "then with 2, 3, ..."),
@@ -78,14 +77,14 @@ class Smoother:
         return "".join(f", {one}" for one in re.findall(r"(\w+)(?:\[\d+\])?(?=,|$)", self.arguments))
 
     def calls(self) -> list[str]:
-        name, filter_, n = self.name, f"{self.given.type} *f", self.a.of.n
+        name, filter_, n = self.name, f"{self.given.type} *f", len(self.given.carried)
         return [
             "/** Before the first step. */", f"void {name}_history_start({name}_history *h);", "",
             f"/** {name}_predict, and the step is recorded, in {self.record_size} bytes of the history. */",
             f"void {name}_predict_recorded({filter_}, {name}_history *h{self.arguments});", "",
             f"/** Goes one step back, to `back` steps before the last one: f becomes the filter of then, given all samples up to",
             " *  now.  f: a copy of the filter, which has gone back to `back` - 1; read it as you read the filter.",
-            f" *      for (int back = 1; {name}_smooth(&s, &h, back); back++) use({name}_mean_{self.given.states[0]}(&s));",
+            f" *      for (int back = 1; {name}_smooth(&s, &h, back); back++) use({name}_mean_{self.given.carried[0]}(&s));",
             f" *  Returns 0 and changes nothing where no such step is recorded.  {self._cost('3 to 5', '10 to 30')} */",
             f"int {name}_smooth({filter_}, const {name}_history *h, int back);", "",
             "/** The mean of `back` steps ago, given all samples up to now, without its variance.  Returns 0 and changes nothing",
@@ -99,7 +98,7 @@ class Smoother:
         return f"Cost: {loops} predicts{each}; stack {back_loops.stack(self.a)} bytes."
 
     def functions(self) -> list[list[str]]:
-        name, type_, n = self.name, self.a.type, self.a.of.n
+        name, type_, n = self.name, self.a.type, len(self.given.carried)
         filter_, history = f"{self.given.type} *restrict f", f"{name}_history *restrict h"
         return [
             function(f"void {name}_history_start({history})", ["h->next = 0;", "h->steps = 0;"]),
@@ -118,7 +117,7 @@ class Smoother:
                 f"for (int i = 0; i < {n}; i++) mean[i] = s.x[i] + s.low[i];", "return 1;"])]
 
     def _recorded(self) -> list[str]:
-        lines = [f"for (int i = 0; i < {self.a.of.n}; i++) {{", "    r->x[i] = f->x[i];", "    r->low[i] = f->low[i];", "}",
+        lines = [f"for (int i = 0; i < {len(self.given.carried)}; i++) {{", "    r->x[i] = f->x[i];", "    r->low[i] = f->low[i];", "}",
                  f"for (int i = 0; i < {max(len(self.a.live), 1)}; i++) r->P[i] = f->P[i];"]
         lines += [f"for (int i = 0; i < {self.a.of.l}; i++) r->u[i] = u[i];"] if self.a.predicts_by("u") else []
         return lines + (["r->t = t;"] if self.a.predicts_by("t") else [])
@@ -138,13 +137,12 @@ class Smoother:
 
     def _straight(self) -> tuple[list[str], int]:
         """Its lines, whose locals x0, l0, u01, d0, ... are of the record, and how many operations they are"""
-        a, n, body = self.a, self.a.of.n, Body(self.a.words)
+        a, body = self.a, Body(self.a.words)
         c, fields = a.coefficients, {key: symbol(f"f->P[{slot}]") for slot, key in enumerate(a.live)}
         back = Back.of(a.form, c.A, c.noise(), a.entries)
         after = back.smoothed({key: fields[fact] if isinstance(fact, tuple) else constant(fact) for key, fact in a.facts.items()})
-        mean: Mean = [carried(high, low + one) for (high, low), one in zip(a.mean, back.moved(off(a)))]
-        first: list[Target] = [(f"f->{name}[{i}]", one) for i in range(n) for name, one in zip(("x", "low"), mean[i])]
-        second: list[Target] = [(f"f->P[{slot}]", after[key]) for slot, key in enumerate(a.live)]
+        first = back_loops.written(a.moved_by(back.moved(off(a))))
+        second = [(f"f->P[{slot}]", after[key]) for slot, key in enumerate(a.live)]
         body.lines += a.unless_finite_step(body, self.refusal)
         made = [one for _, one in first]
         body.name_shared([*made, *_handed_on(made, [one for _, one in second])])
@@ -155,7 +153,8 @@ class Smoother:
 
 def off(a: EquationFilter) -> list[Node]:
     """The next instant's mean given all, less its predicted one"""
-    return [(symbol(f"f->x[{i}]") - high) + (symbol(f"f->low[{i}]") - low) for i, (high, low) in enumerate(a.moved_mean())]
+    given_all = [(symbol(f"f->x[{i}]"), symbol(f"f->low[{i}]")) for i in range(len(a.given.carried))]
+    return a.beside(given_all, a.moved_mean())
 
 
 def _handed_on(first: Sequence[Node], second: Sequence[Node]) -> list[Node]:

@@ -6,18 +6,19 @@ one after the other.  A call whose formulas are not finite changes nothing.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Callable, Sequence
 
 import numpy as np
 
 from kalmanq.compiler import back, ud
 from kalmanq.compiler.coefficients import Constant
-from kalmanq.compiler.floats import MOST, FloatFilter, Mean, entry
+from kalmanq.compiler.floats import MOST, FloatFilter, Mean, carried, entry
 from kalmanq.compiler.printing import Body, Target, indented
+from kalmanq.compiler.names import named
 from kalmanq.compiler.request import Options, Request, request
 from kalmanq.errors import KalmanqError
-from kalmanq.formulas.calculus import substituted
+from kalmanq.formulas.calculus import substituted, without
 from kalmanq.formulas.graph import Node, add, call, constant, dot, make, needed, symbol
 from kalmanq.model import Model
 from kalmanq.nonlinear import NonlinearModel
@@ -44,7 +45,13 @@ def equations(model: NonlinearModel, name: str, options: Options) -> Equations:
     controls = {"B": np.zeros((model.n, model.l)), "controls": model.controls} if model.l else {}
     whole = Model(frame.A, frame.H, frame.R, frame.Q, x0=frame.x0, P0=frame.P0, states=frame.states,
                   measurements=frame.measurements, name=model.name, **controls)
-    return Equations(model, request(whole, name, options), model.sensors)
+    given = request(whole, name, options)
+    if not model.has_errors:
+        return Equations(model, given, model.sensors)
+    if options.iterate > 1:
+        raise KalmanqError("--iterate: is of models without nominal numbers")
+    names, _, _ = named(model.carried, (), ())
+    return Equations(model, replace(given, nominal=names), model.sensors)
 
 
 def _refuse(options: Options) -> None:
@@ -61,14 +68,29 @@ class Formulas(Constant):
 
     def __init__(self, of: Equations):
         super().__init__(of.given)
-        formulas, count, memo = of.model.formulas, range(of.model.n), {}
+        formulas, count, memo = of.model.formulas, range(len(of.model.carried)), {}
         mean = {f"x{i}": add(symbol(f"x{i}"), symbol(f"l{i}")) for i in count}
         self.change = [substituted(one, mean, memo) for one in formulas.change]
+        self.moved = [substituted(one, mean, memo) for one in formulas.moved]
         self.A = [[substituted(one, mean, memo) for one in row] for row in formulas.transition]
+        errors = {f"d{k}": symbol(f"c{k}") for k in range(of.model.n)}
+        self.corrected = [substituted(one, {**mean, **errors}, {}) for one in formulas.corrected] if of.model.has_errors else []
         if of.given.options.iterate > 1:
             mean, memo = {f"x{i}": symbol(f"a{i}") for i in count}, {}
         self.e = self._mixed([[substituted(one, mean, memo)] for one in formulas.innovation])
         self.H = self._mixed([[substituted(one, mean, memo) for one in row] for row in formulas.measurement])
+
+        self._refuse_no_numbers(of.model)
+
+    def _refuse_no_numbers(self, model: NonlinearModel) -> None:
+        """Formulas with a constant that is NaN or infinite, as 1 / 0"""
+        errors = " where the errors are 0: a root or a quotient of errors has no derivative there; take all that needs it in one " \
+            "branch, as (cos(a), sin(a) / a) if a > 1e-4 else (1, 1)" if model.has_errors else ""
+        names = {"f": [self.change], "A": self.A, "z - h": self.e, "H": self.H, "plus": [self.corrected]}
+        for name, rows in names.items():
+            for one in (one for row in rows for one in row):
+                if any(part.is_constant and not np.isfinite(part.value) for part in needed([one])[0]):
+                    raise KalmanqError(f"{name}: has an entry that is not a number{errors if name in 'AH' else ''}")
 
     def _mixed(self, made: Sequence[Sequence[Node]]) -> list[list[Node]]:
         """Of what has independent noises"""
@@ -83,7 +105,7 @@ class EquationFilter(FloatFilter):
         self.equations, self.sensors = of, of.sensors
         super().__init__(of.given, None)
         c = self.coefficients
-        self.linear = [] if of.given.options.iterate > 1 else [one for one in of.sensors if all(_is_linear(c.e[j][0], c.H[j]) for j in range(one.first, one.first + one.m))]
+        self.linear = [] if of.given.options.iterate > 1 or of.given.nominal else [one for one in of.sensors if all(_is_linear(c.e[j][0], c.H[j]) for j in range(one.first, one.first + one.m))]
         self.events = (("NOT_FINITE", "a function of the model or a derivative was not finite: the call changed nothing"),
                        ("OVERFLOW", "a variance is infinite: start again"))
         self.code_includes = ["#include <math.h>"]
@@ -124,8 +146,21 @@ class EquationFilter(FloatFilter):
         """While entries are looked for: the formulas; in an update: their names"""
         return [one if one.is_constant else symbol(f"h{j}_{i}") for i, one in enumerate(self.coefficients.H[j])]
 
+    @property
+    def first_mean(self) -> Sequence[float]:
+        return [float(one) for one in self.equations.model.x0]
+
     def _change(self, x: Mean, i: int) -> Node:
         return x[i][1] + self.coefficients.change[i]
+
+    def _moved(self, x: Mean) -> Mean:
+        return super()._moved(x) if not self.given.nominal else [self._carried_to(one, i) for i, one in enumerate(self.coefficients.moved)]
+
+    def _carried_to(self, value: Node, i: int) -> tuple[Node, Node]:
+        """A nominal number: where its old value is added in the new one, in two numbers; otherwise in one"""
+        high, low = self.mean[i]
+        change = without(value, add(high, low))
+        return (value, constant(0)) if change is None else carried(high, low + change)
 
     def measured(self, j: int) -> Node:
         if self.sensor_of(j) in self.linear:
@@ -160,6 +195,21 @@ class EquationFilter(FloatFilter):
     def moved_mean(self) -> Mean:
         return self._moved(self.mean)
 
+    def beside(self, x: Mean, other: Mean) -> list[Node]:
+        """x less another mean: the errors of that one that make x of it"""
+        if not self.given.nominal:
+            return [(high - h) + (low - l) for (high, low), (h, l) in zip(x, other)]
+        values = {f"{letter}{i}": high + low for letter, one in zip("ab", (x, other)) for i, (high, low) in enumerate(one)}
+        memo: dict[int, Node] = {}
+        return [substituted(one, values, memo) for one in self.equations.model.formulas.apart]
+
+    def moved_by(self, errors: Sequence[Node]) -> Mean:
+        """The mean with these errors"""
+        if not self.given.nominal:
+            return [carried(high, low + one) for (high, low), one in zip(self.mean, errors)]
+        values, memo = {f"c{k}": one for k, one in enumerate(errors)}, {}
+        return [self._carried_to(substituted(one, values, memo), i) for i, one in enumerate(self.coefficients.corrected)]
+
     def linearised(self, sensor: Sensor) -> list[str]:
         """Constants e0, h0_1, ... of a sensor, at the mean before it, and its corrections c0, c1, ...; those of a linear one
         are worked out as the components are taken"""
@@ -189,6 +239,9 @@ class EquationFilter(FloatFilter):
         """After all components: the corrections go over to the mean."""
         if sensor in self.linear:
             return []
+        if self.given.nominal:
+            mean = [self._carried_to(one, i) for i, one in enumerate(self.coefficients.corrected)]
+            return Body(self.words, stem="s").assign(self._written(mean))
         moved = "(c{0} + (a{0} - m{0}))" if self.given.options.iterate > 1 else "c{0}"
         return [f"l{i} = l{i} + {moved.format(i)};" for i in range(self.of.n)]
 

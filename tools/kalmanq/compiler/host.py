@@ -12,6 +12,7 @@ from typing import Mapping, Optional, Sequence
 
 import numpy as np
 
+from kalmanq.compiler import lag
 from kalmanq.compiler.emit import PREDICTS, UPDATES, Row
 from kalmanq.compiler.product import Product
 from kalmanq.data.files import own_folder, telling_where
@@ -41,6 +42,7 @@ void run(int rows, int goes_on, int first, const unsigned char *what, const unsi
     if (!goes_on) {{
 {start}
     }}
+{lag}
     for (int t = 0; t < rows; t++, z += {m}, u += {l}, now += {l}) {{
         {type} v[{m}], w[{l} + 1], at[{l} + 1];
         (void)w, (void)at, (void)first;
@@ -61,7 +63,7 @@ void run(int rows, int goes_on, int first, const unsigned char *what, const unsi
 
 @dataclass(frozen=True)
 class Ran:
-    """rows x n, rows x n, rows x n x n; bits of the components taken and of events, of each row"""
+    """rows x n (or as many as there are nominal numbers), the same, rows x n x n; bits of the components taken and of events, of each row"""
 
     mean: np.ndarray
     reading: np.ndarray  # rows x n, as NAME_mean_... gives it
@@ -111,7 +113,8 @@ class Host:
         given = [np.ascontiguousarray(what, np.uint8), np.ascontiguousarray(present, np.uint32),
                  np.ascontiguousarray(z), *(np.ascontiguousarray(np.zeros((rows, of.l)) if one is None else one, np.float64)
                                             for one in (u, now))]
-        made = Ran(np.zeros((rows, of.n)), np.zeros((rows, of.n)), np.zeros((rows, of.n, of.n)), np.zeros(rows, np.uint32),
+        size = len(self.product.given.carried)
+        made = Ran(np.zeros((rows, size)), np.zeros((rows, size)), np.zeros((rows, of.n, of.n)), np.zeros(rows, np.uint32),
                    np.zeros(rows, np.uint32))
         arrays = [*given, made.mean, made.reading, made.covariance, made.taken, made.events, np.zeros(1, np.uint32)]
         self._run(rows, int(goes_on), first, *(ctypes.c_void_p(one.ctypes.data) for one in arrays))
@@ -119,8 +122,8 @@ class Host:
 
     def smoothed(self, what: np.ndarray) -> Smoothed:
         """Backwards over the rows of the last call, whose `what` it was, as far as --smooth holds them"""
-        n, rows = self.product.given.of.n, len(what)
-        made = Smoothed(*(np.full((rows, n, n)[:size], np.nan) for size in (2, 3, 2)))
+        n, size, rows = self.product.given.of.n, len(self.product.given.carried), len(what)
+        made = Smoothed(*(np.full(shape, np.nan) for shape in ((rows, size), (rows, n, n), (rows, size))))
         predicts = np.ascontiguousarray(np.asarray(what) & PREDICTS, np.uint8)
         self._library.smooth(rows, *(ctypes.c_void_p(one.ctypes.data) for one in (predicts, made.mean, made.covariance, made.lagged)))
         return made
@@ -148,13 +151,13 @@ void smooth(int rows, const unsigned char *predicts, double *mean, double *covar
 void smooth(int rows, const unsigned char *predicts, double *mean, double *covariance, double *lagged)
 {{
     const {name}_filter now = f;
-    {type} v[{n}];
+    {type} v[{size}];
     for (int t = rows - 1, back = 0; t >= 0; t--) {{
 {read}
         for (int i = 0; i < {n}; i++)
             for (int j = 0; j < {n}; j++) covariance[(t * {n} + i) * {n} + j] = {entry};
         {name}_lagged(&now, &history, back, v);
-        for (int i = 0; i < {n}; i++) lagged[t * {n} + i] = v[i];
+        for (int i = 0; i < {size}; i++) lagged[t * {size} + i] = v[i];
         if (predicts[t] && !{name}_smooth(&f, &history, ++back)) break;
     }}
     f = now;
@@ -168,17 +171,20 @@ def driver(product: Product) -> str:
     convert = [f"v[{j}] = {a.from_double('measurements', j, f'z[{j}]')};" for j in range(of.m)]
     convert += [f"{to}[{k}] = {a.from_double('controls', k, f'{one}[{k}]')};" for to, one in (("w", "u"), ("at", "now"))
                 for k in range(of.l)]
-    read = [f"mean[t * {of.n} + {i}] = {a.mean_double(i)};" for i in range(of.n)]
-    read += [f"reading[t * {of.n} + {i}] = (double){name}_mean_{state}(&f);" for i, state in enumerate(given.states)]
-    digests = [f"        h = hash(h, f.{field}, sizeof f.{field});" for field in a.arrays]
+    size = len(given.carried)
+    read = [f"mean[t * {size} + {i}] = {a.mean_double(i)};" for i in range(size)]
+    read += [f"reading[t * {size} + {i}] = (double){name}_mean_{state}(&f);" for i, state in enumerate(given.carried)]
+    follows, hashed = lag.followed(given), [f"f.{field}" for field in a.arrays]
+    digests = [*follows[1:], *(f"h = hash(h, {one}, sizeof {one});" for one in (*hashed, *lag.kept(given)))]
     calls = product.text.row(Row("what[t]", "present[t]", "v", "w", "at", "first + t", "taken[t]"))
     start = [f"{name}_start(&f);"]
-    texts = {"name": name, "type": a.type, "n": of.n, "read": _inside(read[:of.n]), "entry": a.covariance_double("i", "j"), "smooths": ""}
+    texts = {"name": name, "type": a.type, "n": of.n, "size": size, "read": _inside(read[:size]), "entry": a.covariance_double("i", "j"),
+             "smooths": ""}
     if given.options.smooth:
         start.append(f"{name}_history_start(&history);")
         texts["smooths"] = SMOOTHS.format(**texts)
-    return DRIVER.format(**{**texts, "read": _inside(read)}, m=of.m, l=of.l, digests="\n".join(digests), calls=_inside(calls), given=_inside(convert),
-                         start=_inside(start))
+    return DRIVER.format(**{**texts, "read": _inside(read)}, m=of.m, l=of.l, digests=_inside(digests), calls=_inside(calls),
+                         given=_inside(convert), start=_inside(start), lag="\n".join(f"    {line}" for line in follows[:1]))
 
 
 def _inside(lines: Sequence[str]) -> str:

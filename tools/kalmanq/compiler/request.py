@@ -50,7 +50,7 @@ class Options:
 @dataclass(frozen=True)
 class Request:
     """mixing: m x m, unit lower: what the filter takes is mixing * z, whose noises are independent; together: of each
-    component, the bits of those that are taken only with it"""
+    component, the bits of those that are taken only with it; nominal: names of what the states are errors of"""
 
     name: str
     model: Model
@@ -61,6 +61,12 @@ class Request:
     measurements: Sequence[str]
     controls: Sequence[str]
     options: Options
+    nominal: Sequence[str] = ()
+
+    @property
+    def carried(self) -> Sequence[str]:
+        """Names of the numbers of its mean: of the states, or of what these are errors of"""
+        return self.nominal or self.states
 
     @property
     def all(self) -> int:

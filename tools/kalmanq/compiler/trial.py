@@ -6,6 +6,7 @@ from typing import Optional, Sequence
 
 import numpy as np
 
+from kalmanq.compiler import lag
 from kalmanq.compiler.emit import PREDICTS, UPDATES, Row, comment
 from kalmanq.compiler.host import Host, Ran
 from kalmanq.compiler.printing import indented
@@ -46,7 +47,7 @@ class Trial:
                           *self._near(), *self._main()])
 
     def _rows(self) -> list[str]:
-        n, m, l = self.given.of.n, self.given.of.m, self.given.of.l
+        n, m, l = len(self.given.carried), self.given.of.m, self.given.of.l
         given = [("u", self.record.u), *([] if self.record.now is None else [("now", self.record.now)])] if l else []
         controls = [f"{self.a.type} {', '.join(f'{name}[{l}]' for name, _ in given)};"] if l else []
         lines = []
@@ -68,19 +69,18 @@ class Trial:
             return []
         rows = [f"{{{', '.join(self.a.literal(value) for value in row)}}}," for row in self.back]
         return ["/* Means 1, 2, ... steps ago, given all rows */",
-                f"static const {self.a.type} smoothed[{len(rows)}][{self.given.of.n}] = {{", *indented(rows), "};", ""]
+                f"static const {self.a.type} smoothed[{len(rows)}][{len(self.given.carried)}] = {{", *indented(rows), "};", ""]
 
     def _smooths(self) -> list[str]:
         """Goes back over what is recorded, by both ways"""
         if self.back is None:
             return []
         name, count = self.name, len(self.back)
-        near = [f"wrong += !is_near({{}}, smoothed[back - 1][{i}], {name}_variance_{state}(&s));"
-                for i, state in enumerate(self.given.states)]
-        return [f"static {self.given.type} s;", f"{self.a.type} mean[{self.given.of.n}];", "int back = 1;", "s = f;",
+        near = [f"wrong += !is_near({{}}, smoothed[back - 1][{i}], {self._variance(i, 's')});" for i in range(len(self.given.carried))]
+        return [f"static {self.given.type} s;", f"{self.a.type} mean[{len(self.given.carried)}];", "int back = 1;", "s = f;",
                 f"for (; back <= {count} && {name}_smooth(&s, &history, back); back++) {{",
                 f"    if (!{name}_lagged(&f, &history, back, mean)) wrong++;",
-                *(f"    {one.format(f'{name}_mean_{state}(&s)')}" for one, state in zip(near, self.given.states)),
+                *(f"    {one.format(f'{name}_mean_{state}(&s)')}" for one, state in zip(near, self.given.carried)),
                 *(f"    {one.format(f'mean[{i}]')}" for i, one in enumerate(near)), "}",
                 f"wrong += back != {count + 1};"]
 
@@ -93,18 +93,26 @@ class Trial:
                 f"    const {type_} apart = mean - expected;",
                 f"    return apart * apart <= {limit} * {limit} * variance;", "}", ""]
 
+    def _variance(self, i: int, of: str = "f") -> str:
+        """Of number i of the mean; a nominal number has none of its own: the least of the errors"""
+        if not self.given.nominal:
+            return f"{self.name}_variance_{self.given.states[i]}(&{of})"
+        return self.a.literal(float(np.einsum("tii->ti", self.ran.covariance).min()))
+
     def _main(self) -> list[str]:
         name = self.name
         calls = self.product.text.row(Row(*(f"rows[t].{one}" for one in ("what", "present", "z", "u", "now")), "t", "taken"))
         checks = []
-        for i, state in enumerate(self.given.states):
-            variance = "" if self.a.type == "int32_t" else f", {name}_variance_{state}(&f)"
+        for i, state in enumerate(self.given.carried):
+            variance = "" if self.a.type == "int32_t" else f", {self._variance(i)}"
             checks.append(f"wrong += !is_near({name}_mean_{state}(&f), rows[t].mean[{i}]{variance});")
-        digests = [f"h = digest(h, f.{field}, sizeof f.{field});" for field in self.a.arrays]
+        digests = [f"h = digest(h, {one}, sizeof {one});"
+                   for one in (*(f"f.{field}" for field in self.a.arrays), *lag.kept(self.given))]
+        follows = lag.followed(self.given)
         history = [] if self.back is None else [f"static {name}_history history;", f"{name}_history_start(&history);"]
         return ["int main(void)", "{", *indented([
-            f"static {self.given.type} f;", "int wrong = 0;", "uint32_t h = UINT32_C(2166136261);", f"{name}_start(&f);", *history,
+            f"static {self.given.type} f;", "int wrong = 0;", "uint32_t h = UINT32_C(2166136261);", f"{name}_start(&f);", *follows[:1], *history,
             f"for (int t = 0; t < {ROWS}; t++) {{", "    unsigned taken = 0;",
-            *indented([*calls, "wrong += taken != rows[t].taken;", *checks, *digests]), "}", *self._smooths(),
+            *indented([*calls, "wrong += taken != rows[t].taken;", *checks, *follows[1:], *digests]), "}", *self._smooths(),
             f'printf("{name}: %d wrong, digest %08lx\\n", wrong, (unsigned long)h);', 'if (!wrong) puts("OK");',
             "return wrong != 0;"]), "}", ""]

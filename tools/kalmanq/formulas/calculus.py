@@ -123,22 +123,22 @@ def _substituted(one: Node, values: Mapping[str, Given], memo: Memo) -> Node:
 
 def less(one: Node, term: Node) -> Node:
     """one - term; where `term` is added in one, it is left out: of x + v dt it is v dt, whose bits x + v dt - x loses."""
-    found = _without(one, term)
+    found = without(one, term)
     return sub(one, term) if found is None else found
 
 
-def _without(one: Node, term: Node) -> Optional[Node]:
+def without(one: Node, term: Node) -> Optional[Node]:
     """None: one is no sum with this term"""
     if one is term:
         return constant(0)
     if one.op == "select":
-        yes, no = (_without(a, term) for a in one.args[1:])
+        yes, no = (without(a, term) for a in one.args[1:])
         return None if yes is None or no is None else select(one.args[0], yes, no)
     if one.op not in ("add", "sub"):
         return None
     a, b = one.args
-    left = _without(a, term)
+    left = without(a, term)
     if left is not None:
         return remade(one.op, [left, b])
-    right = _without(b, term) if one.op == "add" else None
+    right = without(b, term) if one.op == "add" else None
     return None if right is None else add(a, right)

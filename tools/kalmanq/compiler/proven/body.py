@@ -9,7 +9,7 @@ from typing import Sequence
 from kalmanq.compiler.proven.forms import Entries, Judged, Mean, judged_settled, judged_unsettled, \
     update_by_gain
 from kalmanq.compiler.proven.lines import Line, Lines, indented
-from kalmanq.compiler.proven.plan import LARGEST, Plan
+from kalmanq.compiler.proven.plan import LARGEST, Plan, event
 from kalmanq.compiler.proven.sums import Sum
 
 WIDTH = 110
@@ -119,7 +119,7 @@ def outside_of(plan: Plan) -> list[str]:
 def door(plan: Plan, refused: Sequence[str], *others: str) -> list[str]:
     """What is outside the declared range, or no number, is refused, and what other conditions name."""
     outside = [*others, *outside_of(plan)]
-    return [f"if ({' || '.join(outside)}) {{", *indented(["f->sample_refused = 1;", *refused]), "}"]
+    return [f"if ({' || '.join(outside)}) {{", *indented([event(plan, "REFUSED"), *refused]), "}"]
 
 
 def second(plan: Plan) -> str:
@@ -133,34 +133,54 @@ def too_soon(plan: Plan) -> str:
 
 
 def counted(plan: Plan) -> list[str]:
-    """What a predict begins with: a gap beyond those declared is refused."""
-    refuse = ["f->gap_refused = 1;", "return;"]
+    """What a predict begins with: a gap beyond those declared is another function's."""
+    other = [f"beyond(f{', u' if plan.subject.of.l else ''});", "return;"]
     if plan.max_gap:
-        refuse = [f"if (f->missed == {plan.max_gap} || ({too_soon(plan)})) {{ "
-                  "/* too long, or too soon after another */", *indented(refuse), "}", "f->missed++;"]
-    return ["if ((uint16_t)f->rows == 0) { /* no sample since the last predict */", *indented(refuse), "}",
+        other = [f"if (f->missed == {plan.max_gap} || ({too_soon(plan)})) {{ "
+                 "/* too long, or too soon after another */", *indented(other), "}", "f->missed++;"]
+    return ["if ((uint16_t)f->rows == 0) { /* no sample since the last predict */", *indented(other), "}",
             "f->rows <<= 16;"]
+
+
+def beyond(plan: Plan, capped: Sequence[str]) -> list[str]:
+    """A predict beyond the declared gaps.  capped: lines that make the covariance the cap"""
+    body = Body(plan, "beyond", carries=False)
+    body.predict_mean()
+    again = [f"if ({too_soon(plan)}) {{ /* too soon after another */", *indented([
+        *capped, "f->rows = 0;", f"f->missed = {plan.max_gap};"]), "}"] if plan.max_gap else []
+    fields = [name for i in range(plan.subject.of.n) for name, _ in plan.subject.mean.fields(i)]
+    stays = [f"f->{name} = stay(f, f->{name}, {plan.subject.mean.word(i, most)});"
+             for i, (name, most) in enumerate(zip(fields, plan.stays))]
+    remark = "The mean goes on, the covariance stays" + \
+        (", or becomes what the longest declared gap leaves of the start" if again and capped else "")
+    head = f"static void beyond({plan.type} *restrict f{plan.controls})"
+    return [*(stay(plan) if stays else []), *function(head, [event(plan, "SIGMA_SATURATED"), *again, *body.text(), *stays],
+                                                      remark)]
+
+
+def stay(plan: Plan) -> list[str]:
+    return function(f"static int64_t stay({plan.type} *restrict f, int64_t x, int64_t most)", [
+        "if (x >= -most && x <= most) return x;", event(plan, "MEAN_SATURATED"), "return x > 0 ? most : -most;"])
 
 
 def not_yet(plan: Plan, rows: int) -> list[str]:
     """What a step begins with: before so many samples in a row it is two calls."""
     u = ", u" if plan.subject.of.l else ""
-    return [f"if (f->rows != {rows}) {{", f"    {plan.name}_predict(f{u});", f"    {plan.name}_update(f, z);",
-            "    return;", "}"]
+    return [f"if (f->rows != {rows}) {{", f"    {plan.name}_predict(f{u});", f"    return {plan.name}_update(f, z);", "}"]
 
 
 def stops(plan: Plan) -> list[str]:
     """The functions that controls go through"""
     ranges = [one.range for one in plan.model.controls]
     none = function(f"static inline float number({plan.type} *restrict f, float u, float most)", [
-        "if (u >= -most && u <= most) return u;", "f->control_refused = 1;", "return 0.0f;"], "A control, or none")
+        "if (u >= -most && u <= most) return u;", event(plan, "CONTROL_REFUSED"), "return 0.0f;"], "A control, or none")
     return [*(stop(plan) if any(ranges) else []), *(none if any(not one for one in ranges) else [])]
 
 
 def stop(plan: Plan) -> list[str]:
     type_, otherwise = plan.subject.words.type, "-most" if plan.subject.words.is_fixed else "u < 0 ? -most : 0"
     return function(f"static inline {type_} within({plan.type} *restrict f, {type_} u, {type_} most)", [
-        "if (u >= -most && u <= most) return u;", "f->control_refused = 1;", f"return u > 0 ? most : {otherwise};"],
+        "if (u >= -most && u <= most) return u;", event(plan, "CONTROL_REFUSED"), f"return u > 0 ? most : {otherwise};"],
         "A control, or the nearer end of its range")
 
 

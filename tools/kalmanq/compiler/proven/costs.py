@@ -21,7 +21,7 @@ from kalmanq.compiler.proven.text import code
 
 MEASURES = ("two_calls", "step_settled", "flash")
 NOT_ESTIMATED = "not estimated"
-FUNCTION = re.compile(r"^(?:NEVER_INLINE )?(?:static )?void (\w+)\([^\n]*\)\n\{\n(.*?)^\}", re.S | re.M)
+FUNCTION = re.compile(r"^(?:NEVER_INLINE )?(?:static )?(?:void|unsigned) (\w+)\([^\n]*\)\n\{\n(.*?)^\}", re.S | re.M)
 SETTLED = re.compile(r"^    if \(rows >= \d+\) \{ /\* settled \*/\n(.*?)\n    \}\n", re.S | re.M)
 ROUTINES = ("product", "wide", "inverse")
 INLINED = 10  # calls of wide(): of more, gcc -Os makes a function
