@@ -39,7 +39,8 @@ def compile_file(path: Path, name: str, wanted: Options, write: Callable[[dict[s
 
 
 def _told(product: Any, found: equation_report.Findings, written: list[Path]) -> dict[str, Any]:
-    given = product.given
+    given, smoother = product.given, product.text.smoother
+    smooths = {"step": smoother.record_size, "history": smoother.history_size} if smoother else None
     return {"name": given.name, "arithmetic": given.options.arithmetic, "form": "equations", "n": given.of.n, "m": given.of.m,
-            "l": given.of.l, "ram": product.ram, "entries": len(product.arithmetic.live), "observed": asdict(found),
+            "l": given.of.l, "ram": product.ram, "smooth": smooths, "entries": len(product.arithmetic.live), "observed": asdict(found),
             "files": written}

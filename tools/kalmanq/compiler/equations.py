@@ -7,11 +7,11 @@ one after the other.  A call whose formulas are not finite changes nothing.
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
-from typing import Sequence
+from typing import Callable, Sequence
 
 import numpy as np
 
-from kalmanq.compiler import ud
+from kalmanq.compiler import back, ud
 from kalmanq.compiler.coefficients import Constant
 from kalmanq.compiler.floats import MOST, FloatFilter, Mean, carried, entry
 from kalmanq.compiler.printing import Body, Target, indented
@@ -58,7 +58,7 @@ def _refuse(options: Options) -> None:
     if options.arithmetic == "q31":
         raise KalmanqError("--arith q31: a nonlinear model is compiled in f32 and f64; kalmanq design has q31 over the library")
     for name, value in (("--lag", options.lag), ("--every", options.every), ("--tunable", options.tunable),
-                        ("--loops", options.loops)):
+                        ("--loops", options.loops and not options.smooth)):
         if value:
             raise KalmanqError(f"{name}: is of models with constant matrices")
 
@@ -134,6 +134,11 @@ class EquationFilter(FloatFilter):
 
     # ---- hooks of FloatFilter
 
+    def _transfers(self, form: ud.UD) -> list[Callable[[ud.Entries], ud.Entries]]:
+        c = self.coefficients
+        smooths = [back.transfer(form, c.A, c.noise())] if self.given.options.smooth else []
+        return [*super()._transfers(form), *smooths]
+
     def slot(self, j: int) -> int:
         return j - self.sensor_of(j).first
 
@@ -175,13 +180,35 @@ class EquationFilter(FloatFilter):
 
     def predict(self, refused: Sequence[str]) -> list[str]:
         """Mean and factor, if the formulas are finite"""
-        c, body = self.coefficients, Body(self.words)
-        mean, after = self._moved(self.mean), self._predicted(self.form, self.entries)
+        body = Body(self.words)
+        mean, after = self.moved_mean(), self._predicted(self.form, self.entries)
         targets = [*self._written(mean), *((entry(key), after[key]) for key in self.live)]
-        doubtful = [one for f, row in zip(c.change, c.A) for one in self._doubtful(f, row)]
-        body.lines += self._unless_finite(body, doubtful, refused)
+        body.lines += self.unless_finite_step(body, refused)
         body.assign(targets)
-        return [*body.lines, *self._overflow()]
+        return [*body.lines, *self.overflow([entry(key) for key in self.live])]
+
+    def unless_finite_step(self, body: Body, refused: Sequence[str]) -> list[str]:
+        """`refused` where f or A is not finite"""
+        c = self.coefficients
+        return self._unless_finite(body, [one for f, row in zip(c.change, c.A) for one in self._doubtful(f, row)], refused)
+
+    def moved_mean(self) -> Mean:
+        return self._moved(self.mean)
+
+    def beside(self, x: Mean, other: Mean) -> list[Node]:
+        """x less another mean: the errors of that one that make x of it"""
+        if not self.given.nominal:
+            return [(high - h) + (low - l) for (high, low), (h, l) in zip(x, other)]
+        values = {f"{letter}{i}": high + low for letter, one in zip("ab", (x, other)) for i, (high, low) in enumerate(one)}
+        memo: dict[int, Node] = {}
+        return [substituted(one, values, memo) for one in self.equations.model.formulas.apart]
+
+    def moved_by(self, errors: Sequence[Node]) -> Mean:
+        """The mean with these errors"""
+        if not self.given.nominal:
+            return [carried(high, low + one) for (high, low), one in zip(self.mean, errors)]
+        values, memo = {f"c{k}": one for k, one in enumerate(errors)}, {}
+        return [self._carried_to(substituted(one, values, memo), i) for i, one in enumerate(self.coefficients.corrected)]
 
     def linearised(self, sensor: Sensor) -> list[str]:
         """Constants e0, h0_1, ... of a sensor, at the mean before it, and its corrections c0, c1, ...; those of a linear one
@@ -227,8 +254,9 @@ class EquationFilter(FloatFilter):
         fine = body.text(make("le", total, constant(MOST[self.type])))
         return [f"if (!({fine})) {{", *indented(refused), "}"]
 
-    def _overflow(self) -> list[str]:
-        total = Body(self.words).text(dot([(symbol(entry(key)), 1.0) for key in self.live if key[0] == key[1]]))
+    def overflow(self, names: Sequence[str]) -> list[str]:
+        """names: of the entries of the factor"""
+        total = Body(self.words).text(dot([(symbol(one), 1.0) for one, (i, j) in zip(names, self.live) if i == j]))
         return [f"if (!({total} <= {self.number(LARGEST[self.type])})) f->events |= {self.given.upper}_OVERFLOW;"]
 
     def _doubtful(self, value: Node, slopes: Sequence[Node]) -> list[Node]:
