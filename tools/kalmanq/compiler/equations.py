@@ -15,7 +15,7 @@ from kalmanq.compiler import ud
 from kalmanq.compiler.coefficients import Constant
 from kalmanq.compiler.floats import MOST, FloatFilter, Mean, entry
 from kalmanq.compiler.printing import Body, Target, indented
-from kalmanq.compiler.request import Options, Request, request
+from kalmanq.compiler.request import FLOATS, Options, Request, request
 from kalmanq.errors import KalmanqError
 from kalmanq.formulas.calculus import substituted
 from kalmanq.formulas.graph import Node, add, call, constant, dot, make, needed, symbol
@@ -40,8 +40,10 @@ class Equations:
 
 def equations(model: NonlinearModel, name: str, options: Options) -> Equations:
     _refuse(options)
+    _refuse_names(model.sensors)
     frame = model.frame
     controls = {"B": np.zeros((model.n, model.l)), "controls": model.controls} if model.l else {}
+    _refuse_numbers(model, options)
     whole = Model(frame.A, frame.H, frame.R, frame.Q, x0=frame.x0, P0=frame.P0, states=frame.states,
                   measurements=frame.measurements, name=model.name, **controls)
     return Equations(model, request(whole, name, options), model.sensors)
@@ -54,6 +56,29 @@ def _refuse(options: Options) -> None:
                         ("--loops", options.loops)):
         if value:
             raise KalmanqError(f"{name}: is of models with constant matrices")
+
+
+def _refuse_names(sensors: Sequence[Sensor]) -> None:
+    """A sensor's name is a part of names of C."""
+    for one in sensors:
+        if not one.name.isascii():
+            raise KalmanqError(f"sensors: {one.name} is to be a part of functions' names: letters without accents, digits and _")
+        for other in sensors:
+            if other.m > 1 and one.name == f"{other.name}_some":
+                raise KalmanqError(f"sensors: {one.name} has the name of a function of {other.name}: give it another one")
+
+
+def _refuse_numbers(model: NonlinearModel, options: Options) -> None:
+    """Numbers in formulas that the arithmetic does not have"""
+    most, f = float(np.finfo(FLOATS[options.arithmetic]).max), model.formulas
+    states, measurements = ([one.name for one in of] for of in (model.states, model.measurements))
+    rows = [(f"f({name})", [one, *row]) for name, one, row in zip(states, f.change, f.transition)]
+    rows += [(f"h({name})", [one, *row]) for name, one, row in zip(measurements, f.innovation, f.measurement)]
+    for what, formulas in rows:
+        for one in needed(formulas)[0]:
+            if one.is_constant and not abs(one.value) <= most:
+                raise KalmanqError(f"{what}: has the number {one.value:g}, which {options.arithmetic} does not have: use other units"
+                                   + (", or --arith f64" if most < abs(one.value) < np.inf else ""))
 
 
 class Formulas(Constant):
