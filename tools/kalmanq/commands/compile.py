@@ -55,14 +55,17 @@ class Options:
 
 def compile_file(options: Options, console: Console) -> None:
     name = name_of(options.out)
+    is_nonlinear = options.model.suffix == nonlinear_file.SUFFIX
     if options.form not in (None, "factor"):
+        if is_nonlinear:
+            raise KalmanqError(f"--form {options.form}: is of models with constant matrices")
         compile_proven.compile_file(options, name, write, console)
         return
     if options.partial:
         raise KalmanqError("--partial: is an option of --form covariance; the factor takes samples in part always")
     wanted = Wanted(options.arithmetic, options.settle, options.nis, options.gate, options.student, options.tunable, options.lag,
                     options.loops, _rates(options.every), options.iterate, options.smooth)
-    if options.model.suffix == nonlinear_file.SUFFIX:
+    if is_nonlinear:
         compile_equations.compile_file(options.model, name, wanted, lambda texts: write(options, texts), options.json, console)
         return
     if options.iterate > 1:

@@ -345,7 +345,7 @@ class FloatFilter(Arithmetic):
     def _likelihood(self) -> list[str]:
         """Of the components that the last update took"""
         given, logarithm, m = self.given, "logf" if self.type == "float" else "log", self.slots
-        return [f"/** Logarithm of the likelihood of the last update; `taken`: what it returned. */",
+        return ["/** Logarithm of the likelihood of the last update; `taken`: what it returned. */",
                 f"static inline {self.type} {given.name}_log_likelihood(const {given.type} *f, unsigned taken)", "{",
                 f"    {self.type} sum = f->nis;",
                 f"    for (int j = 0; j < {m}; j++)",

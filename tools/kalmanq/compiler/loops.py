@@ -98,7 +98,7 @@ class LoopedFilter(FloatFilter):
         return ["predict_factor(f->P);"]
 
     def update(self, j: int) -> list[str]:
-        options, m, n = self.given.options, self.of.m, self.of.n
+        options, n = self.given.options, self.of.n
         body = Body(self.words)
         y = body.text(self.innovation(self.mean, j, symbol(f"z{j}")))
         lines = [f"const {self.type} y = {y};"]

@@ -45,10 +45,11 @@ class Product:
 
     @property
     def ram(self) -> int:
-        """Bytes of the filter where words are aligned: its arithmetic's, calls, a counter, events, rejections"""
+        """Bytes of the filter where words are aligned: its arithmetic's, calls and a counter if there are any, events, rejections"""
         options = self.given.options
-        size = self.arithmetic.size() + 8 + (self.given.of.m if options.gate is not None else 0)
         align = 4 if options.arithmetic == "f32" else 8
+        events = 8 if self.text.count_fields() else align if options.nis else 2
+        size = self.arithmetic.size() + events + (self.given.of.m if options.gate is not None else 0)
         return -(-size // align) * align
 
 

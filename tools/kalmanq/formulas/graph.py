@@ -94,7 +94,7 @@ def make(op: str, *args: object) -> Node:
 
 
 def constant(value: float) -> Node:
-    return make("constant", 0.0 if value == 0 else float(value))
+    return make("constant", 0.0 if value == 0 else math.nan if value != value else float(value))
 
 
 def symbol(name: str) -> Node:
