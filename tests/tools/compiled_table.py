@@ -31,7 +31,7 @@ FACTOR = {"f32": ("m4f", {2: (102, 35), 3: (177, 49), 4: (300, 72), 6: (745, 122
 FEW = (2, 4)  # n of the models for every day
 # Of words, each on every core; they settle within the rows of NAME_test
 OPTIONS = {"lag": ("--lag", "3", "--settle", "1e-2"), "every": ("--every", "1,2", "--settle", "1e-2"),
-           "student": ("--student", "4", "--nis")}
+           "student": ("--student", "4", "--nis"), "loops": ("--loops", "--gate", "4")}
 
 
 def promises(n: int, arithmetic: str) -> dict[str, dict[str, int]]:
