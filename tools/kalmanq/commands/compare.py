@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from functools import partial
 from pathlib import Path
 from typing import Optional
 
@@ -14,7 +13,7 @@ from rich.table import Table
 
 from kalmanq.commands.messages import print_json, table, tell_written
 from kalmanq.commands.options import ANY_MODEL, COMPILED, DATA, JSON, command_of, read_any, refuse_compiled
-from kalmanq.compiler.equation_run import compiled_equations_run
+from kalmanq.compiler.equation_run import COMPILED as BESIDE
 from kalmanq.compiler.simulation import compiled_run
 from kalmanq.data import tables
 from kalmanq.errors import KalmanqError
@@ -22,7 +21,6 @@ from kalmanq.model import Model
 from kalmanq.nonlinear import NonlinearModel
 from kalmanq.nonlinear.comparison import arithmetics, compare_methods
 from kalmanq.run.comparison import compare
-from kalmanq.run.results import Run
 
 SHOWN = 4  # states in the table; the JSON has all
 
@@ -51,8 +49,7 @@ def compare_file(options: Options, console: Console) -> None:
     else:
         true_states = [f"{name}_true" for name in model.state_names]  # where there is one for each state
         z, u, truth = tables.measurements_controls_and(options.data, model, true_states)
-        others = {f"compiled {name}": partial(_compiled, name) for name in ("f32", "f64")}
-        errors, figures = arithmetics(model, z, u, others if options.compiled else {})
+        errors, figures = arithmetics(model, z, u, BESIDE if options.compiled else {})
         found = compare_methods(model, z, u, truth)
         _draw(options, errors)
         if options.json:
@@ -60,10 +57,6 @@ def compare_file(options: Options, console: Console) -> None:
         console.print(_table(figures, model.name, len(z)))
         _tell_methods(model, found, len(z), truth is not None, console)
     tell_written([options.plot], console)
-
-
-def _compiled(arithmetic: str, model: NonlinearModel, z: np.ndarray, u: Optional[np.ndarray]) -> Run:
-    return compiled_equations_run(model, arithmetic, z, u)
 
 
 def _draw(options: Options, errors: dict[str, np.ndarray]) -> None:

@@ -44,7 +44,7 @@ class Options:
     iterate: int = typer.Option(1, "--iterate", metavar="N", min=1, max=20, help="MODEL.py: linearise h so many times an update.")
     smooth: int = typer.Option(0, "--smooth", metavar="STEPS", min=0, max=32767, help="MODEL.py: a smoother, and a history of so many steps.")
     loops: Optional[bool] = typer.Option(None, "--loops/--straight", help="The covariance in loops: small, but slow. Otherwise "
-                                         "only where straight lines take 20 kB.")
+                                         "only where straight lines take 20 kB (q31: 32 kB).")
     settle: float = typer.Option(1e-6, "--settle", help="Relative distance to the steady variance at which the gain is constant.")
     form: Optional[choices("Form", FORMS)] = typer.Option(None, "--form", help="covariance, gain: proven forms, cheaper, only for "
                                                           "short gaps; factor: the one for all, without a hint at those.")
@@ -55,14 +55,17 @@ class Options:
 
 def compile_file(options: Options, console: Console) -> None:
     name = name_of(options.out)
+    is_nonlinear = options.model.suffix == nonlinear_file.SUFFIX
     if options.form not in (None, "factor"):
+        if is_nonlinear:
+            raise KalmanqError(f"--form {options.form}: is of models with constant matrices")
         compile_proven.compile_file(options, name, write, console)
         return
     if options.partial:
         raise KalmanqError("--partial: is an option of --form covariance; the factor takes samples in part always")
     wanted = Wanted(options.arithmetic, options.settle, options.nis, options.gate, options.student, options.tunable, options.lag,
                     options.loops, _rates(options.every), options.iterate, options.smooth)
-    if options.model.suffix == nonlinear_file.SUFFIX:
+    if is_nonlinear:
         compile_equations.compile_file(options.model, name, wanted, lambda texts: write(options, texts), options.json, console)
         return
     if options.iterate > 1:

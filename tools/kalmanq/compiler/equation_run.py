@@ -6,7 +6,7 @@ a row at the mean before it.
 
 from __future__ import annotations
 
-from functools import lru_cache
+from functools import lru_cache, partial
 from typing import Any, Optional
 
 import numpy as np
@@ -80,6 +80,13 @@ def compiled_equations_run(model: NonlinearModel, arithmetic: str, z: np.ndarray
     made = _built(model, arithmetic)
     made.restart()
     return made.run(z, u)
+
+
+def _beside(arithmetic: str, model: NonlinearModel, z: np.ndarray, u: Optional[np.ndarray]) -> EquationRun:
+    return compiled_equations_run(model, arithmetic, z, u)
+
+
+COMPILED = {f"compiled {name}": partial(_beside, name) for name in ("f32", "f64")}  # for nonlinear.comparison
 
 
 @lru_cache(maxsize=4)

@@ -16,7 +16,7 @@ from kalmanq.compiler.coefficients import Constant
 from kalmanq.compiler.floats import MOST, FloatFilter, Mean, carried, entry
 from kalmanq.compiler.printing import Body, Target, indented
 from kalmanq.compiler.names import named
-from kalmanq.compiler.request import Options, Request, request
+from kalmanq.compiler.request import FLOATS, Options, Request, request
 from kalmanq.errors import KalmanqError
 from kalmanq.formulas.calculus import substituted, without
 from kalmanq.formulas.graph import Node, add, call, constant, dot, make, needed, symbol
@@ -41,8 +41,10 @@ class Equations:
 
 def equations(model: NonlinearModel, name: str, options: Options) -> Equations:
     _refuse(options)
+    _refuse_names(model.sensors)
     frame = model.frame
     controls = {"B": np.zeros((model.n, model.l)), "controls": model.controls} if model.l else {}
+    _refuse_numbers(model, options)
     whole = Model(frame.A, frame.H, frame.R, frame.Q, x0=frame.x0, P0=frame.P0, states=frame.states,
                   measurements=frame.measurements, name=model.name, **controls)
     given = request(whole, name, options)
@@ -63,6 +65,37 @@ def _refuse(options: Options) -> None:
             raise KalmanqError(f"{name}: is of models with constant matrices")
 
 
+def _refuse_names(sensors: Sequence[Sensor]) -> None:
+    """A sensor's name is a part of names of C."""
+    for one in sensors:
+        if not one.name.isascii():
+            raise KalmanqError(f"sensors: {one.name} is to be a part of functions' names: letters without accents, digits and _")
+        for other in sensors:
+            if other.m > 1 and one.name == f"{other.name}_some":
+                raise KalmanqError(f"sensors: {one.name} has the name of a function of {other.name}: give it another one")
+
+
+def _refuse_numbers(model: NonlinearModel, options: Options) -> None:
+    """Numbers in formulas that the arithmetic does not have, and what has no value, as 1 / 0"""
+    most, f = float(np.finfo(FLOATS[options.arithmetic]).max), model.formulas
+    names = {"f": (model.carried, [[one] for one in f.change]), "A": (model.states, f.transition),
+             "h": (model.measurements, [[one, *row] for one, row in zip(f.innovation, f.measurement)]),
+             "plus": (model.carried, [[one] for one in f.corrected])}
+    for which, (of, rows) in names.items():
+        for quantity, formulas in zip(of, rows):
+            for one in needed(formulas)[0]:
+                if one.is_constant and not abs(one.value) <= most:
+                    raise KalmanqError(f"{which}({quantity.name}): has the number {one.value:g}, which {options.arithmetic} does "
+                                       f"not have: {_cure(one.value, most, model.has_errors and which in 'Ah')}")
+
+
+def _cure(value: float, most: float, is_by_errors: bool) -> str:
+    if is_by_errors and not np.isfinite(value):
+        return "a root or a quotient of errors has no derivative where they are 0; take all that needs it in one branch, as " \
+            "(cos(a), sin(a) / a) if a > 1e-4 else (1, 1)"
+    return "use other units" + (", or --arith f64" if most < abs(value) < np.inf else "")
+
+
 class Formulas(Constant):
     """A, h, H and R of the model where the C has its mean, x0 + l0, ..."""
 
@@ -79,18 +112,6 @@ class Formulas(Constant):
             mean, memo = {f"x{i}": symbol(f"a{i}") for i in count}, {}
         self.e = self._mixed([[substituted(one, mean, memo)] for one in formulas.innovation])
         self.H = self._mixed([[substituted(one, mean, memo) for one in row] for row in formulas.measurement])
-
-        self._refuse_no_numbers(of.model)
-
-    def _refuse_no_numbers(self, model: NonlinearModel) -> None:
-        """Formulas with a constant that is NaN or infinite, as 1 / 0"""
-        errors = " where the errors are 0: a root or a quotient of errors has no derivative there; take all that needs it in one " \
-            "branch, as (cos(a), sin(a) / a) if a > 1e-4 else (1, 1)" if model.has_errors else ""
-        names = {"f": [self.change], "A": self.A, "z - h": self.e, "H": self.H, "plus": [self.corrected]}
-        for name, rows in names.items():
-            for one in (one for row in rows for one in row):
-                if any(part.is_constant and not np.isfinite(part.value) for part in needed([one])[0]):
-                    raise KalmanqError(f"{name}: has an entry that is not a number{errors if name in 'AH' else ''}")
 
     def _mixed(self, made: Sequence[Sequence[Node]]) -> list[list[Node]]:
         """Of what has independent noises"""

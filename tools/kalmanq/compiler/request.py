@@ -3,12 +3,11 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
-from decimal import Decimal
 from typing import Optional, Sequence
 
 import numpy as np
 
-from kalmanq.compiler.exact import Numbers, decimals, eye, inverse
+from kalmanq.compiler.exact import Numbers, decimals
 from kalmanq.compiler.names import named
 from kalmanq.errors import KalmanqError
 from kalmanq.model import Model

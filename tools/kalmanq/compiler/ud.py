@@ -8,7 +8,7 @@ Entry (i, j) with i < j is U_ij; entry (j, j) is D_j.
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Callable, Optional, Sequence
+from typing import Sequence
 
 import numpy as np
 

@@ -44,7 +44,7 @@ class ModelFileError(KalmanqError):
 
 def read(path: Path) -> Model:
     if Path(path).suffix == ".py":
-        raise ModelFileError(f"{path}: is a nonlinear model, which run, compare, check, compile and simulate take; "
+        raise ModelFileError(f"{path}: is a nonlinear model, which run, compare, check, compile, simulate and report take; "
                              "this takes a linear one (TOML)")
     text = _text(path)
     try:

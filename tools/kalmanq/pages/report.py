@@ -5,16 +5,19 @@ from __future__ import annotations
 import warnings
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Optional
+from typing import Optional, Union
 
 import numpy as np
 
+from kalmanq.compiler.equation_run import COMPILED, compiled_equations_run
 from kalmanq.compiler.offers import COLUMNS, EXPLAINED, offers
 from kalmanq.compiler.simulation import NO_SMOOTHER, compiled_run
 from kalmanq.firmware import costs
 from kalmanq.firmware.ranges import widened
 from kalmanq.firmware.reach import Record
 from kalmanq.model import Model, Quantity
+from kalmanq.nonlinear import NonlinearModel, NonlinearSmoother
+from kalmanq.nonlinear.comparison import arithmetics
 from kalmanq.pages import charts, page, verdict
 from kalmanq.pages.charts import NARROW, buckets_for, chart
 from kalmanq.pages.pictures import measured_states
@@ -24,6 +27,7 @@ from kalmanq.run.comparison import compare
 from kalmanq.run.filters import Smoother
 from kalmanq.run.results import Run
 
+AnyModel = Union[Model, NonlinearModel]
 MATRICES = {
     "A": "A, from a row to the next", "B": "B, of the controls", "H": "H, from states to measurements",
     "G": "G, with the process noise G G'", "Q": "Q, covariance of the process noise",
@@ -34,7 +38,7 @@ MATRICES = {
 class Study:
     """What the page is of."""
 
-    model: Model
+    model: AnyModel
     run: Run
     z: np.ndarray
     found: list[Finding]
@@ -66,16 +70,30 @@ def cost_rows(model: Model) -> list[list[str]]:
 LEFT_OUT = f"left out: smoothed states and sigmas; {NO_SMOOTHER}"
 
 
-def made_of(model: Model, z: np.ndarray, u: Optional[np.ndarray], arithmetic: str, is_compiled: bool = False) -> Study:
+def made_of(model: AnyModel, z: np.ndarray, u: Optional[np.ndarray], arithmetic: str, is_compiled: bool = False) -> Study:
     """is_compiled: of what the emitted C estimates"""
+    of = _nonlinear_of if isinstance(model, NonlinearModel) else _linear_of
     with warnings.catch_warnings():
         warnings.simplefilter("ignore")  # the page has the events, of each arithmetic
-        run = compiled_run(model, arithmetic, z, u) if is_compiled else Smoother(model, arithmetic).run(z, u)
-        _, compared = compare(model, z, u, {"compiled": compiled_run} if is_compiled else {})
-        wider = widened(model, [Record(z, u)])[1] if run.is_held else []
+        run, compared, wider = of(model, z, u, arithmetic, is_compiled)
     white = [verdict.whiteness(column) for column in verdict.standardised(run).T]
     return Study(model, run, z, verdict.findings(run, z, wider), white, compared,
                  buckets_for(7 * model.n + 2 * model.m + 3), is_compiled)
+
+
+def _linear_of(model: Model, z: np.ndarray, u: Optional[np.ndarray], arithmetic: str,
+               is_compiled: bool) -> tuple[Run, dict[str, dict], list[str]]:
+    """The run, arithmetics beside double, and ranges that are too narrow"""
+    run = compiled_run(model, arithmetic, z, u) if is_compiled else Smoother(model, arithmetic).run(z, u)
+    _, compared = compare(model, z, u, {"compiled": compiled_run} if is_compiled else {})
+    return run, compared, widened(model, [Record(z, u)])[1] if run.is_held else []
+
+
+def _nonlinear_of(model: NonlinearModel, z: np.ndarray, u: Optional[np.ndarray], arithmetic: str,
+                  is_compiled: bool) -> tuple[Run, dict[str, dict], list[str]]:
+    run = compiled_equations_run(model, arithmetic, z, u) if is_compiled else NonlinearSmoother(model, arithmetic).run(z, u)
+    _, compared = arithmetics(model, z, u, COMPILED if is_compiled else {})
+    return run, compared, []
 
 
 # ------------------------------------------------------------------------------ the page
@@ -88,7 +106,7 @@ def page_of(study: Study, model_path: Path, data_name: str) -> str:
     facts = [data_name, counted(study.rows, "row"), f"{100 * np.mean(np.isnan(study.z)):.3g} % missing",
              f"arithmetic {run.arithmetic}{', compiled' if study.is_compiled else ''}", sizes, f"log-likelihood {number(float(np.sum(run.log_likelihood)), 8)}"]
     sections = [_verdict(study), _states(study), _residuals(study), _nis(study), _autocorrelation(study),
-                _sigmas(study), _arithmetics(study), _costs(model), _model(model, model_path)]
+                _sigmas(study), _arithmetics(study), _costs(model) if isinstance(model, Model) else "", _model(model, model_path)]
     return page.page(model.name, facts, [one for one in sections if one], f"kalmanq {versions()['kalmanq']}")
 
 
@@ -255,7 +273,7 @@ def _compiled(model: Model) -> list[str]:
             *(page.paragraph(f"Compiled in {one.arithmetic}, {one.form}: {one.remark}.") for one in made if one.remark)]
 
 
-def _model(model: Model, path: Path) -> str:
+def _model(model: AnyModel, path: Path) -> str:
     names = {"x": model.states, "u": model.controls, "z": model.measurements}
     sides = {"A": ("x", "x"), "B": ("x", "u"), "H": ("z", "x"), "G": ("x", ""), "Q": ("x", "x"), "R": ("z", "z")}
     made = [page.table("States, measurements and controls", ["name", "what", "unit", "range", "fraction bits"],
@@ -263,14 +281,14 @@ def _model(model: Model, path: Path) -> str:
                                                                  ("control", "u")) for one in names[which]],
                        text_columns=(1, 2))]
     for name, (of_row, of_column) in sides.items():
-        matrix = getattr(model, name)
+        matrix = getattr(model, name, None)
         if matrix is None or (name == "Q" and model.G is not None):
             continue
         columns = [one.name for one in names[of_column]] if of_column in names else \
             [f"noise {k + 1}" for k in range(matrix.shape[1])]
         made.append(page.table(MATRICES[name], ["", *columns], [
             [one.name, *(number(cell) for cell in row)] for one, row in zip(names[of_row], matrix)]))
-    made.append(_prior(model))
+    made.append(_prior(model if isinstance(model, Model) else model.frame))
     return page.section("The model", page.folded("Matrices and parameters", *made),
                         page.folded(f"The model file, {path.name}", page.verbatim(
                             path.read_text(encoding="utf-8-sig"))), name="model")
