@@ -27,7 +27,7 @@ from kalmanq.nonlinear.model import Sensor
 LARGEST = {"float": 1e37, "double": 1e300}  # of a sum of variances: beyond it they count as infinite
 
 
-POLES = ("inverse", "sqrt", "tan", "exp", "log", "asin", "acos", "sinh", "cosh", "pow")  # not finite for some numbers
+POLES = ("inverse", "sqrt", "tan", "exp", "log", "asin", "acos", "sinh", "cosh", "pow", "fmod", "log1p", "expm1", "acosh", "atanh")  # not finite for some numbers
 
 
 @dataclass(frozen=True)
