@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 import ctypes
+from dataclasses import replace
 from pathlib import Path
 from typing import Optional, Sequence
 
 import numpy as np
 
 from kalmanq import Model
+from kalmanq.compiler import record
 from kalmanq.compiler.host import build
 from kalmanq.compiler.product import Product, compiled
 from kalmanq.compiler.request import Options
@@ -54,6 +56,12 @@ NIS = """\
 double nis(const flt_filter *f) { return f->nis; }
 double likelihood(const flt_filter *f, unsigned taken) { return flt_log_likelihood(f, taken); }
 """
+
+
+def library(folder: Path, made, text: str, flags=()) -> ctypes.CDLL:
+    for name, source in {**made.sources(), "more.c": text}.items():
+        (folder / name).write_text(source, encoding="utf-8")
+    return ctypes.CDLL(str(build(folder, ["flt.c", "more.c"], "flt.so", (*flags, "-shared", "-fPIC"))))
 
 
 class Driven:
@@ -141,3 +149,13 @@ def wrapper(product: Product) -> str:
                           some="flt_update_some(f, v, bits)" if of.m > 1 else "flt_update(f, v)",
                           means="\n".join(f"    x[{i}] = {a.mean_double(i)};" for i in range(of.n)), entry=entry,
                           nis=NIS if given.options.nis else "")
+
+
+def in_words(product: Product, given: record.Record) -> record.Record:
+    """What the filter is given of it, rounded to words"""
+    a = product.arithmetic
+
+    def rounded(which: str, values: np.ndarray) -> np.ndarray:
+        words = [[np.ldexp(a.raw(which, k, value), -a.fraction(which, k)) for k, value in enumerate(row)] for row in values]
+        return np.array(words).reshape(values.shape)
+    return replace(given, z=rounded("measurements", given.z), u=rounded("controls", given.u))

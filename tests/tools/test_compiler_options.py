@@ -3,20 +3,24 @@
 import ctypes
 import subprocess
 from itertools import product
-from pathlib import Path
 
 import numpy as np
 import pytest
 
 from compiled_models import kinematic
-from driven import doubles
+from driven import doubles, in_words, library
 from kalmanq import Model
 from kalmanq.compiler import record
-from kalmanq.compiler.host import PREDICTS, UPDATES, Host, build, compiler
+from kalmanq.compiler.emit import PREDICTS, UPDATES
+from kalmanq.compiler.host import Host, compiler
 from kalmanq.compiler.product import compiled
 from kalmanq.compiler.request import Options, due
 from kalmanq.errors import KalmanqError
-from products import gps, heart, motor, oven, press, tank
+from products import anemometer, calendar, drone, fridge, gps, heart, motor, oven, press, rover, spring, tank, ultrasound, well
+from test_words import TRAPS
+from whole import first
+
+MEAN, COVARIANCE = 7e-4, 5e-4  # of q31: sigma, sigma_i sigma_j
 
 
 def navigation() -> Model:
@@ -26,28 +30,26 @@ def navigation() -> Model:
                  P0=[100, 10, 1], name="navigation")
 
 
-def library(folder: Path, made, text: str) -> ctypes.CDLL:
-    for name, source in {**made.sources(), "more.c": text}.items():
-        (folder / name).write_text(source, encoding="utf-8")
-    return ctypes.CDLL(str(build(folder, ["flt.c", "more.c"], "flt.so", ("-shared", "-fPIC"))))
-
-
 # ------------------------------------------------------------------------------ --lag
 
 LAG = """\
 #include "flt.h"
-void run(int rows, const double *z, const double *u, double *lagged, int *is_there)
+#include <math.h>
+void run(int rows, const double *z, const double *u, double *lagged, double *reading, int *is_there)
 {{
     static flt_filter f;
     static flt_lag l;
-    (void)u;
     flt_start(&f);
     flt_lag_start(&l);
-    for (int t = 0; t < rows; t++) {{
-        if (t == 0) flt_update(&f, z);
-        else flt_step(&f{u}, z + {m} * t);
+    for (int t = 0; t < rows; t++, z += {m}, u += {l}) {{
+        {type} v[{m}], w[{l} + 1];
+        (void)w;
+        {given}
+        if (t == 0) flt_update(&f, v);
+        else flt_step(&f{u}, v);
         is_there[t] = flt_lag_step(&l, &f);
-        for (int i = 0; i < {n}; i++) lagged[{n} * t + i] = l.x[{lag}][i];
+        for (int i = 0; i < {n}; i++) lagged[{n} * t + i] = (double)l.x[{lag}][i];
+        {read}
     }}
 }}
 """
@@ -68,18 +70,61 @@ def augmented(of, z, u, lag):
         yield x[-n:].copy(), np.sqrt(np.diag(P)[-n:])
 
 
-@pytest.mark.parametrize("make", [gps, oven])
-def test_the_lagged_mean_is_that_of_the_augmented_filter(make, tmp_path):
-    lag, made = 5, compiled(make(), "flt", Options("f64", lag=5))
-    of, rows = made.given.of.doubles(), made.steady.samples + 60
-    drawn = record.drawn(made.given, rows, 1)
-    text = LAG.format(u=f", u + {of.l} * t" if of.l else "", m=of.m, n=of.n, lag=lag)
-    lagged, is_there = np.zeros((rows, of.n)), np.zeros(rows, np.int32)
-    library(tmp_path, made, text).run(rows, doubles(drawn.z.ravel()), doubles(drawn.u.ravel()), lagged.ctypes.data_as(ctypes.c_void_p),
-                                      is_there.ctypes.data_as(ctypes.c_void_p))
-    assert is_there.sum() > 50 and not is_there[:made.steady.samples].any()
-    for t, (mean, sigma) in enumerate(augmented(of, drawn.z, drawn.u, lag)):
-        assert not is_there[t] or np.abs((lagged[t] - mean) / sigma).max() < 1e-5, t
+LAGGED = [(gps, "f64", 1e-5), (oven, "f64", 1e-5),
+          *((make, "q31", MEAN) for make in (gps, spring, anemometer, heart, oven, press, tank))]
+
+
+@pytest.mark.parametrize("make, arithmetic, most", first(4, LAGGED))
+def test_the_lagged_mean_is_that_of_the_augmented_filter(make, arithmetic, most, tmp_path):
+    lag, made = 5, compiled(make(), "flt", Options(arithmetic, lag=5))
+    a, of, rows = made.arithmetic, made.given.of.doubles(), made.steady.samples + 60
+    given = [f"v[{j}] = {a.from_double('measurements', j, f'z[{j}]')};" for j in range(of.m)]
+    given += [f"w[{k}] = {a.from_double('controls', k, f'u[{k}]')};" for k in range(of.l)]
+    read = [f"reading[{of.n} * t + {i}] = (double)flt_lagged_{state}(&l);" for i, state in enumerate(made.given.states)]
+    called = library(tmp_path, made, LAG.format(type=a.type, u=", w" if of.l else "", l=of.l, m=of.m, n=of.n, lag=lag,
+                                                given=" ".join(given), read=" ".join(read)), TRAPS)
+    x, readings = (a.formats.x, a.formats.read) if arithmetic == "q31" else (np.zeros(of.n, int),) * 2
+    for seed in (1, 2, 3):
+        drawn = record.drawn(made.given, rows, seed)
+        drawn = in_words(made, drawn) if arithmetic == "q31" else drawn
+        lagged, reading, is_there = np.zeros((rows, of.n)), np.zeros((rows, of.n)), np.zeros(rows, np.int32)
+        called.run(rows, doubles(drawn.z.ravel()), doubles(drawn.u.ravel()),
+                   *(one.ctypes.data_as(ctypes.c_void_p) for one in (lagged, reading, is_there)))
+        assert is_there.sum() > 50 and not is_there[:made.steady.samples].any()
+        apart = np.abs(np.ldexp(reading, -np.array(readings)) - np.ldexp(lagged, -np.array(x)))
+        assert (apart <= 0.5 * 2.0 ** -np.array(readings)).all()
+        for t, (mean, sigma) in enumerate(augmented(of, drawn.z, drawn.u, lag)):
+            assert not is_there[t] or np.abs((np.ldexp(lagged[t], -np.array(x)) - mean) / sigma).max() < most, t
+
+
+def test_a_long_gap_is_a_start_for_a_lag(tmp_path):
+    """It takes the samples after it that a gap takes, and then the lag; the variance is held, and an event says so"""
+    called = {}
+    for arithmetic in ("f64", "q31"):
+        made = compiled(ultrasound(), "flt", Options(arithmetic, lag=3))
+        (folder := tmp_path / arithmetic).mkdir()
+        called[arithmetic] = library(folder, made, """
+#include "flt.h"
+unsigned run(int rows, int *is_there)
+{
+    static flt_filter f;
+    static flt_lag l;
+    flt_start(&f);
+    flt_lag_start(&l);
+    for (int t = 0; t < 2 * rows + 1000; t++) {
+        ZERO;
+        if (t < rows || t >= rows + 1000) flt_step(&f, z);
+        else flt_predict(&f);
+        is_there[t] = flt_lag_step(&l, &f);
+    }
+    return f.events;
+}""".replace("ZERO", f"const {made.arithmetic.type} z[1] = {{0}}"), TRAPS)
+    rows, there = made.steady.samples + 100, []
+    for arithmetic, one in called.items():
+        there.append(np.zeros(2 * rows + 1000, np.int32))
+        events = one.run(rows, there[-1].ctypes.data_as(ctypes.c_void_p))
+        assert arithmetic == "f64" or events == 1 << list(made.events).index("SIGMA_SATURATED")
+    assert np.array_equal(*there) and there[0].sum() > 100
 
 
 def test_a_lag_needs_a_constant_gain():
@@ -116,14 +161,111 @@ def test_a_cycle_of_rows_settles(make, every):
     assert rows < length * (cycles + 4) or np.array_equal(last[:length], last[length:])
 
 
+@pytest.mark.parametrize("make, every", first(2, [(gps, (1, 4)), (press, (1, 5)), (navigation, (10, 1)), (heart, (1, 3)),
+                                                  (drone, (1, 1, 2)), (well, (1, 6))]))
+def test_a_cycle_of_rows_settles_in_words(make, every):
+    made = compiled(make(), "flt", Options("q31", every=every))
+    length, cycles = len(made.cycle.rows), made.cycle.cycles
+    rows = min(length * (cycles + 4), 20_000)
+    with Host(made, TRAPS) as host:
+        for seed in (1, 2, 3):
+            drawn = in_words(made, record.drawn(made.given, 1000, seed))
+            found = record.accuracy(made.given, drawn, host.run(drawn.z, drawn.u, drawn.present, drawn.what))
+            assert found.mean < MEAN and found.covariance < COVARIANCE
+        drawn = in_words(made, regular(made, rows))
+        ran = host.run(drawn.z, drawn.u, drawn.present, drawn.what)
+    accuracy = record.accuracy(made.given, drawn, ran)
+    assert accuracy.mean < MEAN and accuracy.covariance < COVARIANCE and not accuracy.events
+    last = ran.covariance[-2 * length:]
+    assert rows < length * (cycles + 4) or np.array_equal(last[:length], last[length:])
+
+
 def test_what_is_refused_of_rates():
     for every, options, said in (((2, 2), {}, "longer step"), ((1,), {}, "each of 2"), ((1, 997), {}, "997 rows"),
-                                 ((1, 4), {"nis": True}, "--nis"), ((1, 4), {"arithmetic": "q31"}, "f32 and f64")):
+                                 ((1, 4), {"nis": True}, "--nis")):
         with pytest.raises(KalmanqError, match=said):
             compiled(gps(), "flt", Options(every=every, **options))
 
 
+# ------------------------------------------------------------------------------ --student
+
+
+def reweighted(given, record, taken, nu):
+    """Means and covariances in double: each component with the variance that three steps of EM come to"""
+    of, x, P = given.of.doubles(), given.of.doubles().x0, given.of.doubles().P0
+    for t, bits in enumerate(taken):
+        if record.what[t] & PREDICTS:
+            x, P = of.A @ x + of.B @ record.u[t], of.A @ P @ of.A.T + of.Q
+        for j in (j for j in range(of.m) if int(bits) >> j & 1):
+            h, y = of.H[j], given.mixing[j] @ record.z[t] - of.H[j] @ x
+            spread, r = h @ P @ h, of.R[j]
+            for _ in range(3):
+                share = r / (spread + r)
+                r = of.R[j] * nu / (nu + 1) + ((y * share)**2 + spread * share) / (nu + 1)
+            k = P @ h / (spread + r)
+            left = np.eye(of.n) - np.outer(k, h)
+            x, P = x + k * y, left @ P @ left.T + r * np.outer(k, k)
+        yield x, P
+
+
+@pytest.mark.parametrize("make, nu", first(2, [(tank, 4.0), (rover, 2.5), (gps, 1.0), (motor, 5.0), (heart, 0.2), (press, 3.0),
+                                               (drone, 4.0), (spring, 10.0), (fridge, 1e9)]))
+def test_student_in_words_is_that_of_doubles(make, nu):
+    """Gaps, samples in part, second updates, and outliers of up to 300 sigma"""
+    made = compiled(make(), "flt", Options("q31", student=nu))
+    with Host(made, TRAPS) as host:
+        for seed in (1, 2, 3):
+            drawn, draws = record.drawn(made.given, 1000, seed), np.random.default_rng(seed)
+            far = 10.0 ** draws.uniform(0.5, 2.5, drawn.z.shape) * draws.choice([-1, 1], drawn.z.shape)
+            drawn.z[:] += far * (draws.random(drawn.z.shape) < 0.03) * np.sqrt(made.given.of.doubles().R)
+            drawn = in_words(made, drawn)
+            ran = host.run(drawn.z, drawn.u, drawn.present, drawn.what)
+            for t, (mean, P) in enumerate(reweighted(made.given, drawn, ran.taken, nu)):
+                sigma = np.sqrt(np.diag(P))
+                assert np.abs((ran.mean[t] - mean) / sigma).max() < MEAN
+                assert np.abs((ran.covariance[t] - P) / np.outer(sigma, sigma)).max() < COVARIANCE
+
+
+NIS = """
+#include <math.h>
+#include "flt.h"
+void run(int rows, const double *z, double *nis)
+{{
+    static flt_filter f;
+    flt_start(&f);
+    for (int t = 0; t < rows; t++, z += {m}) {{
+        {type} v[{m}];
+        {given}
+        if (t == 0) flt_update(&f, v);
+        else flt_step(&f, v);
+        nis[t] = (double)f.nis;
+    }}
+}}
+"""
+
+
+@pytest.mark.parametrize("make", first(2, [gps, tank, heart, spring]))
+def test_nis_with_student_is_that_of_the_model_s_noise(make, tmp_path):
+    nis = {}
+    for arithmetic in ("f64", "q31"):
+        made = compiled(make(), "flt", Options(arithmetic, student=4.0, nis=True))
+        a, m, folder = made.arithmetic, made.given.of.m, tmp_path / arithmetic
+        folder.mkdir()
+        given = " ".join(f"v[{j}] = {a.from_double('measurements', j, f'z[{j}]')};" for j in range(m))
+        called = library(folder, made, NIS.format(type=a.type, m=m, given=given), TRAPS)
+        nis[arithmetic], z = np.zeros(500), record.drawn(made.given, 500, 2).z
+        z[::20] += 30 * np.sqrt(made.given.of.doubles().R)
+        called.run(500, doubles(z.ravel()), nis[arithmetic].ctypes.data_as(ctypes.c_void_p))
+        nis[arithmetic] *= 2.0 ** -(a.nis_fraction if arithmetic == "q31" else 0)
+    assert np.allclose(nis["q31"], nis["f64"], rtol=1e-3, atol=1e-3) and nis["f64"].max() > 100
+
+
 # ------------------------------------------------------------------------------ --tunable
+
+
+def test_words_are_not_tuned():
+    with pytest.raises(KalmanqError, match="--tunable: .*constants.*; compile one filter for each"):
+        compiled(gps(), "flt", Options("q31", tunable=True))
 
 
 @pytest.mark.parametrize("make", [gps, oven, motor])
@@ -183,9 +325,36 @@ def test_loops_come_to_what_straight_lines_come_to(make, more):
     assert np.abs((ran[0].covariance - ran[1].covariance) / (sigma[:, :, None] * sigma[:, None, :])).max() < 5e-5
 
 
+@pytest.mark.parametrize("make, more", first(2, [
+    (motor, {"student": 5.0, "nis": True}), (press, {"every": (1, 5)}), (tank, {"gate": 4.0, "nis": True}), (gps, {}), (drone, {}),
+    (calendar, {"gate": 4.0}), (rover, {"lag": 2})]))
+def test_loops_of_words_come_to_what_straight_lines_come_to(make, more):
+    ran = []
+    for loops in (True, False):
+        made = compiled(make(), "flt", Options("q31", loops=loops, **more))
+        with Host(made, TRAPS) as host:
+            records = [in_words(made, record.drawn(made.given, 1000, seed)) for seed in (1, 2, 3)]
+            ran.append([host.run(one.z, one.u, one.present, one.what) for one in records])
+    for looped, straight in zip(*ran):
+        sigma = np.sqrt(np.diagonal(straight.covariance, axis1=1, axis2=2))
+        assert np.array_equal(looped.taken, straight.taken) and np.array_equal(looped.events, straight.events)
+        assert np.abs((looped.mean - straight.mean) / sigma).max() < MEAN
+        apart = (looped.covariance - straight.covariance) / (sigma[:, :, None] * sigma[:, None, :])
+        assert np.abs(apart).max() < COVARIANCE
+
+
+def test_loops_of_words_hold_sigma_in_a_long_gap():
+    made = compiled(ultrasound(), "flt", Options("q31", loops=True))
+    with Host(made, TRAPS) as host:
+        ran = host.run(np.zeros((3000, 1)), None, np.zeros(3000), np.ones(3000, np.uint8))
+    saturated = 1 << list(made.events).index("SIGMA_SATURATED")
+    assert not ran.events[10] and ran.events[-1] == saturated and np.array_equal(ran.covariance[-1], ran.covariance[-2])
+
+
 def test_a_large_model_takes_loops_by_itself():
-    assert "predict_factor" in compiled(dense(12), "flt", Options()).code
-    assert "predict_factor" not in compiled(kinematic(3, 3), "flt", Options()).code
+    for arithmetic, n, order in (("f32", 12, 3), ("q31", 8, 2)):
+        assert "predict_factor" in compiled(dense(n), "flt", Options(arithmetic)).code
+        assert "predict_factor" not in compiled(kinematic(3, order, ranged=True), "flt", Options(arithmetic)).code
 
 
 def dense(n: int) -> Model:

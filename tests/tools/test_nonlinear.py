@@ -742,16 +742,24 @@ def test_the_command_line_refuses_in_one_line(tmp_path):
         "--method: of a nonlinear model": ("run", nile, nile_data, "--method", "cubature", *out),
         "a linear model is checked without data": ("check", nile, nile_data),
         "is a nonlinear model, which run, compare, check": ("fit", TRACK, TRACK_DATA, *out),
-        "range_bearing.py: is a nonlinear model": ("simulate", TRACK, "--runs", 3, *out),
+        "--smooth: of a linear model": ("simulate", TRACK, "--runs", 3, "--smooth", *out),
     }.items():
         refused(kalmanq(*arguments), said, tmp_path)
 
 
-@pytest.mark.parametrize("command", [("design", "--core", "m3"), ("compile", "-o", "out.c"), ("steady",),
-                                     ("report", TRACK_DATA, "-o", "out.html")])
+@pytest.mark.parametrize("more", [(), ("--compiled", "--arith", "f32")])
+def test_report_takes_it(more, tmp_path):
+    done = kalmanq("report", TRACK, TRACK_DATA, "-o", tmp_path / "page.html", *more)
+    page = (tmp_path / "page.html").read_text()
+    assert done.returncode == 0 and done.stdout.startswith("The data fit the model.")
+    assert ("compiled f64" in page) == bool(more) and ("extended" in page) and "What it costs" not in page
+    assert "arithmetic f32, compiled" in page if more else "smoothed" in page
+
+
+@pytest.mark.parametrize("command", [("design", "--core", "m3"), ("steady",)])
 def test_other_commands_say_who_takes_it(command, tmp_path):
     done = kalmanq(command[0], TRACK, *(tmp_path / one if str(one).startswith("out") else one for one in command[1:]))
-    refused(done, "is a nonlinear model, which run, compare, check and simulate", tmp_path)
+    refused(done, "is a nonlinear model, which run, compare, check, compile, simulate and report", tmp_path)
 
 
 def test_a_process_of_its_own(tmp_path):

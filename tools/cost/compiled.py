@@ -109,8 +109,7 @@ def naming(what: dict[str, Any]) -> str:
     one = "0x1p-10f" if word == "float" else "1024"  # twelve of them are within any range
     u = f"static const {word} pushes[{what['l']}];" if what["l"] else ""
     predict, step = ("f, pushes", "f, pushes, z") if what["l"] else ("f", "f, z")
-    refused = "f.sample_refused + f.gap_refused" if "proof" in what else "f.events"
-    return "\n".join([f'#include "{name}.h"', f"#define REFUSED ({refused})", f"typedef {word} word;", f"#define FILTER {name}_filter",
+    return "\n".join([f'#include "{name}.h"', "#define REFUSED (f.events)", f"typedef {word} word;", f"#define FILTER {name}_filter",
                       f"#define DO(call) {name}_##call", f"#define PREDICT_OF(f) {name}_predict({predict})",
                       f"#define STEP_OF(f, z) {name}_step({step})", f"#define ONE {one}", u,
                       *settling(what)])

@@ -14,7 +14,7 @@ COMMANDS = {
     "design": ("kalmanq.commands.design",
                "Formats, accuracy and costs on a core; the way to run it; the filter as a C file."),
     "compile": ("kalmanq.commands.compile",
-                "C for exactly this filter, without a library, proven over every covariance that it can have."),
+                "C for exactly this filter, without a library: straight lines, for any constant model and any gaps."),
     "steady": ("kalmanq.commands.steady", "What the covariance settles to, the gain, and how fast the filter forgets."),
     "simulate": ("kalmanq.commands.simulate",
                  "Draw measurements of the model, as a CSV file that `run` takes; with --runs, errors over many runs."),

@@ -12,8 +12,11 @@ from rich.console import Console
 from rich.table import Table
 
 from kalmanq.commands.messages import print_json, table, tell_written
-from kalmanq.commands.options import ANY_MODEL, DATA, JSON, command_of, read_any
+from kalmanq.commands.options import ANY_MODEL, COMPILED, DATA, JSON, command_of, read_any, refuse_compiled
+from kalmanq.compiler.equation_run import COMPILED as BESIDE
+from kalmanq.compiler.simulation import compiled_run
 from kalmanq.data import tables
+from kalmanq.errors import KalmanqError
 from kalmanq.model import Model
 from kalmanq.nonlinear import NonlinearModel
 from kalmanq.nonlinear.comparison import arithmetics, compare_methods
@@ -27,22 +30,26 @@ class Options:
     model: Path = ANY_MODEL
     data: Path = DATA
     plot: Optional[Path] = typer.Option(None, "--plot", metavar="OUT.png", help="Errors over the rows.")
+    compiled: bool = COMPILED
     json: bool = JSON
 
 
 def compare_file(options: Options, console: Console) -> None:
     model = read_any(options.model)
+    refuse_compiled(options.compiled, model)
     if isinstance(model, Model):
         z, u = tables.measurements_and_controls(options.data, model)
-        errors, figures = compare(model, z, u)
+        errors, figures = compare(model, z, u, {"compiled": compiled_run} if options.compiled else {})
         _draw(options, errors)
         if options.json:
             return print_json(figures)
         console.print(_table(figures, model.name, len(z)))
+    elif model.has_errors:
+        raise KalmanqError("of error states f32 is compared with double by kalmanq compile: it is in NAME_report.txt")
     else:
         true_states = [f"{name}_true" for name in model.state_names]  # where there is one for each state
         z, u, truth = tables.measurements_controls_and(options.data, model, true_states)
-        errors, figures = arithmetics(model, z, u)
+        errors, figures = arithmetics(model, z, u, BESIDE if options.compiled else {})
         found = compare_methods(model, z, u, truth)
         _draw(options, errors)
         if options.json:

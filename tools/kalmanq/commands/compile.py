@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 import hashlib
+import signal
 from contextlib import ExitStack
 from dataclasses import asdict, dataclass
 from pathlib import Path
-from typing import Optional
+from typing import Callable, Optional
 
 import typer
 from rich.console import Console
@@ -16,6 +17,7 @@ from kalmanq.commands.messages import print_json, tell_written
 from kalmanq.commands.options import JSON, MODEL, choices, command_of
 from kalmanq.compiler import costs, report
 from kalmanq.compiler.host import Host
+from kalmanq.compiler.offers import cheaper
 from kalmanq.compiler.product import Product, compiled
 from kalmanq.compiler.request import ARITHMETICS, Options as Wanted
 from kalmanq.data.files import whole
@@ -24,6 +26,7 @@ from kalmanq.firmware.c_source import WORDS, identifier
 from kalmanq.model import model_file
 from kalmanq.nonlinear import file as nonlinear_file
 
+SECONDS = 2.0  # of a search for a cheaper form
 FORMS = ("factor", *compile_proven.KINDS)
 
 
@@ -36,13 +39,15 @@ class Options:
     student: Optional[float] = typer.Option(None, "--student", metavar="NU", help="Weigh measurements as with Student's noise.")
     nis: bool = typer.Option(False, "--nis", help="Keep NIS and the variances of innovations; floats: the likelihood.")
     lag: int = typer.Option(0, "--lag", metavar="L", min=0, max=64, help="The mean L samples ago, too, once the gain is constant.")
-    tunable: bool = typer.Option(False, "--tunable", help="A, Q and R are fields that a program may change; no fast path.")
+    tunable: bool = typer.Option(False, "--tunable", help="f32, f64: A, Q and R are fields that a program may change; no fast path.")
     every: str = typer.Option("", "--every", metavar="K,K,...", help="Rows between two values of each measurement, if rates differ.")
     iterate: int = typer.Option(1, "--iterate", metavar="N", min=1, max=20, help="MODEL.py: linearise h so many times an update.")
+    smooth: int = typer.Option(0, "--smooth", metavar="STEPS", min=0, max=32767, help="MODEL.py: a smoother, and a history of so many steps.")
     loops: Optional[bool] = typer.Option(None, "--loops/--straight", help="The covariance in loops: small, but slow. Otherwise "
-                                         "only where straight lines take 20 kB.")
+                                         "only where straight lines take 20 kB (q31: 32 kB).")
     settle: float = typer.Option(1e-6, "--settle", help="Relative distance to the steady variance at which the gain is constant.")
-    form: choices("Form", FORMS) = typer.Option("factor", "--form", help="covariance, gain: proven forms, cheaper, only for short gaps.")
+    form: Optional[choices("Form", FORMS)] = typer.Option(None, "--form", help="covariance, gain: proven forms, cheaper, only for "
+                                                          "short gaps; factor: the one for all, without a hint at those.")
     partial: bool = typer.Option(False, "--partial", help="covariance: samples of which some components are missing, too.")
     bound: float = typer.Option(1e-4, "--bound", min=0, help="covariance: of its error, in sigma_i sigma_j.")
     json: bool = JSON
@@ -51,7 +56,7 @@ class Options:
 def compile_file(options: Options, console: Console) -> None:
     name = name_of(options.out)
     is_nonlinear = options.model.suffix == nonlinear_file.SUFFIX
-    if options.form != "factor":
+    if options.form not in (None, "factor"):
         if is_nonlinear:
             raise KalmanqError(f"--form {options.form}: is of models with constant matrices")
         compile_proven.compile_file(options, name, write, console)
@@ -59,12 +64,14 @@ def compile_file(options: Options, console: Console) -> None:
     if options.partial:
         raise KalmanqError("--partial: is an option of --form covariance; the factor takes samples in part always")
     wanted = Wanted(options.arithmetic, options.settle, options.nis, options.gate, options.student, options.tunable, options.lag,
-                    options.loops, _rates(options.every), options.iterate)
+                    options.loops, _rates(options.every), options.iterate, options.smooth)
     if is_nonlinear:
         compile_equations.compile_file(options.model, name, wanted, lambda texts: write(options, texts), options.json, console)
         return
     if options.iterate > 1:
         raise KalmanqError("--iterate: is of nonlinear model files (MODEL.py)")
+    if options.smooth:
+        raise KalmanqError("--smooth: is of nonlinear model files (MODEL.py); --lag L is for a constant model, and the library smooths all")
     model = model_file.read(options.model)
     source = f"Model file {options.model.name}, SHA-256 {hashlib.sha256(options.model.read_bytes()).hexdigest()}"
     with console.status("compiling", spinner="line"):
@@ -72,13 +79,37 @@ def compile_file(options: Options, console: Console) -> None:
         with Host(product) as host:
             found = report.findings(product, host)
             texts = report.files(product, host, found, source)
+        hint = _in_time(lambda: cheaper(product)) if options.form is None else None
     written = write(options, texts)
     if options.json:
-        print_json(_told(product, found, written))
+        print_json({**_told(product, found, written), "hint": hint})
     else:
-        for line in report.lines(product, found):
+        for line in [*report.lines(product, found), *([f"  {hint}"] if hint else [])]:
             console.print(line)
         tell_written(written, console)
+
+
+class TimeIsUp(Exception):
+    pass
+
+
+def _in_time(search: Callable[[], Optional[str]]) -> Optional[str]:
+    """What it finds within SECONDS; what it has begun ends with it."""
+    if not hasattr(signal, "SIGALRM"):
+        return None
+
+    def end(*_: object) -> None:
+        raise TimeIsUp
+
+    before = signal.signal(signal.SIGALRM, end)
+    try:
+        signal.setitimer(signal.ITIMER_REAL, SECONDS)
+        return search()
+    except TimeIsUp:
+        return None
+    finally:
+        signal.setitimer(signal.ITIMER_REAL, 0)
+        signal.signal(signal.SIGALRM, before)
 
 
 def _rates(given: str) -> tuple[int, ...]:

@@ -41,9 +41,10 @@ def compile_file(path: Path, name: str, wanted: Options, write: Callable[[dict[s
 
 def _told(product: Any, found: equation_report.Findings, written: list[Path]) -> dict[str, Any]:
     given, text = product.given, product.text
+    smooths = {"step": text.smoother.record_size, "history": text.smoother.history_size} if text.smoother else None
     sensors = [{"name": one.name, "m": one.m, "arguments": _arguments(text.update_arguments(one))} for one in product.arithmetic.sensors]
     return {"name": given.name, "arithmetic": given.options.arithmetic, "form": "equations", "n": given.of.n, "m": given.of.m,
-            "l": given.of.l, "ram": product.ram, "entries": len(product.arithmetic.live), "observed": asdict(found),
+            "l": given.of.l, "ram": product.ram, "smooth": smooths, "entries": len(product.arithmetic.live), "observed": asdict(found),
             "predict": _arguments(text.predict_arguments()), "sensors": sensors, "files": written}
 
 

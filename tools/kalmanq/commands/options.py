@@ -14,6 +14,7 @@ from rich.console import Console
 from kalmanq.commands.messages import console, told_in_one_line
 from kalmanq.core import ARITHMETICS
 from kalmanq.data.layouts import Source, layout_of
+from kalmanq.errors import KalmanqError
 from kalmanq.model import Model, model_file
 from kalmanq.nonlinear import NonlinearModel, file as nonlinear_file
 
@@ -33,6 +34,7 @@ ANY_MODEL = typer.Argument(..., metavar="MODEL", help="A model file (TOML); or a
 DATA = typer.Argument(..., metavar="DATA.csv", help="Measurements and controls, by name; empty: missing; - is the standard input.")
 JSON = typer.Option(False, "--json", help="Print what came out for machines.")
 ARITHMETIC = typer.Option("f64", "--arith", help="The numbers that the chip will have.")
+COMPILED = typer.Option(False, "--compiled", help="Through the C that kalmanq compile writes, on this machine.")
 WORKERS = typer.Option(None, "--workers", min=1, help="Processes; all cores if left out.")
 DASK = typer.Option(None, "--dask", metavar="ADDRESS", help="A Dask scheduler: on its cluster.")
 FRESH = typer.Option(False, "--fresh", help="Forget what an interrupted command has done.")
@@ -87,6 +89,11 @@ def _plain(given: Any) -> Any:
 def _source(given: Any, layout: Any) -> Any:
     return [Source(one, layout) for one in given] if isinstance(given, (list, tuple)) else \
         None if given is None else Source(given, layout)
+
+
+def refuse_compiled(is_compiled: bool, model: AnyModel, arithmetic: str = "f32") -> None:
+    if is_compiled and isinstance(model, NonlinearModel) and arithmetic == "q31":
+        raise KalmanqError("--compiled --arith q31: a nonlinear model is compiled in f32 and f64")
 
 
 def read_any(path: Path) -> AnyModel:

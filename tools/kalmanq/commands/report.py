@@ -9,30 +9,37 @@ import typer
 from rich.console import Console
 
 from kalmanq.commands.messages import tell_written
-from kalmanq.commands.options import ARITHMETIC, DATA, MODEL, Arithmetic, command_of
+from kalmanq.commands.options import ANY_MODEL, ARITHMETIC, COMPILED, DATA, Arithmetic, command_of, read_any, refuse_compiled
 from kalmanq.data import tables
 from kalmanq.data.files import refuse_output, whole
-from kalmanq.model import model_file
+from kalmanq.errors import KalmanqError
+from kalmanq.nonlinear import NonlinearModel
 from kalmanq.pages import report, verdict
 
 
 @dataclass(frozen=True)
 class Options:
-    model: Path = MODEL
+    model: Path = ANY_MODEL
     data: Path = DATA
     out: Path = typer.Option(..., "-o", "--out", metavar="REPORT.html", help="One page that stands by itself.")
     arithmetic: Arithmetic = ARITHMETIC
+    compiled: bool = COMPILED
 
 
 def report_file(options: Options, console: Console) -> None:
     refuse_output(options.out, [options.model, options.data])
-    model = model_file.read(options.model)
+    model = read_any(options.model)
+    if isinstance(model, NonlinearModel) and model.has_errors:
+        raise KalmanqError("of error states there is no report; kalmanq simulate --runs judges them")
+    refuse_compiled(options.compiled, model, options.arithmetic)
     z, u = tables.measurements_and_controls(options.data, model, has_to_fit=options.arithmetic == "q31")
-    study = report.made_of(model, z, u, options.arithmetic)
+    study = report.made_of(model, z, u, options.arithmetic, options.compiled)
     text = report.page_of(study, options.model, options.data.name)
     with whole(options.out, [options.model, options.data]) as path:
         path.write_text(text, encoding="utf-8")
     console.print(verdict.headline(study.found))
+    if options.compiled:
+        console.print(report.LEFT_OUT)
     tell_written([options.out], console)
 
 

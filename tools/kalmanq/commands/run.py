@@ -5,7 +5,7 @@ from __future__ import annotations
 import tempfile
 import warnings
 from contextlib import ExitStack
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import partial
 from pathlib import Path
 from typing import Any, Callable, Iterator, Optional
@@ -16,7 +16,8 @@ from rich.console import Console
 
 from kalmanq.commands.messages import print_json, table, tell_written
 from kalmanq.commands.options import (
-    ANY_MODEL, ARITHMETIC, DATA, JSON, AnyModel, Arithmetic, choices, command_of, read_any)
+    ANY_MODEL, ARITHMETIC, COMPILED, DATA, JSON, AnyModel, Arithmetic, choices, command_of, read_any, refuse_compiled)
+from kalmanq.compiler.equation_run import CompiledEquations
 from kalmanq.compiler.simulation import CompiledFilter
 from kalmanq.core import names_of
 from kalmanq.data import tables
@@ -46,7 +47,7 @@ class Options:
     forecast: int = typer.Option(0, "--forecast", metavar="K", min=0, max=10_000, help="Rows ahead of the last one.")
     robust: Optional[choices("Loss", LOSSES)] = typer.Option(None, "--robust", help="For outliers (gate, huber, student) or jumps.")
     way: Optional[choices("Way", WAYS)] = typer.Option(None, "--as", help="Of f32 and q31: to the bit the C file that design writes in that way.")
-    compiled: bool = typer.Option(False, "--compiled", help="Through the C that kalmanq compile writes, on this machine.")
+    compiled: bool = COMPILED
     method: Optional[choices("NonlinearMethod", METHODS)] = typer.Option(None, "--method", help="Of a nonlinear model; extended if left out.")
     iterate: Optional[int] = typer.Option(None, "--iterate", metavar="N", min=1, max=1000, help="Of iterated and posterior: linearise each update so often; 4 if left out.")
     passes: Optional[int] = typer.Option(None, "--passes", metavar="N", min=1, max=1000, help="Of a nonlinear model's --smooth: the most passes that linearise at smoothed states.")
@@ -57,19 +58,25 @@ class Options:
 
 def run_file(options: Options, console: Console) -> None:
     model = read_any(options.model)
+    if isinstance(model, NonlinearModel) and model.has_errors:
+        options = replace(options, compiled=True)  # error states are run by their C
+        if options.plot:
+            raise KalmanqError("--plot: of error states there is no picture; --out has all columns")
     _refuse(options, model)
     _FileRun(options, model).perform(console)
 
 
 def _refuse(options: Options, model: AnyModel) -> None:
+    refuse_compiled(options.compiled, model, options.arithmetic)
     if isinstance(model, NonlinearModel):
         for name, is_given in (("--lag", options.lag is not None), ("--forecast", options.forecast > 0),
-                               ("--robust", options.robust is not None), ("--as", options.way is not None),
-                               ("--compiled", options.compiled)):
+                               ("--robust", options.robust is not None), ("--as", options.way is not None)):
             if is_given:
                 raise KalmanqError(f"{name}: of a linear model (TOML), not of a nonlinear one")
         if options.iterate is not None and options.method not in ("iterated", "posterior"):
             raise KalmanqError("--iterate: of --method iterated and posterior; --passes are a smoother's")
+        if options.compiled and options.method not in (None, "extended", "iterated"):
+            raise KalmanqError(f"--compiled and --method {options.method}: the C is extended or iterated")
         if options.passes is not None and not options.smooth:
             raise KalmanqError("--passes: of --smooth")
     else:
@@ -229,7 +236,7 @@ class _FileRun:
         if self.options.compiled:
             told.update(way="compiled", digest=f"{self.filter.digest:08x}")
         if self.is_nonlinear:
-            told["method"] = self.filter.method
+            told.update({"nominal": self.model.carried_names} if self.model.has_errors else {}, method=self.filter.method)
         if isinstance(self.filter, NonlinearSmoother) and self.filter.passes > 1:
             told.update(passes=self.filter.passes_done, is_settled=self.filter.is_settled,
                         objectives=self.filter.objectives, halvings=self.filter.halvings)
@@ -242,7 +249,13 @@ class _FileRun:
         arithmetic = ", ".join(filter(None, (options.arithmetic, told.get("method"), told["way"])))
         made = table("state", "mean", "sigma", *(["in %d rows" % len(ahead), "sigma "] if ahead else []),
                      title=f"{self.model.name}: after {self.rows} rows, {arithmetic}")
+        has_errors = self.is_nonlinear and self.model.has_errors
+        for i, one in enumerate(self.model.carried if has_errors else ()):
+            made.add_row(one.label, f"{last.mean[i]:.6g}", "")
         for i, state in enumerate(self.model.states):
+            if has_errors:
+                made.add_row(state.label, "", f"{last.sigma[i]:.3g}")
+                continue
             made.add_row(state.label, *(cell for f in (last, *ahead[-1:])
                                         for cell in (f"{f.mean[i]:.6g}", f"{f.sigma[i]:.3g}")))
         console.print(made)
@@ -261,6 +274,8 @@ class _FileRun:
 def _filter(options: Options, model: AnyModel) -> Any:
     if isinstance(model, NonlinearModel):
         method, count = options.method or "extended", options.iterate or ITERATIONS
+        if options.compiled:
+            return CompiledEquations(model, options.arithmetic, count if method == "iterated" else 1)
         if options.smooth:
             return NonlinearSmoother(model, options.arithmetic, method, count, options.passes or 1)
         return NonlinearFilter(model, options.arithmetic, method, count)

@@ -14,13 +14,19 @@ import typer
 from rich.console import Console
 
 from kalmanq.commands.messages import print_json, table, tell_written
-from kalmanq.commands.options import ANY_MODEL, DASK, FRESH, JSON, WORKERS, AnyModel, Arithmetic, command_of, read_any
+from kalmanq.commands.options import (
+    ANY_MODEL, COMPILED, DASK, FRESH, JSON, WORKERS, AnyModel, Arithmetic, command_of, read_any, refuse_compiled)
+from kalmanq.compiler.equation_run import compiled_equations_run
+from kalmanq.compiler.simulation import NO_SMOOTHER, compiled_run
 from kalmanq.data import tables
 from kalmanq.data.files import refuse_output
 from kalmanq.errors import KalmanqError
-from kalmanq.model import Model, model_file
-from kalmanq.nonlinear.simulation import simulate
+from kalmanq.model import Model
+from kalmanq.nonlinear import NonlinearModel
+from kalmanq.nonlinear.filters import extended_run
+from kalmanq.nonlinear.simulation import errors_of_run, rows_of_run, simulate
 from kalmanq.run.campaigns import journal_of, progress_bar, run_campaign
+from kalmanq.run.comparison import filtered
 from kalmanq.run.monte_carlo import Study, one_run, summary
 from kalmanq.run.simulation import drawn
 
@@ -39,6 +45,7 @@ class Options:
     runs: Optional[int] = typer.Option(None, "--runs", min=1, max=10_000_000, help="Draw and filter so often: a row a run.")
     arithmetic: Optional[Arithmetic] = typer.Option(None, "--arith", help="Of the runs' filter; f64 if left out.")
     smooth: bool = typer.Option(False, "--smooth", help="Smooth each run, too.")
+    compiled: bool = COMPILED
     workers: Optional[int] = WORKERS
     dask: Optional[str] = DASK
     fresh: bool = FRESH
@@ -48,7 +55,7 @@ class Options:
 def simulate_file(options: Options, console: Console) -> None:
     if options.runs is not None:
         return simulate_runs(options, console)
-    given = [f"--{name}" for name in ("arith", "smooth", "workers", "dask", "fresh", "json")
+    given = [f"--{name}" for name in ("arith", "smooth", "compiled", "workers", "dask", "fresh", "json")
              if getattr(options, {"arith": "arithmetic"}.get(name, name))]
     if given:
         raise KalmanqError(f"{', '.join(given)}: {'go' if len(given) > 1 else 'goes'} with --runs")
@@ -66,10 +73,11 @@ def simulate_file(options: Options, console: Console) -> None:
     columns.update({one.name: z[:, c] for c, one in enumerate(model.measurements)})
     columns.update({one.name: u[:, c] for c, one in enumerate(model.controls)})
     if options.truth:
-        taken = [one.name for one in model.states if f"{one.name}_true" in columns]
+        states = model.carried if isinstance(model, NonlinearModel) else model.states
+        taken = [one.name for one in states if f"{one.name}_true" in columns]
         if taken:
             raise KalmanqError(f"--truth: there is a column {taken[0]}_true already")
-        columns.update({f"{one.name}_true": x[:, i] for i, one in enumerate(model.states)})
+        columns.update({f"{one.name}_true": x[:, i] for i, one in enumerate(states)})
     if options.out is None:
         tables.write_text(sys.stdout, list(columns), list(columns.values()))
         return
@@ -102,12 +110,16 @@ def _refuse_gap(gap: Optional[tuple[int, int]], rows: int) -> None:
 
 def simulate_runs(options: Options, console: Console) -> None:
     out = _out(options)
-    model = model_file.read(options.model)
+    model = read_any(options.model)
+    if isinstance(model, NonlinearModel):
+        if options.smooth:
+            raise KalmanqError("--smooth: of a linear model (TOML) with --runs")
+        refuse_compiled(options.compiled, model, options.arithmetic or "f64")
     rows, u = controls_of(options.controls, model, options.rows)
     _refuse_gap(options.gap, rows)
     options = replace(options, rows=rows, arithmetic=options.arithmetic or "f64")
-    study = Study(model, rows, options.seed, options.arithmetic, options.smooth, options.gap, u)
-    with progress_bar(f"{model.name}, {options.arithmetic}") as progress:
+    study = _study(options, model, rows, u)
+    with progress_bar(f"{model.name}, {_way(options)}") as progress:
         made = list(run_campaign(
             partial(one_run, study), range(options.runs), fingerprint=_fingerprint(options, u), journal=journal_of(out),
             workers=options.workers, dask=options.dask, progress=progress, fresh=options.fresh))
@@ -116,6 +128,19 @@ def simulate_runs(options: Options, console: Console) -> None:
         write(columns.values())
     journal_of(out).unlink(missing_ok=True)
     _tell(options, model, summary(columns), console)
+
+
+def _study(options: Options, model: AnyModel, rows: int, u: Optional[np.ndarray]) -> Study:
+    if isinstance(model, NonlinearModel):
+        is_compiled = options.compiled or model.has_errors
+        return Study(model, rows, options.seed, options.arithmetic, False, options.gap, u,
+                     compiled_equations_run if is_compiled else extended_run, rows_of_run, errors_of_run)
+    return Study(model, rows, options.seed, options.arithmetic, options.smooth and not options.compiled, options.gap, u,
+                 compiled_run if options.compiled else filtered)
+
+
+def _way(options: Options) -> str:
+    return f"{options.arithmetic}, compiled" if options.compiled else options.arithmetic
 
 
 def _out(options: Options) -> Path:
@@ -133,16 +158,18 @@ def _out(options: Options) -> Path:
 def _fingerprint(options: Options, u: Optional[np.ndarray]) -> dict[str, Any]:
     """All that run k comes from; how many runs there are is no part of it."""
     driven = {} if u is None else {"controls": hashlib.sha256(u.tobytes()).hexdigest()}
+    driven.update({"compiled": True} if options.compiled else {})
     return {**driven, "study": "simulate", "model": hashlib.sha256(options.model.read_bytes()).hexdigest(),
             **{name: getattr(options, name) for name in ("rows", "seed", "arithmetic", "smooth", "gap")}}
 
 
 def _tell(options: Options, model: Model, said: dict[str, Any], console: Console) -> None:
     if options.json:
-        return print_json({"model": model.name, "arithmetic": options.arithmetic, "rows": options.rows,
+        way = {"way": "compiled"} if options.compiled else {}
+        return print_json({"model": model.name, "arithmetic": options.arithmetic, **way, "rows": options.rows,
                            "runs": options.runs, "seed": options.seed, **said})
     made = table("column", "mean", "standard error",
-                 title=f"{model.name}: {options.runs} runs of {options.rows} rows, {options.arithmetic}")
+                 title=f"{model.name}: {options.runs} runs of {options.rows} rows, {_way(options)}")
     for name, of in said["columns"].items():
         made.add_row(name, *("" if of[key] is None else f"{of[key]:.6g}" for key in ("mean", "standard_error")))
     console.print(made)
@@ -155,6 +182,8 @@ def _tell(options: Options, model: Model, said: dict[str, Any], console: Console
                           f"{of['bounds'][0]:.4f} to {of['bounds'][1]:.4f}")
     if said["runs_with_events"]:
         console.print(f"events in {said['runs_with_events']} runs")
+    if options.compiled and options.smooth:
+        console.print(f"left out: --smooth; {NO_SMOOTHER}")
     tell_written([options.out], console)
 
 

@@ -9,7 +9,7 @@ from typing import Callable, Sequence
 
 import numpy as np
 
-from kalmanq.compiler import ud
+from kalmanq.compiler import stepping, ud
 from kalmanq.formulas.graph import Node, constant, node, symbol
 from kalmanq.compiler.request import Request
 
@@ -26,6 +26,7 @@ class Constant:
         self.A_less_one = [[constant(float(value - (i == k))) for k, value in enumerate(row)]
                            for i, row in enumerate(given.of.A)]
         self.R = [constant(value) for value in of.R]
+        self.B = [[constant(float(value)) for value in row] for row in given.of.B]
 
     def noise(self) -> list[ud.Column]:
         return ud.columns_of_noise(self.given.of.Q)
@@ -41,13 +42,18 @@ class Constant:
 
 
 class Tunable(Constant):
-    """Fields A[], q[], g[], r[]: entries of A, the factor of Q, the variances of R"""
+    """Fields A[], q[], g[], r[]: entries of A, the factor of Q, the variances of R; of a model in continuous time B[], too"""
 
     def __init__(self, given: Request, type_: str, number: Callable[[float], str]):
         super().__init__(given)
         self.type, self.number, of = type_, number, given.of.doubles()
+        self.continuous = given.model.continuous
+        has = of.A != 0 if self.continuous is None else _reached(self.continuous.F)
         self.places = [(i, k) for i, row in enumerate(of.A) for k, value in enumerate(row)
-                       if value and not (i == k and value == 1)]
+                       if has[i, k] and not (i == k and value == 1)]
+        self.pushes = [] if self.continuous is None or not of.l else list(zip(*np.nonzero(has.astype(float) @ (self.continuous.B != 0))))
+        for slot, (i, k) in enumerate(self.pushes):
+            self.B[i][k] = symbol(f"f->B[{slot}]")
         for slot, (i, k) in enumerate(self.places):
             self.A[i][k] = symbol(f"f->A[{slot}]")
             self.A_less_one[i][k] = self.A[i][k] - float(i == k)
@@ -55,9 +61,10 @@ class Tunable(Constant):
         self.q = ud.factor(given.of.Q)
         self.columns = [c for c in range(of.n) if self.q[c, c]]
         self.rows = [(i, c) for c in self.columns for i in range(c) if self.q[i, c]]
-        sizes = (("A", len(self.places)), ("q", len(self.columns)), ("g", len(self.rows)), ("r", of.m))
-        self.fields = [f"{type_} {', '.join(f'{name}[{size}]' for name, size in sizes if size)}; /* A, U and D of Q, R */"]
+        sizes = (("A", len(self.places)), ("B", len(self.pushes)), ("q", len(self.columns)), ("g", len(self.rows)), ("r", of.m))
+        self.fields = [f"{type_} {', '.join(f'{name}[{size}]' for name, size in sizes if size)}; /* A, {'B, ' if self.pushes else ''}U and D of Q, R */"]
         values = [*((f"A[{s}]", of.A[place]) for s, place in enumerate(self.places)),
+                  *((f"B[{s}]", of.B[place]) for s, place in enumerate(self.pushes)),
                   *((f"q[{s}]", self.q[c, c]) for s, c in enumerate(self.columns)),
                   *((f"g[{s}]", self.q[place]) for s, place in enumerate(self.rows)),
                   *((f"r[{j}]", value) for j, value in enumerate(of.R))]
@@ -85,7 +92,8 @@ class Tunable(Constant):
         return ["/** Sets Q: n x n, by rows.  f->A[] and f->r[] (the variances of measurements) you may write yourself.",
                 " *  Returns 0 and changes nothing where Q is no covariance, or has an entry that the factor of the",
                 " *  model's Q has not. */",
-                f"int {name}_noise({self.given.type} *f, const {self.type} Q[{n * n}]);", ""]
+                f"int {name}_noise({self.given.type} *f, const {self.type} Q[{n * n}]);", "",
+                *(stepping.declared(self.given, self.continuous, self.type) if self.continuous else [])]
 
     def functions(self) -> list[str]:
         """U and D of Q, from the last column on"""
@@ -118,7 +126,21 @@ class Tunable(Constant):
             *([f"        else f->g[at] = U[{n} * i + j];"] if self.rows else []),
             "    }", "}", "return 1;"]
         return [f"int {given.name}_noise({given.type} *restrict f, const {type_} Q[{n * n}])", "{",
-                *(f"    {line}" for line in lines), "}", ""]
+                *(f"    {line}" for line in lines), "}", "", *self._move()]
+
+    def _move(self) -> list[str]:
+        if self.continuous is None:
+            return []
+        n, B = self.given.of.n, self.continuous.B
+        stores = [(f"f->A[{s}]", f"A[{n * i + k}]") for s, (i, k) in enumerate(self.places)]
+        stores += [(f"f->B[{s}]", " + ".join(f"{self.number(float(B[j, k]))} * S[{n * i + j}]" for j in range(n) if B[j, k]))
+                   for s, (i, k) in enumerate(self.pushes)]
+        return stepping.function(self.given, self.continuous, self.type, self.number, stores)
+
+
+def _reached(F: np.ndarray) -> np.ndarray:
+    """Entries of e^(F dt) that are not 0 for most dt"""
+    return np.linalg.matrix_power((np.eye(len(F)) + (F != 0)), len(F)) != 0
 
 
 NONE = 255  # no field

@@ -14,13 +14,11 @@ from typing import Optional, Sequence
 
 import numpy as np
 
-from kalmanq.compiler import ud
+from kalmanq.compiler.arithmetic import Arithmetic
 from kalmanq.compiler.emit import Text, function, within
-from kalmanq.compiler.enclosure import DIGITS, GONE, MORE, MOST, Map, is_within, least_steps
+from kalmanq.compiler.enclosure import DIGITS, GONE, MORE, MOST, Map, is_within, least_steps, unit_lower
 from kalmanq.compiler.exact import Numbers, decimals, eye, inverse, symmetric
-from kalmanq.compiler.floats import FloatFilter
-from kalmanq.formulas.graph import symbol
-from kalmanq.compiler.printing import Body, indented
+from kalmanq.compiler.printing import indented
 from kalmanq.compiler.request import Request, due
 from kalmanq.errors import KalmanqError
 
@@ -30,12 +28,14 @@ Matrix = np.ndarray
 
 @dataclass(frozen=True)
 class Row:
-    """Of a row of the settled cycle.  due: bits of its components; gain: n x m, 0 for the others"""
+    """Of a row of the settled cycle.  due: bits of its components; gain: n x m, 0 for the others; variances: m, of
+    innovations given those before them, infinite for the others"""
 
     due: int
     predicted: Matrix
     filtered: Matrix
     gain: Matrix
+    variances: Matrix
 
 
 @dataclass(frozen=True)
@@ -46,6 +46,20 @@ class Cycle:
     cycles: int
     tolerance: float
 
+    @property
+    def gains(self) -> list[Matrix]:
+        return [row.gain.astype(float) for row in self.rows]
+
+    @property
+    def variances(self) -> Matrix:
+        """m, the least in a row"""
+        return np.min([row.variances for row in self.rows], axis=0)
+
+    @property
+    def means(self) -> Matrix:
+        """Variances of the n means, the least in a row"""
+        return np.min([np.diag(row.filtered).astype(float) for row in self.rows], axis=0)
+
 
 def check(given: Request) -> None:
     every = given.options.every
@@ -55,8 +69,8 @@ def check(given: Request) -> None:
         raise KalmanqError("--every: one measurement has to be in every row: give the model a longer step")
     if math.lcm(*every) > LONGEST:
         raise KalmanqError(f"--every: all measurements meet after {math.lcm(*every)} rows, at most {LONGEST}")
-    if given.options.nis or given.options.gate is not None or given.options.lag or given.options.arithmetic == "q31":
-        raise KalmanqError("--every: is for f32 and f64 without --nis, --gate and --lag; without it every row is worked out")
+    if given.options.nis or given.options.gate is not None or given.options.lag:
+        raise KalmanqError("--every: is without --nis, --gate and --lag; leave it out, and every row is worked out")
 
 
 def settled(of: Numbers, every: Sequence[int], tolerance: float) -> Optional[Cycle]:
@@ -98,10 +112,11 @@ def _rows(of: Numbers, masks: Sequence[int], P: Matrix) -> list[Row]:
     for mask in masks:
         taken = [j for j in range(of.m) if mask >> j & 1]
         H, predicted = of.H[taken], symmetric(of.A @ P @ of.A.T + of.Q)
-        gain = decimals(np.zeros((of.n, of.m)))
-        gain[:, taken] = predicted @ H.T @ inverse(H @ predicted @ H.T + np.diag(of.R[taken]))
+        gain, variances = decimals(np.zeros((of.n, of.m))), np.full(of.m, np.inf)
+        variance = H @ predicted @ H.T + np.diag(of.R[taken])
+        gain[:, taken], variances[taken] = predicted @ H.T @ inverse(variance), unit_lower(variance)[1].astype(float)
         P = symmetric(predicted - gain[:, taken] @ H @ predicted)
-        made.append(Row(mask, predicted, P, gain))
+        made.append(Row(mask, predicted, P, gain, variances))
     return made
 
 
@@ -110,21 +125,21 @@ class CycleText(Text):
 
     counter = ("row", "LOST")
 
-    def __init__(self, given: Request, a: FloatFilter, cycle: Cycle):
+    def __init__(self, given: Request, a: Arithmetic, cycle: Cycle):
         super().__init__(given, a)
         self.cycle, self.length, self.settles = cycle, len(cycle.rows), True
 
     def _constants(self) -> str:
-        a, rows, n, m = self.a, self.cycle.rows, self.given.of.n, self.given.of.m
+        a, rows = self.a, self.cycle.rows
         factors = [P for k, row in enumerate(rows) for P in (rows[k - 1].filtered, row.predicted)]
-        literals = [", ".join(a.number(one[key]) for key in a.live) or "0" for one in map(ud.factor, factors)]
-        gains = [", ".join(a.number(float(one)) for one in row.gain.ravel()) for row in rows]
+        literals = [", ".join(a.factor_literals(P)) or "0" for P in factors]
+        gains = [", ".join(one) for one in a.gain_literals(self.cycle.gains)]
         return "\n".join([
             f"enum {{ ROWS = {self.length}, LOST = {self.length + 1} }};",
             f"#define SETTLED UINT32_C({2 * self.length * self.cycle.cycles}) /* calls: {self.cycle.cycles} cycles of so many rows */",
             f"static const {a.type} steady[{2 * self.length}][{max(len(a.live), 1)}] = {{ /* updated in a row, predicted to the next */",
             *(f"    {{{one}}}," for one in literals), "};",
-            f"static const {a.type} gain[{self.length}][{n * m}] = {{", *(f"    {{{one}}}," for one in gains), "};",
+            f"static const {a.type} gain[{self.length}][{self.given.of.n * self.given.of.m}] = {{", *(f"    {{{one}}}," for one in gains), "};",
             f"static const uint16_t due[{self.length}] = {{{', '.join(str(row.due) for row in rows)}}}; /* bits */", "", ""])
 
     def _factor(self) -> str:
@@ -150,15 +165,12 @@ class CycleText(Text):
 
     def _settled_row(self) -> list[str]:
         """By the gain of its row; it returns."""
-        a, of = self.a, self.given.of
-        used = np.any([row.gain.astype(float) != 0 for row in self.cycle.rows], axis=0)
+        a = self.a
         body = [f"const {a.type} *g = gain[f->row - 1];"]
-        for j in range(of.m):
-            y = Body(a.words).text(a.innovation(a.mean, j, symbol(f"z{j}")))
-            body.append(f"const {a.type} y{j} = taken & {1 << j}u ? {y} : {a.number(0)};")
-        for i in range(of.n):
-            terms = " + ".join(f"g[{i * of.m + j}] * y{j}" for j in range(of.m) if used[i, j])
-            body += [f"l{i} += {terms};"] if terms else []
+        body += [f"const {a.type} y{j} = taken & {1 << j}u ? {a.innovation_text(j)} : {a.zero};"
+                 for j in range(self.given.of.m)]
+        added = {i: a.gained(i, self.cycle.gains, "g[{}]", "y{}") for i in range(self.given.of.n)}
+        body += a.moved({i: text for i, text in added.items() if text})
         return [*self._measured(), *within(a.places(factor=False), body), "f->calls = SETTLED;",
                 "if (f->row == ROWS) f->row = 0;", "return taken;"]
 

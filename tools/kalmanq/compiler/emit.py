@@ -9,12 +9,12 @@ from __future__ import annotations
 
 import re
 from dataclasses import dataclass
-from typing import Optional, Sequence
+from typing import Sequence
 
-from kalmanq.compiler.enclosure import Settled
+from kalmanq.compiler import lag
+from kalmanq.compiler.arithmetic import Arithmetic
 from kalmanq.compiler.printing import indented
 from kalmanq.compiler.request import LONGEST_GAP, Request
-from kalmanq.model import Model
 
 NO_FAST_MATH = """\
 #if defined __FAST_MATH__
@@ -26,55 +26,6 @@ SHORT_DOUBLE = """\
 #error "a double is no longer than a float here (AVR): use --arith f32"
 #endif
 """
-
-
-class Arithmetic:
-    """What the text of a filter is made of: lines and expressions of C (FloatFilter, WordFilter).
-
-    type, zero       of a measurement, and 0 of it
-    covariance_type  of an entry of the covariance
-    model            with all ranges that the C uses
-    live             entries of the factor that are carried, as P[0], P[1], ...
-    steady           None: the gain is never a constant
-    events           bits of f->events after those of all filters: name, and what it means
-    includes         what the header needs
-    code_includes    what the code needs beside it
-    """
-
-    type: str
-    zero: str
-    covariance_type: str
-    model: Model
-    live: Sequence[tuple[int, int]]
-    steady: Optional[Settled]
-    events: Sequence[tuple[str, str]] = ()
-    includes: Sequence[str] = ()
-    code_includes: Sequence[str] = ()
-
-    @property
-    def slots(self) -> int:
-        """Components of the largest sample"""
-        return len(self.model.measurements)
-
-    def enumerators(self) -> list[str]:
-        """Of the header: fractions of raw values, or places of coefficients"""
-        return []
-
-    def calls(self) -> list[str]:
-        """Declarations of `functions`, and readings, beside those of all filters"""
-        return []
-
-    def functions(self) -> list[str]:
-        """Beside those of all filters"""
-        return []
-
-    def format_of(self, which: str, k: int) -> str:
-        """Of a raw value, as in Q16.15"""
-        return ""
-
-    def routines(self, text: str) -> str:
-        """What the functions of `text` call"""
-        return ""
 
 
 PREDICTS, UPDATES = 1, 2  # of a row
@@ -112,7 +63,8 @@ class Text:
                 self._update(), self._update_some(), self._step(), self._covariance()]
 
     def code(self, remarks: Sequence[str]) -> str:
-        body = "\n".join(line for part in [*self.parts(), self.a.functions()] for line in part)
+        parts = [*self.parts(), self.a.functions(), lag.functions(self.given, self.a, self.a.steady)]
+        body = "\n".join(line for part in parts for line in part)
         words = (NO_FAST_MATH if self.a.type != "int32_t" else "") + (SHORT_DOUBLE if self.a.type == "double" else "")
         return "\n".join([*comment(remarks), f'#include "{self.given.name}.h"', "", *self.a.code_includes, words + self.a.routines(body)
                           + self._constants() + body])
@@ -122,7 +74,7 @@ class Text:
     def _constants(self) -> str:
         if not self.settles:
             return ""
-        updated, predicted = self.a.steady_literals()
+        updated, predicted = (self.a.factor_literals(P) for P in (self.a.steady.filtered, self.a.steady.predicted))
         rest = ", ".join(str(one) for one in self._rests())
         size = max(len(self.a.live), 1)
         return "\n".join([
@@ -169,7 +121,7 @@ class Text:
 
     def _start_at(self) -> list[str]:
         n = self.given.of.n
-        return function(f"void {self.given.name}_start_at({self.filter}, const {self.a.type} mean[{n}], "
+        return function(f"void {self.given.name}_start_at({self.filter}, const {self.a.type} mean[{len(self.given.carried)}], "
                         f"const {self.a.type} sigma[{n}])", [*self.a.start_at(), *self._reset()])
 
     # ---- predict

@@ -70,9 +70,18 @@ class Settled:
     lower: np.ndarray  # m x m, unit: innovations = lower * those given the components before
 
     @property
+    def gains(self) -> list[np.ndarray]:
+        return [self.gain.astype(float)]
+
+    @property
+    def means(self) -> np.ndarray:
+        """Variances of the n means"""
+        return np.diag(self.filtered).astype(float)
+
+    @property
     def gain_that_moves(self) -> np.ndarray:
         """The gain in double; 0 where an innovation of one sigma moves a state by next to nothing"""
-        gain, sigma = self.gain.astype(float), np.sqrt(np.diag(self.filtered).astype(float).clip(1e-300))
+        gain, sigma = self.gain.astype(float), np.sqrt(self.means.clip(1e-300))
         moved = np.abs(gain) * np.sqrt(self.variances.astype(float)) / sigma[:, None]
         return np.where(moved < NEGLIGIBLE, 0, gain)
 
@@ -135,11 +144,11 @@ def _rests(predict: Map, doubled: Sequence[Map], P: np.ndarray, longest: int, to
 def _steady(of: Numbers, filtered: np.ndarray, samples: int, rest: Sequence[int], tolerance: float) -> Settled:
     predicted = symmetric(of.A @ filtered @ of.A.T + of.Q)
     variance = of.H @ predicted @ of.H.T + np.diag(of.R)
-    lower, pivots = _unit_lower(variance)
+    lower, pivots = unit_lower(variance)
     return Settled(samples, rest, tolerance, filtered, predicted, predicted @ of.H.T @ inverse(variance), pivots, lower)
 
 
-def _unit_lower(S: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+def unit_lower(S: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """L and d with S = L diag(d) L'"""
     m, L, rest = len(S), eye(len(S)), S.copy()
     pivots = np.empty(m, object)

@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Optional, Sequence
+from typing import Sequence
 
 import numpy as np
 
+from kalmanq.compiler.emit import PREDICTS, UPDATES
 from kalmanq.compiler.equation_product import compiled_equations
-from kalmanq.compiler.host import PREDICTS, UPDATES, Host, Ran
+from kalmanq.compiler.host import Host, Ran
 from kalmanq.compiler.lint import Lossy, lossy_formulas
 from kalmanq.compiler.product import Product
 from kalmanq.compiler.record import Record
@@ -65,7 +66,8 @@ def _findings(model: NonlinearModel, product: Product, host: Host) -> Findings:
         for seed in SEEDS:
             record, z = drawn(model, ROWS, seed)
             runs = [one.run(record.z, record.u, record.present, record.what, now=record.now) for one in (host, reference)]
-            tried.append((*_apart(*runs), _lost(product, runs[0]), *_library(model, options, _whole_groups(product, z), record, runs[1])))
+            tried.append((*_apart(model, *runs), _lost(product, runs[0]),
+                          *_library(model, options, _whole_groups(product, z), record, runs[1])))
             points.append((runs[1].mean, _sigma(runs[1]), record.now))
     mean, covariance, lost, beside, least = (np.array(column) for column in zip(*tried))
     return Findings(float(mean.max()), float(covariance.max()), float(beside.max()), float(least.min()), int(lost.sum()),
@@ -86,17 +88,19 @@ def _sigma(ran: Ran) -> np.ndarray:
 
 def _lost(product: Product, ran: Ran) -> int:
     """Rows in which a call changed nothing"""
-    return int(np.sum(ran.events >> product.events.index("NOT_FINITE") & 1))
+    return int(np.sum(ran.events >> list(product.events).index("NOT_FINITE") & 1))
 
 
-def _apart(ran: Ran, exact: Ran) -> tuple[float, float]:
-    sigma = _sigma(exact)
+def _apart(model: NonlinearModel, ran: Ran, exact: Ran) -> tuple[float, float]:
+    sigma, errors = _sigma(exact), np.array([model.minus(*pair) for pair in zip(ran.mean, exact.mean)])
     spread = np.abs(ran.covariance - exact.covariance) / (sigma[:, :, None] * sigma[:, None, :])
-    return float((np.abs(ran.mean - exact.mean) / sigma).max()), float(spread.max())
+    return float((np.abs(errors) / sigma).max()), float(spread.max())
 
 
 def _library(model: NonlinearModel, options: Options, z: np.ndarray, record: Record, exact: Ran) -> tuple[float, float]:
     """How far the library's filter is off, in sigma, and the least R / S that it met"""
+    if model.has_errors:
+        return 0.0, np.nan
     method = "iterated" if options.iterate > 1 else "extended"
     run = NonlinearFilter(model, "f64", method, options.iterate).run(z, record.now if model.l else None)
     shares = np.diag(model.R) / run.innovation_sigma**2
@@ -115,7 +119,8 @@ def lines(product: Product, found: Findings) -> list[str]:
     given, arithmetic = product.given, product.given.options.arithmetic
     sensors = ", ".join(f"{given.name}_update{one.suffix}" for one in product.arithmetic.sensors)
     made = [f"{given.name}: {arithmetic}, {product.ram} bytes of RAM, {product.arithmetic.operations} operations of the covariance",
-            f"  {given.name}_predict; {sensors}. The covariance is carried as a factor, so it cannot lose positive definiteness."]
+            f"  {given.name}_predict; {sensors}. The covariance is carried as a factor, so it cannot lose positive definiteness.",
+            *(product.text.smoother.told() if product.text.smoother else [])]
     if found.why_not:
         return [*made, f"  Not tried, because no rows can be simulated: {found.why_not}"]
     made += [f"  Observed in {len(SEEDS)} records of {ROWS} simulated rows, {100 * MISSING:.0f} % of the measurements missing:"]
@@ -123,7 +128,8 @@ def lines(product: Product, found: Findings) -> list[str]:
         made.append(f"  beside the same C in double, means within {found.mean:.1e} sigma, covariances within {found.covariance:.1e}.")
     if found.beside:
         made.append(f"  The C in double is within {found.beside:.1e} sigma of the library's filter.")
-    made.append(f"  The least R / S of a component was {found.least:.1e}.")
+    if np.isfinite(found.least):
+        made.append(f"  The least R / S of a component was {found.least:.1e}.")
     if found.lost:
         made.append(f"  {found.lost} rows had a function or a derivative that was not finite; the call changed nothing there.")
     return [*made, *(f"  {one}" for one in _told(found))]

@@ -6,18 +6,19 @@ one after the other.  A call whose formulas are not finite changes nothing.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-from typing import Sequence
+from dataclasses import dataclass, replace
+from typing import Callable, Sequence
 
 import numpy as np
 
-from kalmanq.compiler import ud
+from kalmanq.compiler import back, ud
 from kalmanq.compiler.coefficients import Constant
-from kalmanq.compiler.floats import MOST, FloatFilter, Mean, entry
+from kalmanq.compiler.floats import MOST, FloatFilter, Mean, carried, entry
 from kalmanq.compiler.printing import Body, Target, indented
+from kalmanq.compiler.names import named
 from kalmanq.compiler.request import FLOATS, Options, Request, request
 from kalmanq.errors import KalmanqError
-from kalmanq.formulas.calculus import substituted
+from kalmanq.formulas.calculus import substituted, without
 from kalmanq.formulas.graph import Node, add, call, constant, dot, make, needed, symbol
 from kalmanq.model import Model
 from kalmanq.nonlinear import NonlinearModel
@@ -46,14 +47,20 @@ def equations(model: NonlinearModel, name: str, options: Options) -> Equations:
     _refuse_numbers(model, options)
     whole = Model(frame.A, frame.H, frame.R, frame.Q, x0=frame.x0, P0=frame.P0, states=frame.states,
                   measurements=frame.measurements, name=model.name, **controls)
-    return Equations(model, request(whole, name, options), model.sensors)
+    given = request(whole, name, options)
+    if not model.has_errors:
+        return Equations(model, given, model.sensors)
+    if options.iterate > 1:
+        raise KalmanqError("--iterate: is of models without nominal numbers")
+    names, _, _ = named(model.carried, (), ())
+    return Equations(model, replace(given, nominal=names), model.sensors)
 
 
 def _refuse(options: Options) -> None:
     if options.arithmetic == "q31":
         raise KalmanqError("--arith q31: a nonlinear model is compiled in f32 and f64; kalmanq design has q31 over the library")
     for name, value in (("--lag", options.lag), ("--every", options.every), ("--tunable", options.tunable),
-                        ("--loops", options.loops)):
+                        ("--loops", options.loops and not options.smooth)):
         if value:
             raise KalmanqError(f"{name}: is of models with constant matrices")
 
@@ -69,16 +76,24 @@ def _refuse_names(sensors: Sequence[Sensor]) -> None:
 
 
 def _refuse_numbers(model: NonlinearModel, options: Options) -> None:
-    """Numbers in formulas that the arithmetic does not have"""
+    """Numbers in formulas that the arithmetic does not have, and what has no value, as 1 / 0"""
     most, f = float(np.finfo(FLOATS[options.arithmetic]).max), model.formulas
-    states, measurements = ([one.name for one in of] for of in (model.states, model.measurements))
-    rows = [(f"f({name})", [one, *row]) for name, one, row in zip(states, f.change, f.transition)]
-    rows += [(f"h({name})", [one, *row]) for name, one, row in zip(measurements, f.innovation, f.measurement)]
-    for what, formulas in rows:
-        for one in needed(formulas)[0]:
-            if one.is_constant and not abs(one.value) <= most:
-                raise KalmanqError(f"{what}: has the number {one.value:g}, which {options.arithmetic} does not have: use other units"
-                                   + (", or --arith f64" if most < abs(one.value) < np.inf else ""))
+    names = {"f": (model.carried, [[one] for one in f.change]), "A": (model.states, f.transition),
+             "h": (model.measurements, [[one, *row] for one, row in zip(f.innovation, f.measurement)]),
+             "plus": (model.carried, [[one] for one in f.corrected])}
+    for which, (of, rows) in names.items():
+        for quantity, formulas in zip(of, rows):
+            for one in needed(formulas)[0]:
+                if one.is_constant and not abs(one.value) <= most:
+                    raise KalmanqError(f"{which}({quantity.name}): has the number {one.value:g}, which {options.arithmetic} does "
+                                       f"not have: {_cure(one.value, most, model.has_errors and which in 'Ah')}")
+
+
+def _cure(value: float, most: float, is_by_errors: bool) -> str:
+    if is_by_errors and not np.isfinite(value):
+        return "a root or a quotient of errors has no derivative where they are 0; take all that needs it in one branch, as " \
+            "(cos(a), sin(a) / a) if a > 1e-4 else (1, 1)"
+    return "use other units" + (", or --arith f64" if most < abs(value) < np.inf else "")
 
 
 class Formulas(Constant):
@@ -86,10 +101,13 @@ class Formulas(Constant):
 
     def __init__(self, of: Equations):
         super().__init__(of.given)
-        formulas, count, memo = of.model.formulas, range(of.model.n), {}
+        formulas, count, memo = of.model.formulas, range(len(of.model.carried)), {}
         mean = {f"x{i}": add(symbol(f"x{i}"), symbol(f"l{i}")) for i in count}
         self.change = [substituted(one, mean, memo) for one in formulas.change]
+        self.moved = [substituted(one, mean, memo) for one in formulas.moved]
         self.A = [[substituted(one, mean, memo) for one in row] for row in formulas.transition]
+        errors = {f"d{k}": symbol(f"c{k}") for k in range(of.model.n)}
+        self.corrected = [substituted(one, {**mean, **errors}, {}) for one in formulas.corrected] if of.model.has_errors else []
         if of.given.options.iterate > 1:
             mean, memo = {f"x{i}": symbol(f"a{i}") for i in count}, {}
         self.e = self._mixed([[substituted(one, mean, memo)] for one in formulas.innovation])
@@ -108,7 +126,7 @@ class EquationFilter(FloatFilter):
         self.equations, self.sensors = of, of.sensors
         super().__init__(of.given, None)
         c = self.coefficients
-        self.linear = [] if of.given.options.iterate > 1 else [one for one in of.sensors if all(_is_linear(c.e[j][0], c.H[j]) for j in range(one.first, one.first + one.m))]
+        self.linear = [] if of.given.options.iterate > 1 or of.given.nominal else [one for one in of.sensors if all(_is_linear(c.e[j][0], c.H[j]) for j in range(one.first, one.first + one.m))]
         self.events = (("NOT_FINITE", "a function of the model or a derivative was not finite: the call changed nothing"),
                        ("OVERFLOW", "a variance is infinite: start again"))
         self.code_includes = ["#include <math.h>"]
@@ -137,6 +155,11 @@ class EquationFilter(FloatFilter):
 
     # ---- hooks of FloatFilter
 
+    def _transfers(self, form: ud.UD) -> list[Callable[[ud.Entries], ud.Entries]]:
+        c = self.coefficients
+        smooths = [back.transfer(form, c.A, c.noise())] if self.given.options.smooth else []
+        return [*super()._transfers(form), *smooths]
+
     def slot(self, j: int) -> int:
         return j - self.sensor_of(j).first
 
@@ -144,8 +167,21 @@ class EquationFilter(FloatFilter):
         """While entries are looked for: the formulas; in an update: their names"""
         return [one if one.is_constant else symbol(f"h{j}_{i}") for i, one in enumerate(self.coefficients.H[j])]
 
+    @property
+    def first_mean(self) -> Sequence[float]:
+        return [float(one) for one in self.equations.model.x0]
+
     def _change(self, x: Mean, i: int) -> Node:
         return x[i][1] + self.coefficients.change[i]
+
+    def _moved(self, x: Mean) -> Mean:
+        return super()._moved(x) if not self.given.nominal else [self._carried_to(one, i) for i, one in enumerate(self.coefficients.moved)]
+
+    def _carried_to(self, value: Node, i: int) -> tuple[Node, Node]:
+        """A nominal number: where its old value is added in the new one, in two numbers; otherwise in one"""
+        high, low = self.mean[i]
+        change = without(value, add(high, low))
+        return (value, constant(0)) if change is None else carried(high, low + change)
 
     def measured(self, j: int) -> Node:
         if self.sensor_of(j) in self.linear:
@@ -165,13 +201,35 @@ class EquationFilter(FloatFilter):
 
     def predict(self, refused: Sequence[str]) -> list[str]:
         """Mean and factor, if the formulas are finite"""
-        c, body = self.coefficients, Body(self.words)
-        mean, after = self._moved(self.mean), self._predicted(self.form, self.entries)
+        body = Body(self.words)
+        mean, after = self.moved_mean(), self._predicted(self.form, self.entries)
         targets = [*self._written(mean), *((entry(key), after[key]) for key in self.live)]
-        doubtful = [one for f, row in zip(c.change, c.A) for one in self._doubtful(f, row)]
-        body.lines += self._unless_finite(body, doubtful, refused)
+        body.lines += self.unless_finite_step(body, refused)
         body.assign(targets)
-        return [*body.lines, *self._overflow()]
+        return [*body.lines, *self.overflow([entry(key) for key in self.live])]
+
+    def unless_finite_step(self, body: Body, refused: Sequence[str]) -> list[str]:
+        """`refused` where f or A is not finite"""
+        c = self.coefficients
+        return self._unless_finite(body, [one for f, row in zip(c.change, c.A) for one in self._doubtful(f, row)], refused)
+
+    def moved_mean(self) -> Mean:
+        return self._moved(self.mean)
+
+    def beside(self, x: Mean, other: Mean) -> list[Node]:
+        """x less another mean: the errors of that one that make x of it"""
+        if not self.given.nominal:
+            return [(high - h) + (low - l) for (high, low), (h, l) in zip(x, other)]
+        values = {f"{letter}{i}": high + low for letter, one in zip("ab", (x, other)) for i, (high, low) in enumerate(one)}
+        memo: dict[int, Node] = {}
+        return [substituted(one, values, memo) for one in self.equations.model.formulas.apart]
+
+    def moved_by(self, errors: Sequence[Node]) -> Mean:
+        """The mean with these errors"""
+        if not self.given.nominal:
+            return [carried(high, low + one) for (high, low), one in zip(self.mean, errors)]
+        values, memo = {f"c{k}": one for k, one in enumerate(errors)}, {}
+        return [self._carried_to(substituted(one, values, memo), i) for i, one in enumerate(self.coefficients.corrected)]
 
     def linearised(self, sensor: Sensor) -> list[str]:
         """Constants e0, h0_1, ... of a sensor, at the mean before it, and its corrections c0, c1, ...; those of a linear one
@@ -202,6 +260,9 @@ class EquationFilter(FloatFilter):
         """After all components: the corrections go over to the mean."""
         if sensor in self.linear:
             return []
+        if self.given.nominal:
+            mean = [self._carried_to(one, i) for i, one in enumerate(self.coefficients.corrected)]
+            return Body(self.words, stem="s").assign(self._written(mean))
         moved = "(c{0} + (a{0} - m{0}))" if self.given.options.iterate > 1 else "c{0}"
         return [f"l{i} = l{i} + {moved.format(i)};" for i in range(self.of.n)]
 
@@ -214,8 +275,9 @@ class EquationFilter(FloatFilter):
         fine = body.text(make("le", total, constant(MOST[self.type])))
         return [f"if (!({fine})) {{", *indented(refused), "}"]
 
-    def _overflow(self) -> list[str]:
-        total = Body(self.words).text(dot([(symbol(entry(key)), 1.0) for key in self.live if key[0] == key[1]]))
+    def overflow(self, names: Sequence[str]) -> list[str]:
+        """names: of the entries of the factor"""
+        total = Body(self.words).text(dot([(symbol(one), 1.0) for one, (i, j) in zip(names, self.live) if i == j]))
         return [f"if (!({total} <= {self.number(LARGEST[self.type])})) f->events |= {self.given.upper}_OVERFLOW;"]
 
     def _doubtful(self, value: Node, slopes: Sequence[Node]) -> list[Node]:

@@ -6,13 +6,13 @@ The mean of a state is x + l: an update adds to l, so a small correction of a la
 from __future__ import annotations
 
 from functools import reduce
-from typing import Callable, Optional, Sequence
+from typing import Callable, Mapping, Optional, Sequence
 
 import numpy as np
 
-from kalmanq.compiler import lag, ud
+from kalmanq.compiler import ud
+from kalmanq.compiler.arithmetic import Arithmetic
 from kalmanq.compiler.coefficients import Constant, coefficients
-from kalmanq.compiler.emit import Arithmetic
 from kalmanq.compiler.enclosure import Settled
 from kalmanq.compiler.facts import entries_of, facts
 from kalmanq.formulas.graph import Node, constant, dot, inverse, make, node, symbol
@@ -31,9 +31,11 @@ Place = tuple[str, str, str]
 class FloatFilter(Arithmetic):
     """In float or double"""
 
+    most_operations = 4000  # about 20 kB
+
     def __init__(self, given: Request, steady: Optional[Settled]):
         self.given, self.of = given, given.of.doubles()
-        self.type = self.covariance_type = "float" if given.options.arithmetic == "f32" else "double"
+        self.type = self.mean_type = self.covariance_type = "float" if given.options.arithmetic == "f32" else "double"
         self.zero, self.model = "0.0f" if self.type == "float" else "0.0", given.model
         self.includes = ["#include <math.h>"] if given.options.nis else []
         self.words = Floats(self.type)
@@ -102,19 +104,23 @@ class FloatFilter(Arithmetic):
 
     @property
     def fields(self) -> list[str]:
-        n = self.of.n
+        n = len(self.given.carried)
         return [f"{self.type} x[{n}], low[{n}]; /* mean = x + low */",
                 f"{self.type} P[{max(len(self.live), 1)}]; /* U and D of the covariance U D U' */", *self.coefficients.fields]
 
+    @property
+    def first_mean(self) -> Sequence[float]:
+        return self.of.x0
+
     def start(self) -> list[str]:
-        return [*(f"f->x[{i}] = {self.number(value)};" for i, value in enumerate(self.of.x0)),
-                *(f"f->low[{i}] = {self.number(0)};" for i in range(self.of.n)),
+        return [*(f"f->x[{i}] = {self.number(value)};" for i, value in enumerate(self.first_mean)),
+                *(f"f->low[{i}] = {self.number(0)};" for i in range(len(self.given.carried))),
                 *(f"f->P[{slot}] = {self.number(self.first[key])};" for slot, key in enumerate(self.live)),
                 *self.coefficients.start]
 
     def start_at(self) -> list[str]:
         """From mean[n] and sigma[n]; of states that share a variance the largest sigma is taken."""
-        lines = [f"for (int i = 0; i < {self.of.n}; i++) {{", "    f->x[i] = mean[i];", f"    f->low[i] = {self.number(0)};", "}"]
+        lines = [f"for (int i = 0; i < {len(self.given.carried)}; i++) {{", "    f->x[i] = mean[i];", f"    f->low[i] = {self.number(0)};", "}"]
         for slot, (i, j) in enumerate(self.live):
             shared = [key[0] for key, fact in self.facts.items() if fact == (i, j)] if i == j else []
             text = f"sigma[{shared[0]}]" if shared else self.number(0)
@@ -128,30 +134,28 @@ class FloatFilter(Arithmetic):
 
     def places(self, mean: bool = True, factor: bool = True) -> list[Place]:
         """Type, local and field of what a function takes from the filter"""
-        made = [(self.type, f"{local}{i}", f"f->{field}[{i}]") for i in range(self.of.n)
+        made = [(self.type, f"{local}{i}", f"f->{field}[{i}]") for i in range(len(self.given.carried))
                 for local, field in (("x", "x"), ("l", "low"))] if mean else []
         return made + ([(self.type, entry(key), f"f->P[{slot}]") for slot, key in enumerate(self.live)] if factor else [])
 
-    def steady_literals(self) -> list[list[str]]:
-        """The factor when settled: updated, predicted"""
-        assert self.steady is not None
-        factors = [ud.factor(P) for P in (self.steady.filtered, self.steady.predicted)]
-        return [[self.number(one[key]) for key in self.live] for one in factors]
+    def factor_literals(self, P: np.ndarray) -> list[str]:
+        made = ud.factor(P)
+        return [self.number(made[key]) for key in self.live]
 
     # ---- what is done
 
     @property
     def mean(self) -> Mean:
-        return [(symbol(f"x{i}"), symbol(f"l{i}")) for i in range(self.of.n)]
+        return [(symbol(f"x{i}"), symbol(f"l{i}")) for i in range(len(self.given.carried))]
 
     def _moved(self, x: Mean) -> Mean:
         """A x + B u: the change in the low part, then the low part goes over to x as far as it can."""
-        return [_carried(high, self._change(x, i)) for i, (high, _) in enumerate(x)]
+        return [carried(high, self._change(x, i)) for i, (high, _) in enumerate(x)]
 
     def _change(self, x: Mean, i: int) -> Node:
         sums = [high + low for high, low in x]
         change = dot(((self.coefficients.A_less_one[i][k], sums[k]) for k in range(self.of.n)), x[i][1])
-        return dot(((self.of.B[i, k], symbol(f"u{k}")) for k in range(self.of.l)), change)
+        return dot(((self.coefficients.B[i][k], symbol(f"u{k}")) for k in range(self.of.l)), change)
 
     def innovation(self, x: Mean, j: int, z: Node) -> Node:
         for part in (0, 1):
@@ -237,6 +241,24 @@ class FloatFilter(Arithmetic):
         passes = [one * one <= self.given.options.gate**2 * s for one, s in zip(apart, variances)]
         return body.assign(targets, reduce(lambda one, other: make("and", one, other), passes), then)
 
+    # ---- constant gains in a table
+
+    def gain_literals(self, gains: Sequence[np.ndarray]) -> list[list[str]]:
+        return [[self.number(one) for one in table.ravel()] for table in gains]
+
+    def gained(self, i: int, gains: Sequence[np.ndarray], at: str, y: str) -> str:
+        m = self.of.m
+        return " + ".join(f"{at.format(i * m + j)} * {y.format(j)}" for j in range(m) if any(one[i, j] for one in gains))
+
+    def innovation_text(self, j: int) -> str:
+        return Body(self.words).text(self.innovation(self.mean, j, symbol(f"z{j}")))
+
+    def moved(self, added: Mapping[int, str]) -> list[str]:
+        return [f"l{i} += {text};" for i, text in added.items()]
+
+    def whole_mean(self, i: int) -> str:
+        return self.mean_text(i)
+
     def _apart(self, y: Sequence[Node]) -> list[Node]:
         """Each innovation given the components before it"""
         lower, made = self.steady.lower.astype(float), []
@@ -300,8 +322,8 @@ class FloatFilter(Arithmetic):
 
     def size(self) -> int:
         """Bytes of its fields"""
-        n, m, options = self.of.n, self.of.m, self.given.options
-        words = 2 * n + max(len(self.live), 1) + len(self.coefficients.start)
+        m, options = self.of.m, self.given.options
+        words = 2 * len(self.given.carried) + max(len(self.live), 1) + len(self.coefficients.start)
         words += (self.slots + 1 if options.nis else 0) + (m if options.lag else 0)
         return (4 if self.type == "float" else 8) * words
 
@@ -309,14 +331,12 @@ class FloatFilter(Arithmetic):
         return self.coefficients.enumerators()
 
     def functions(self) -> list[str]:
-        return [*self.coefficients.functions(),
-                *(lag.functions(self.given, self.steady, self.type, self.number) if self.steady else [])]
+        return self.coefficients.functions()
 
     def calls(self) -> list[str]:
         variances = [line for i, state in enumerate(self.given.states) for line in
                      reading(self.given, self.type, f"variance_{state}", f"{self.given.name}_covariance(f, {i}, {i})")]
-        return [*self.coefficients.calls(), *variances, *(self._likelihood() if self.given.options.nis else []),
-                *lag.calls(self.given, self.type)]
+        return [*self.coefficients.calls(), *variances, *(self._likelihood() if self.given.options.nis else [])]
 
     def nis_fields(self) -> list[str]:
         return [f"{self.type} nis;",
@@ -325,7 +345,7 @@ class FloatFilter(Arithmetic):
     def _likelihood(self) -> list[str]:
         """Of the components that the last update took"""
         given, logarithm, m = self.given, "logf" if self.type == "float" else "log", self.slots
-        return [f"/** Logarithm of the likelihood of the last update; `taken`: what it returned. */",
+        return ["/** Logarithm of the likelihood of the last update; `taken`: what it returned. */",
                 f"static inline {self.type} {given.name}_log_likelihood(const {given.type} *f, unsigned taken)", "{",
                 f"    {self.type} sum = f->nis;",
                 f"    for (int j = 0; j < {m}; j++)",
@@ -355,7 +375,7 @@ class FloatFilter(Arithmetic):
         return f"(double){self.given.name}_covariance(&f, {i}, {j})"
 
 
-def _carried(high: Node, change: Node) -> tuple[Node, Node]:
+def carried(high: Node, change: Node) -> tuple[Node, Node]:
     """high + change in two numbers"""
     total = high + change
     return total, change - make("sub", total, high) if total is not high else change

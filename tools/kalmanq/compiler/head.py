@@ -5,7 +5,8 @@ from __future__ import annotations
 from typing import Sequence
 
 from kalmanq.compiler import lag
-from kalmanq.compiler.emit import Arithmetic, Text, comment
+from kalmanq.compiler.arithmetic import Arithmetic
+from kalmanq.compiler.emit import Text, comment
 from kalmanq.compiler.printing import indented
 from kalmanq.compiler.request import Request
 from kalmanq.firmware.c_source import plain
@@ -27,7 +28,7 @@ class Header:
             *comment([*self._what(), "", *self._usage(), "", *self._quantities()]), f"#ifndef {guard}",
             f"#define {guard}", "", *self.a.includes, "#include <stdint.h>", "", "#ifdef __cplusplus",
             'extern "C" {', "#endif", "", *self._events(), *self.a.enumerators(), *self._fields(), *self._calls(),
-            *self._means(), *self.a.calls(), "#ifdef __cplusplus", "}", "#endif", "", f"#endif /* {guard} */", ""])
+            *self._means(), *self.a.calls(), *lag.calls(self.given, self.a), "#ifdef __cplusplus", "}", "#endif", "", f"#endif /* {guard} */", ""])
 
     def _what(self) -> list[str]:
         model, options = self.given.model, self.given.options
@@ -40,7 +41,7 @@ class Header:
                 (f"{self.name}_update(&f, z);", "the first sample"),
                 (f"{self.name}_step(&f{u}, z);", "each next sample"),
                 (f"{self.name}_predict(&f{u});", "a sample that is missing"),
-                (f"{self.name}_mean_{self.given.states[0]}(&f)", "the estimate")]
+                (f"{self.name}_mean_{self.given.carried[0]}(&f)", "the estimate")]
         return self._aligned(rows)
 
     @staticmethod
@@ -76,7 +77,7 @@ class Header:
         lines += self.a.nis_fields() if options.nis else []
         lines += [f"uint8_t rejected[{m}]; /* in a row, by the gate */"] if options.gate is not None else []
         lines += [f"{self.a.type} y[{m}]; /* innovations of the last sample, once settled */"] if options.lag else []
-        return ["typedef struct {", *indented(lines), f"}} {self.given.type};", "", *lag.struct(self.given, self.a.type)]
+        return ["typedef struct {", *indented(lines), f"}} {self.given.type};", "", *lag.struct(self.given, self.a)]
 
     def _calls(self) -> list[str]:
         z, u = self.c.z, self.c.u
@@ -97,14 +98,15 @@ class Header:
         n = self.given.of.n
         return ["/** Before the first sample. */", f"void {self.name}_start({self.filter});", "",
                 "/** The same from a mean and a sigma of each state that you give. */",
-                f"void {self.name}_start_at({self.filter}, const {self.a.type} mean[{n}], const {self.a.type} sigma[{n}]);", ""]
+                f"void {self.name}_start_at({self.filter}, const {self.a.type} mean[{len(self.given.carried)}], const {self.a.type} "
+                f"sigma[{n}]);", ""]
 
     def _covariance(self) -> list[str]:
         return ["/** Entry i, j of the covariance. */",
                 f"{self.a.covariance_type} {self.name}_covariance(const {self.given.type} *f, int i, int j);", ""]
 
     def _means(self) -> list[str]:
-        return [line for i, state in enumerate(self.given.states)
+        return [line for i, state in enumerate(self.given.carried)
                 for line in reading(self.given, self.a.type, f"mean_{state}", self.a.mean_text(i))]
 
 

@@ -12,6 +12,7 @@ from typing import Mapping, Optional, Sequence
 
 import numpy as np
 
+from kalmanq.compiler import lag
 from kalmanq.compiler.emit import PREDICTS, UPDATES, Row
 from kalmanq.compiler.product import Product
 from kalmanq.data.files import own_folder, telling_where
@@ -29,15 +30,19 @@ static uint32_t hash(uint32_t h, const void *field, unsigned size)
     return h;
 }}
 
+static {name}_filter f;
+{smooths}
 void run(int rows, int goes_on, int first, const unsigned char *what, const unsigned *present, const double *z, const double *u,
          const double *now, double *mean, double *reading, double *covariance, unsigned *taken, unsigned *events, unsigned *digest);
 
 void run(int rows, int goes_on, int first, const unsigned char *what, const unsigned *present, const double *z, const double *u,
          const double *now, double *mean, double *reading, double *covariance, unsigned *taken, unsigned *events, unsigned *digest)
 {{
-    static {name}_filter f;
     uint32_t h = UINT32_C(2166136261);
-    if (!goes_on) {name}_start(&f);
+    if (!goes_on) {{
+{start}
+    }}
+{lag}
     for (int t = 0; t < rows; t++, z += {m}, u += {l}, now += {l}) {{
         {type} v[{m}], w[{l} + 1], at[{l} + 1];
         (void)w, (void)at, (void)first;
@@ -58,7 +63,7 @@ void run(int rows, int goes_on, int first, const unsigned char *what, const unsi
 
 @dataclass(frozen=True)
 class Ran:
-    """rows x n, rows x n, rows x n x n; bits of the components taken and of events, of each row"""
+    """rows x n (or as many as there are nominal numbers), the same, rows x n x n; bits of the components taken and of events, of each row"""
 
     mean: np.ndarray
     reading: np.ndarray  # rows x n, as NAME_mean_... gives it
@@ -84,7 +89,8 @@ class Host:
                 for file, text in files.items():
                     (self.folder / file).write_text(text, encoding="utf-8")
             library = build(self.folder, [f"{name}.c", "driver.c"], "filter.so", (*self.flags, "-shared", "-fPIC"))
-            self._run = ctypes.CDLL(str(library)).run
+            self._library = ctypes.CDLL(str(library))
+            self._run = self._library.run
         except BaseException:
             self.__exit__()
             raise
@@ -107,11 +113,56 @@ class Host:
         given = [np.ascontiguousarray(what, np.uint8), np.ascontiguousarray(present, np.uint32),
                  np.ascontiguousarray(z), *(np.ascontiguousarray(np.zeros((rows, of.l)) if one is None else one, np.float64)
                                             for one in (u, now))]
-        made = Ran(np.zeros((rows, of.n)), np.zeros((rows, of.n)), np.zeros((rows, of.n, of.n)), np.zeros(rows, np.uint32),
+        size = len(self.product.given.carried)
+        made = Ran(np.zeros((rows, size)), np.zeros((rows, size)), np.zeros((rows, of.n, of.n)), np.zeros(rows, np.uint32),
                    np.zeros(rows, np.uint32))
         arrays = [*given, made.mean, made.reading, made.covariance, made.taken, made.events, np.zeros(1, np.uint32)]
         self._run(rows, int(goes_on), first, *(ctypes.c_void_p(one.ctypes.data) for one in arrays))
         return replace(made, digest=int(arrays[-1][0]))
+
+    def smoothed(self, what: np.ndarray) -> Smoothed:
+        """Backwards over the rows of the last call, whose `what` it was, as far as --smooth holds them"""
+        n, size, rows = self.product.given.of.n, len(self.product.given.carried), len(what)
+        made = Smoothed(*(np.full(shape, np.nan) for shape in ((rows, size), (rows, n, n), (rows, size))))
+        predicts = np.ascontiguousarray(np.asarray(what) & PREDICTS, np.uint8)
+        self._library.smooth(rows, *(ctypes.c_void_p(one.ctypes.data) for one in (predicts, made.mean, made.covariance, made.lagged)))
+        return made
+
+    def steps_back(self, what: np.ndarray) -> np.ndarray:
+        """Smoothed means 1, 2, ... steps before the last one of such rows"""
+        predicts = np.flatnonzero(np.asarray(what) & PREDICTS)[::-1]
+        return self.smoothed(what).mean[predicts[:self.product.given.options.smooth] - 1]
+
+
+@dataclass(frozen=True)
+class Smoothed:
+    """Of each row given all rows, by NAME_smooth, and the mean by NAME_lagged; NaN where no step is recorded"""
+
+    mean: np.ndarray
+    covariance: np.ndarray
+    lagged: np.ndarray
+
+
+SMOOTHS = """
+static {name}_history history;
+
+void smooth(int rows, const unsigned char *predicts, double *mean, double *covariance, double *lagged);
+
+void smooth(int rows, const unsigned char *predicts, double *mean, double *covariance, double *lagged)
+{{
+    const {name}_filter now = f;
+    {type} v[{size}];
+    for (int t = rows - 1, back = 0; t >= 0; t--) {{
+{read}
+        for (int i = 0; i < {n}; i++)
+            for (int j = 0; j < {n}; j++) covariance[(t * {n} + i) * {n} + j] = {entry};
+        {name}_lagged(&now, &history, back, v);
+        for (int i = 0; i < {size}; i++) lagged[t * {size} + i] = v[i];
+        if (predicts[t] && !{name}_smooth(&f, &history, ++back)) break;
+    }}
+    f = now;
+}}
+"""
 
 
 def driver(product: Product) -> str:
@@ -120,12 +171,20 @@ def driver(product: Product) -> str:
     convert = [f"v[{j}] = {a.from_double('measurements', j, f'z[{j}]')};" for j in range(of.m)]
     convert += [f"{to}[{k}] = {a.from_double('controls', k, f'{one}[{k}]')};" for to, one in (("w", "u"), ("at", "now"))
                 for k in range(of.l)]
-    read = [f"mean[t * {of.n} + {i}] = {a.mean_double(i)};" for i in range(of.n)]
-    read += [f"reading[t * {of.n} + {i}] = (double){name}_mean_{state}(&f);" for i, state in enumerate(given.states)]
-    digests = [f"        h = hash(h, f.{field}, sizeof f.{field});" for field in a.arrays]
+    size = len(given.carried)
+    read = [f"mean[t * {size} + {i}] = {a.mean_double(i)};" for i in range(size)]
+    read += [f"reading[t * {size} + {i}] = (double){name}_mean_{state}(&f);" for i, state in enumerate(given.carried)]
+    follows, hashed = lag.followed(given), [f"f.{field}" for field in a.arrays]
+    digests = [*follows[1:], *(f"h = hash(h, {one}, sizeof {one});" for one in (*hashed, *lag.kept(given)))]
     calls = product.text.row(Row("what[t]", "present[t]", "v", "w", "at", "first + t", "taken[t]"))
-    return DRIVER.format(name=name, type=a.type, n=of.n, m=of.m, l=of.l, digests="\n".join(digests), calls=_inside(calls),
-                         given=_inside(convert), read=_inside(read), entry=a.covariance_double("i", "j"))
+    start = [f"{name}_start(&f);"]
+    texts = {"name": name, "type": a.type, "n": of.n, "size": size, "read": _inside(read[:size]), "entry": a.covariance_double("i", "j"),
+             "smooths": ""}
+    if given.options.smooth:
+        start.append(f"{name}_history_start(&history);")
+        texts["smooths"] = SMOOTHS.format(**texts)
+    return DRIVER.format(**{**texts, "read": _inside(read)}, m=of.m, l=of.l, digests=_inside(digests), calls=_inside(calls),
+                         given=_inside(convert), start=_inside(start), lag="\n".join(f"    {line}" for line in follows[:1]))
 
 
 def _inside(lines: Sequence[str]) -> str:

@@ -53,7 +53,7 @@ def _worst(model: NonlinearModel, name: str, one: Node, errors: np.ndarray, give
     errors = np.nan_to_num(np.broadcast_to(errors, given["x0"].shape), nan=0.0, posinf=0.0)
     k = int(np.argmax(errors))
     point = {key: value if value.ndim == 0 else value[k] for key, value in given.items()}
-    where = ", ".join(f"{state.name} = {point[f'x{i}']:.3g}" for i, state in enumerate(model.states))
+    where = ", ".join(f"{state.name} = {point[f'x{i}']:.3g}" for i, state in enumerate(model.carried))
     return Lossy(name, float(errors[k]), _line(model, one, point) if errors[k] else 0, where)
 
 
@@ -72,14 +72,14 @@ def _formulas(model: NonlinearModel, sigma: np.ndarray) -> Iterator[tuple[str, N
     """Name, formula, and what an error of it is multiplied with to be in sigma"""
     f, q, r = model.formulas, np.sqrt(np.diag(model.Q)), np.sqrt(np.diag(model.R))
     states, measurements = ([one.name for one in of] for of in (model.states, model.measurements))
-    for i, one in enumerate(f.change):
+    for i, one in enumerate(() if model.has_errors else f.change):
         yield f"f({states[i]})", one, 1 / np.where(q[i] > 0, q[i], sigma[:, i])
-    for i, row in enumerate(f.change_by_state):
+    for i, row in enumerate(f.transition):
         for j, one in enumerate(row):
             yield f"df({states[i]})/d{states[j]}", one, sigma[:, j] / sigma[:, i]
     for c, one in enumerate(f.expected):
         yield f"h({measurements[c]})", one, np.full(len(sigma), 1 / r[c])
-    for c, row in enumerate(f.expected_by_state):
+    for c, row in enumerate(f.measurement):
         for j, one in enumerate(row):
             yield f"dh({measurements[c]})/d{states[j]}", one, sigma[:, j] / r[c]
 
@@ -91,6 +91,8 @@ def _points(model: NonlinearModel, visited: Sequence[Visited]) -> tuple[np.ndarr
     fine = np.flatnonzero(np.all(np.isfinite(x), axis=1) & np.all(np.isfinite(sigma), axis=1))
     some = fine[draws.permutation(len(fine))[:POINTS]]
     x, sigma, t, u = x[some], sigma[some], t[some], u[some]
+    if model.has_errors:
+        return x, sigma, t, u
     made = [x, x + 2 * sigma * draws.uniform(-1, 1, x.shape)]
     low, high = x.min(axis=0) - 3 * sigma.max(axis=0), x.max(axis=0) + 3 * sigma.max(axis=0)
     for i in range(model.n):

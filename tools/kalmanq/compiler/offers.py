@@ -27,6 +27,7 @@ from kalmanq.run.filters import Filter
 WAY = "compiled"
 SAID = "C for this model alone, in straight lines: --out writes what kalmanq compile writes"
 SAVES = 0.85  # of a row that has not settled: the covariance form is shown where it costs less
+CORES, LEAST_STATES = {"f32": "m4f", "q31": "m3"}, 4  # f32 with fewer states: the factor is as cheap
 COLUMNS = ("arithmetic", "form", "two calls", "settled", "settled step", "settles in", "flash", "RAM", "stack", "mean",
            "P")
 EXPLAINED = "instructions of a row in two calls before the gain is constant and after, and of one step after; full samples " \
@@ -100,11 +101,31 @@ def _covariance(model: Model, arithmetic: str, factor: Offer) -> list[Offer]:
              for core, one in found.costs.items() if _saves(one.two_calls, factor.costs.get(core))}
     if not costs:
         return []
-    gaps = f"gaps of at most {model.gaps.max_gap} samples with {model.gaps.min_run or 1} full ones between them" \
-        if model.gaps.max_gap else "no sample that is missing"
-    condition = f"kalmanq compile --form covariance allows {gaps}, and none in part"
+    condition = f"kalmanq compile --form covariance is for {_gaps(model)}"
     return [Offer(arithmetic, "covariance", costs, ram_of(found.plan), found.plan.rows, found.error.mean,
                   found.error.covariance, None, "; ".join(filter(None, (condition, found.remark))))]
+
+
+def _gaps(model: Model) -> str:
+    gaps = model.gaps
+    between = f" with {gaps.min_run} full ones between them" if gaps.min_run else " that begin settled"
+    return (f"gaps of at most {gaps.max_gap} samples{between if gaps.max_gap else ''}" if gaps.max_gap else
+            "samples of which none is missing") + ", and none in part"
+
+
+def cheaper(product: Product) -> Optional[str]:
+    """A line, if the covariance form costs less by SAVES on the core that its arithmetic is for, and its search closes"""
+    options, of = product.given.options, product.given.of
+    core = CORES.get(options.arithmetic)
+    factor = estimates(product).get(core) if core else None
+    if core is None or factor is None or options.arithmetic == "f32" and of.n < LEAST_STATES:
+        return None
+    cost = proven.searched(product.given.model, options.arithmetic).get(core)
+    if cost is None or not _saves(cost.two_calls, factor):
+        return None
+    return f"--form covariance takes {cost.two_calls} in the place of {factor.two_calls} instructions a row that has not " \
+           f"settled ({library.CORES[core]}); its limits: {_gaps(product.given.model)}; no {product.given.name}_start_at, " \
+           "and a second update is refused"
 
 
 def _saves(two_calls: Optional[int], other: Optional[Cost]) -> bool:

@@ -16,7 +16,7 @@ from typing import Iterator, Optional
 LINE = re.compile(r"^\s*(?:(?:const )?(float|u?int32_t|u?int64_t|reciprocal) (\w+)|f->(\w+(?:\[\d+\])?)|(\w+)) (\+?)= (.*);$")
 FAR = re.compile(r"^\s*(?:uint32_t )?far \|?= ")
 CHECK = re.compile(r"^\s*if \(\(\(.* >> \d+\)", re.M)  # of a word's range
-COUNTERS = re.compile(r"\bf->(?:rows|missed|gap_refused|sample_refused|calls|gap|events|rejected)\b")
+COUNTERS = re.compile(r"\bf->(?:rows|missed|calls|gap|events|rejected)\b")
 REGISTERS = (5, 8, 12, 16, 26, 30)  # of cores, less what addresses take
 KINDS = (
     "calls", "functions", "loads", "wide_loads", "stores", "wide_stores", "constant_stores", "samples", "doors",
@@ -24,7 +24,7 @@ KINDS = (
     "constant_products", "powers", "accumulated", "wide_sums", "roundings", "wide", "called_wide", "whole",
     "whole_wide", "highs", "high_shifts", "wide_shifts", "has_product", "has_wide", "has_inverse", "selects", "controls",
     "components", "settles", "tables", "parts", "shifted", "fractions", "words", "narrowed", "stopped", "checks", "far",
-    "checked",
+    "checked", "stays",
     *(f"spills{k}" for k in REGISTERS))
 ARGUMENTS = {"f", "z", "u"}  # which point to words
 CALLED = {"part": "parts", "half_part": "parts", "twice_part": "parts", "shifted": "shifted", "fraction": "fractions",

@@ -9,9 +9,11 @@ from pathlib import Path
 from typing import Optional
 
 from kalmanq.compiler import cycle, emit, enclosure, head
+from kalmanq.compiler.arithmetic import Arithmetic
 from kalmanq.compiler.floats import FloatFilter
-from kalmanq.compiler.loops import MOST_OPERATIONS, LoopedFilter
+from kalmanq.compiler.loops import LoopedFilter
 from kalmanq.compiler.request import GAP, LONGEST_GAP, Options, Request, request
+from kalmanq.compiler.word_loops import LoopedWords
 from kalmanq.compiler.words import WordFilter
 from kalmanq.errors import KalmanqError
 from kalmanq.formulas import graph
@@ -23,7 +25,7 @@ class Product:
     given: Request
     steady: Optional[enclosure.Settled]
     cycle: Optional[cycle.Cycle]
-    arithmetic: emit.Arithmetic
+    arithmetic: Arithmetic
     text: emit.Text
     header: str
     code: str
@@ -37,9 +39,9 @@ class Product:
         return 2 * self.steady.samples if self.steady and not self.given.options.student else 0
 
     @property
-    def events(self) -> list[str]:
-        """Names of the bits of f->events, from the lowest"""
-        return re.findall(rf"^    {self.given.upper}_([A-Z_]+) = \d+,? /\*", self.header, re.M)
+    def events(self) -> dict[str, str]:
+        """Names of the bits of f->events, from the lowest, and what they mean"""
+        return dict(re.findall(rf"^    {self.given.upper}_([A-Z_]+) = \d+,? /\* (.*) \*/", self.header, re.M))
 
     @property
     def ram(self) -> int:
@@ -61,7 +63,7 @@ def compiled(model: Model, name: str, options: Options = Options(), source: str 
                            "kq_lag takes any model")
     turn = _cycle(given)
     with graph.fresh():
-        a = _arithmetic(given, steady if options.settles else None)
+        a = _arithmetic(given, steady if options.settles else None, turn)
         text = emit.Text(given, a) if turn is None else cycle.CycleText(given, a, turn)
         return Product(given, steady, turn, a, text, head.header(given, a, text), text.code(remarks(given, steady, turn, source)))
 
@@ -79,13 +81,14 @@ def _cycle(given: Request) -> Optional[cycle.Cycle]:
     return cycle.settled(given.of, options.every, options.settle) if options.settles else None
 
 
-def _arithmetic(given: Request, steady: Optional[enclosure.Settled]) -> emit.Arithmetic:
-    if given.options.arithmetic == "q31":
-        return WordFilter(given, steady)
-    if given.options.loops is None and not given.options.tunable:
-        straight = FloatFilter(given, steady)
-        return straight if straight.operations <= MOST_OPERATIONS else LoopedFilter(given, steady)
-    return (LoopedFilter if given.options.loops else FloatFilter)(given, steady)
+def _arithmetic(given: Request, steady: Optional[enclosure.Settled], turn: Optional[cycle.Cycle]) -> Arithmetic:
+    is_fixed, options = given.options.arithmetic == "q31", given.options
+    straight, looped = (WordFilter, LoopedWords) if is_fixed else (FloatFilter, LoopedFilter)
+    known = (given, steady, turn) if is_fixed else (given, steady)
+    if options.loops is None and not options.tunable:
+        made = straight(*known)
+        return made if made.operations <= made.most_operations else looped(*known)
+    return (looped if options.loops else straight)(*known)
 
 
 def remarks(given: Request, steady: Optional[enclosure.Settled], turn: Optional[cycle.Cycle], source: str) -> list[str]:

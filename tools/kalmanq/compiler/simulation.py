@@ -3,7 +3,9 @@ firmware.  Means and covariances are the C's; innovations, NIS and the likelihoo
 
 from __future__ import annotations
 
-from dataclasses import replace
+import pickle
+from dataclasses import dataclass, field
+from functools import lru_cache
 from typing import Any, Optional
 
 import numpy as np
@@ -15,10 +17,45 @@ from kalmanq.model import Model
 from kalmanq.run.results import Run
 
 NAME = "filter_of"
+NO_SMOOTHER = "the emitted filter looks at no later row"
+
+
+@dataclass
+class CompiledRun(Run):
+    """emitted: events as NAME.h calls them, and what they mean"""
+
+    emitted: list[tuple[str, str]] = field(default_factory=list)
+
+    @property
+    def event_names(self) -> list[str]:
+        return [name for name, _ in self.emitted]
+
+    @property
+    def faults(self) -> list[tuple[str, str]]:
+        return [one for one in self.emitted if one[0] != "gated"]
+
+    @property
+    def is_held(self) -> bool:
+        return "mean saturated" in self.event_names
+
+
+def compiled_run(model: Model, arithmetic: str, z: np.ndarray, u: Optional[np.ndarray] = None) -> CompiledRun:
+    """From the start.  The C is built once, for as many runs of a model as come one after the other."""
+    made = _built(pickle.dumps((model, arithmetic)))
+    made.restart()
+    return made.run(z, u)
+
+
+@lru_cache(maxsize=4)
+def _built(model_and_arithmetic: bytes) -> CompiledFilter:
+    with CompiledFilter(*pickle.loads(model_and_arithmetic)) as made:
+        return made  # of a library that is loaded, the folder may go
 
 
 class CompiledFilter:
     """A context.  run(z, u) goes on where the one before ended; forecast(k) comes after all rows."""
+
+    made = CompiledRun
 
     def __init__(self, model: Model, arithmetic: str, product: Optional[Product] = None):
         self.model, self.arithmetic = model, arithmetic
@@ -46,16 +83,20 @@ class CompiledFilter:
     @property
     def event_names(self) -> list[str]:
         """As NAME.h calls them"""
-        names = self.product.events
-        return [name.lower().replace("_", " ") for bit, name in enumerate(names) if self.events >> bit & 1]
+        return [name for name, _ in self._told(self.events)]
 
-    def run(self, z: np.ndarray, u: Optional[np.ndarray] = None, **_: Any) -> Run:
+    def _told(self, events: int) -> list[tuple[str, str]]:
+        return [(name.lower().replace("_", " "), meaning)
+                for bit, (name, meaning) in enumerate(self.product.events.items()) if events >> bit & 1]
+
+    def run(self, z: np.ndarray, u: Optional[np.ndarray] = None, **_: Any) -> CompiledRun:
         """u: row t moves the state from row t to row t + 1"""
         ran = self._ran(z, u)
-        run = Run(self.model, self.arithmetic, ran.mean, np.sqrt(np.diagonal(ran.covariance, axis1=1, axis2=2).clip(0)),
-                  ran.covariance)
+        events = int(np.bitwise_or.reduce(ran.events, initial=0))
+        sigma = np.sqrt(np.diagonal(ran.covariance, axis1=1, axis2=2).clip(0))
+        run = self.made(self.model, self.arithmetic, ran.mean, sigma, ran.covariance, emitted=self._told(events))
         self._explain(run, np.asarray(z, float).reshape(len(ran.mean), -1), u, ran)
-        self.events |= int(np.bitwise_or.reduce(ran.events, initial=0))
+        self.events |= events
         if len(run):
             self.begins, self.mean, self.covariance = False, ran.mean[-1], ran.covariance[-1]
             self.left = self.left if u is None else np.array(u[-1], float)
@@ -79,15 +120,7 @@ class CompiledFilter:
         if self.begins:
             x[0], P[0] = self.mean, self.covariance
         S = model.H @ P @ model.H.T + model.R
-        run.innovation, run.innovation_sigma = z - x @ model.H.T, np.sqrt(np.diagonal(S, axis1=1, axis2=2))
-        bits = ran.taken[:, None] >> np.arange(model.m) & 1
-        run.taken, run.nis = bits.sum(axis=1), np.full(len(z), np.nan)
-        run.log_likelihood = np.zeros(len(z))
-        for pattern in np.unique(ran.taken[ran.taken > 0]):
-            some, rows = np.flatnonzero(pattern >> np.arange(model.m) & 1), ran.taken == pattern
-            spread, e = S[np.ix_(np.flatnonzero(rows), some, some)], run.innovation[np.ix_(np.flatnonzero(rows), some)]
-            run.nis[rows] = np.einsum("ti,ti->t", e, np.linalg.solve(spread, e[:, :, None])[:, :, 0])
-            run.log_likelihood[rows] = -(run.nis[rows] + np.linalg.slogdet(spread)[1] + len(some) * np.log(2 * np.pi)) / 2
+        scored(run, z - x @ model.H.T, S, ran)
 
     def forecast(self, steps: int) -> Ahead:
         """So many rows ahead without measurements and controls.  No row can be run after it."""
@@ -97,6 +130,19 @@ class CompiledFilter:
             self.begins = False
             self._ahead.append(Ahead(ran.mean[-1], ran.covariance[-1]))
         return self._ahead[steps - 1]
+
+
+def scored(run: Run, innovation: np.ndarray, S: np.ndarray, ran: Ran) -> None:
+    """NIS and likelihood of what the filter took, from innovations and their covariances"""
+    count, m = innovation.shape
+    run.innovation, run.innovation_sigma = innovation, np.sqrt(np.diagonal(S, axis1=1, axis2=2))
+    run.taken, run.nis = (ran.taken[:, None] >> np.arange(m) & 1).sum(axis=1), np.full(count, np.nan)
+    run.log_likelihood = np.zeros(count)
+    for pattern in np.unique(ran.taken[ran.taken > 0]):
+        some, rows = np.flatnonzero(pattern >> np.arange(m) & 1), ran.taken == pattern
+        spread, e = S[np.ix_(np.flatnonzero(rows), some, some)], innovation[np.ix_(np.flatnonzero(rows), some)]
+        run.nis[rows] = np.einsum("ti,ti->t", e, np.linalg.solve(spread, e[:, :, None])[:, :, 0])
+        run.log_likelihood[rows] = -(run.nis[rows] + np.linalg.slogdet(spread)[1] + len(some) * np.log(2 * np.pi)) / 2
 
 
 class Ahead:

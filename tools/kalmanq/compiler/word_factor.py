@@ -15,7 +15,7 @@ from typing import Optional, Sequence
 import numpy as np
 
 from kalmanq.compiler.exact import Numbers, root
-from kalmanq.compiler.word_formats import BITS, Formats, half_of, variance_word
+from kalmanq.compiler.word_formats import BITS, Formats, root_of, variance_word
 from kalmanq.compiler.word_text import INVERSE, ROUNDED, Lines, Value
 
 Key = tuple[int, int]
@@ -149,19 +149,28 @@ class Factor:
 
     # ---- update
 
-    def update(self, lines: Lines, S: Entries, j: int) -> tuple[Entries, list[Value], Optional[str]]:
-        """S after component j, gain times sigma of the innovation, and the name of the inverse of that sigma"""
+    def _seen(self, lines: Lines, S: Entries, j: int, c: int) -> Value:
+        """Entry c of H_j S"""
         a = self.formats.row[j]
-        square = variance_word(self.of.R[j], 2 * a)
-        half = half_of(square)
-        total, before = f"UINT64_C({square})", (str(math.isqrt(square << 2 * half) >> 1), str(half))
+        return lines.weighed(((math.ldexp(self.of.H[j, i], self.exponent[i] - a), S.get((i, c))) for i in range(c + 1)), "f")
+
+    def spread(self, lines: Lines, S: Entries, j: int) -> str:
+        """The name of H_j P H_j'"""
+        seen = [self._seen(lines, S, j, c) for c in range(self.n)]
+        return lines.let("q", lines.squares(f for f in seen if f is not None) or "0", "uint64_t")
+
+    def update(self, lines: Lines, S: Entries, j: int, weight: Value = None) -> tuple[Entries, list[Value], Optional[str]]:
+        """S after component j, gain times sigma of the innovation, and the name of the inverse of that sigma; weight: of
+        the component and its innovation"""
+        square = variance_word(self.formats.least[j], 2 * self.formats.row[j])
+        total, before = f"UINT64_C({square})", tuple(map(str, root_of(square)))
         b: list[Value] = [None] * self.n
         after, last = dict(S), None
         for c in range(self.n):
-            f = lines.weighed(((math.ldexp(self.of.H[j, i], self.exponent[i] - a), S.get((i, c)))
-                               for i in range(c + 1)), "f")
+            f = self._seen(lines, S, j, c)
             if f is None:
                 continue
+            f = f if weight is None else lines.mixed([(weight, f)], base="g")
             total = lines.let("t", f"{total} + {lines.squares([f])}", "uint64_t")
             last = lines.root(total)
             u = lines.fraction(f, last)

@@ -10,10 +10,11 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 from decimal import Decimal
-from typing import Optional, Sequence
+from typing import Optional, Sequence, Union
 
 import numpy as np
 
+from kalmanq.compiler.cycle import Cycle
 from kalmanq.compiler.enclosure import Settled
 from kalmanq.compiler.exact import Numbers
 from kalmanq.compiler.request import Request
@@ -26,6 +27,7 @@ BITS = 30  # of the largest sigma
 TURNED = 1.4  # of 2^30: the longest row that a reflection takes
 WEIGHED = 20  # bits of an innovation over its sigma after the point; so it is taken up to 2^11
 MORE, LOW_NOISE = 12, 2.0**8  # further bits; sigma of H x over that of the noise, above which they count
+FAR = 14  # bits of an innovation over the noise, up to which Student's weight falls
 CYCLES, LEAST_GAP, GAP, WITHOUT_BOUND = 100, 16, 60, 2.0 ** 12
 LONGEST, WIDE = 62, 61  # bits of a sum, and of a mean at the end of its range
 NONE = -60  # exponent of 0
@@ -34,7 +36,8 @@ NONE = -60  # exponent of 0
 @dataclass(frozen=True)
 class Formats:
     """exponent  of rows of S; held: the power of two beyond which a sigma is not stored
-    row       exponent of H_j S and of the innovation's sigma
+    row       exponent of H_j S and of the innovation's sigma; far: that of what Student's weight is worked out from
+    least     variances that components are taken with, the least that Student's weight makes of them
     weighed   bits after the point of an innovation over its sigma; more: further ones, where R is far below H P H'
     x, z, u   fractions; end: x stays within 2^end; z_most, u_most: ranges in words
     read      fractions of means of 32 bits
@@ -43,6 +46,8 @@ class Formats:
     exponent: Sequence[int]
     held: Sequence[int]
     row: Sequence[int]
+    far: Sequence[int]
+    least: Sequence[float]
     weighed: Sequence[int]
     more: Sequence[int]
     x: Sequence[int]
@@ -111,8 +116,9 @@ def _with_range(one: Quantity, span: float) -> Quantity:
     return one if one.range else Quantity(one.name, one.unit, 2.0 ** up(max(float(span), 1e-30)), one.fraction)
 
 
-def formats(given: Request, model: Model, steady: Optional[Settled], sigma: np.ndarray) -> Formats:
-    """model: with all ranges"""
+def formats(given: Request, model: Model, settled: Union[Settled, Cycle, None], gains: Sequence[np.ndarray],
+            sigma: np.ndarray) -> Formats:
+    """model: with all ranges; gains: all constant ones"""
     of = given.of.doubles()
     held = [up(one * ROOM) for one in sigma]
     limit = 2.0 ** np.array(held)
@@ -127,17 +133,20 @@ def formats(given: Request, model: Model, steady: Optional[Settled], sigma: np.n
     spans = np.abs(given.mixing) @ [one.range for one in model.measurements]
     reach = np.abs(of.H) @ moved
     z = [_measured(*one) for one in zip(model.measurements, spans, reach)]
-    far = reach + np.abs(given.mixing) @ (2.0 ** (31 - np.array(z)))  # of any word
-    wide = [min(LONGEST - up(one * ROOM), f + 31) for one, f in zip(far, z)]
-    weighed = [min(WEIGHED, f + a - half_of(variance_word(r, 2 * a)) - 1) for f, a, r in zip(wide, row, of.R)]
-    y = [_settled(spans[j] + reach[j], steady.variances[j], z[j]) for j in range(of.m)] if steady else z
-    x = _means(steady, exponent, ends, moved, y, weighed)
+    most = reach + np.abs(given.mixing) @ (2.0 ** (31 - np.array(z)))  # of any word
+    wide = [min(LONGEST - up(one * ROOM), f + 31) for one, f in zip(most, z)]
+    least = [r * share_of(given.options.student) for r in of.R]
+    far = [max(a, BITS - f, min(up((span + one) * ROOM), up(math.sqrt(r)) + FAR))
+           for a, f, span, one, r in zip(row, wide, spans, reach, of.R)]
+    weighed = [min(WEIGHED, f + a - half_of(variance_word(r, 2 * a)) - 1) for f, a, r in zip(wide, row, least)]
+    y = [_settled(spans[j] + reach[j], settled.variances[j], z[j]) for j in range(of.m)] if settled else z
+    x = _means(gains, exponent, ends, moved, y, weighed)
     more = [_more(f + a - half_of(variance_word(r, 2 * a)) - 1 - v, 2.0**a / math.sqrt(r))
-            for f, a, r, v in zip(wide, row, of.R, weighed)]
-    return Formats(exponent, held, row, weighed, more, x, [f + e for f, e in zip(x, ends)],
+            for f, a, r, v in zip(wide, row, least, weighed)]
+    return Formats(exponent, held, row, far, least, weighed, more, x, [f + e for f, e in zip(x, ends)],
                    [_read(one, end, f) for one, end, f in zip(model.states, ends, x)], z, u,
                    _most(model.measurements, z), _most(model.controls, u), wide, y,
-                   [(span + far) * ROOM * 2.0**f >= 2.0**31 for span, far, f in zip(spans, reach, y)])
+                   [(span + one) * ROOM * 2.0**f >= 2.0**31 for span, one, f in zip(spans, reach, y)])
 
 
 def _end(one: Quantity, x0: float) -> int:
@@ -168,7 +177,7 @@ def _measured(one: Quantity, span: float, reach: float) -> int:
     return _fraction(one, 31, (span + reach if fits else span) * ROOM)
 
 
-def _settled(span: float, variance: Decimal, z: int) -> int:
+def _settled(span: float, variance: Union[Decimal, float], z: int) -> int:
     """Of the innovation with the constant gain: so fine that it is 2^-15 sigma, if need be with an end at 2^16 sigma"""
     fits, fine = 31 - up(span * ROOM), 15 - up(math.sqrt(variance))
     return z if fits >= z >= min(fits, fine) else max(fits, fine)
@@ -176,6 +185,11 @@ def _settled(span: float, variance: Decimal, z: int) -> int:
 
 def _more(most: int, ratio: float) -> int:
     return max(0, min(MORE, most)) if ratio > LOW_NOISE else 0
+
+
+def share_of(student: Optional[float]) -> float:
+    """The least variance that a measurement with Student's noise is taken with, of its own"""
+    return student / (student + 1) if student else 1.0
 
 
 def variance_word(r: float, square: int) -> int:
@@ -187,14 +201,20 @@ def half_of(square: int) -> int:
     return (64 - square.bit_length()) // 2
 
 
-def _means(steady: Optional[Settled], exponent: Sequence[int], ends: Sequence[int], moved: np.ndarray,
+def root_of(square: int) -> tuple[int, int]:
+    """Mantissa and `half` of its root"""
+    half = half_of(square)
+    return math.isqrt(square << 2 * half) >> 1, half
+
+
+def _means(gains: Sequence[np.ndarray], exponent: Sequence[int], ends: Sequence[int], moved: np.ndarray,
            y: Sequence[int], weighed: Sequence[int]) -> list[int]:
     """No sum goes beyond 64 bits, and what an update adds needs no shift to the left."""
     made = []
     for i, end in enumerate(ends):
         most = min(WIDE - end, LONGEST - up(moved[i] * ROOM), min(weighed) + BITS - exponent[i])
-        if steady is not None:
-            far = float(np.abs(steady.gain[i].astype(float)) @ 2.0 ** (31 - np.array(y, int)))
+        for gain in gains:
+            far = float(np.abs(gain[i]) @ 2.0 ** (31 - np.array(y, int)))
             most = min(most, LONGEST - up(far * ROOM)) if far > 0 else most
         made.append(most)
     return made

@@ -94,12 +94,32 @@ class Mean:
         return "".join(self._gained(float(k), float(e), i, j) for j, (k, e) in enumerate(zip(gain, least)) if k)
 
     def _gained(self, k: float, least: float, i: int, j: int) -> str:
-        """With a coefficient that lands on the point of x, where it has bits enough"""
-        by = self.formats.x[i] - self.formats.y[j]
-        digits = 30 - down(abs(k))
-        if digits >= by and math.ldexp(0.5, -by) <= least:
-            digits = by
+        digits, by = self._digits_of(k, least, i, j), self.formats.x[i] - self.formats.y[j]
         return f" + {aligned(f'product(y{j}, {word_of(k, digits)})', digits - by)}"
+
+    def _digits_of(self, k: float, least: float, i: int, j: int) -> int:
+        """Of a gain: it lands on the point of x, where it has bits enough"""
+        digits, by = 30 - down(abs(float(k))), self.formats.x[i] - self.formats.y[j]
+        return by if digits >= by and math.ldexp(0.5, -by) <= least else digits
+
+    def table(self, gains: Sequence[np.ndarray], least: np.ndarray) -> list[list[str]]:
+        """Their words, which tabled() reads; least: what they may be off by"""
+        digits = self._digits(gains, least)
+        return [[str(word_of(float(k), int(by))) for k, by in zip(one.ravel(), digits.ravel())] for one in gains]
+
+    def tabled(self, i: int, gains: Sequence[np.ndarray], least: np.ndarray, at: str, y: str) -> str:
+        """What gains of a table make of innovations; at, y: of one, with {} for its place"""
+        f, digits, terms = self.formats, self._digits(gains, least)[i], []
+        for j in (j for j in range(self.of.m) if any(one[i, j] for one in gains)):
+            text = f"product({y.format(j)}, {at.format(i * self.of.m + j)})"
+            terms.append(aligned(text, int(digits[j]) - f.x[i] + f.y[j]))
+        return " + ".join(terms)
+
+    def _digits(self, gains: Sequence[np.ndarray], least: np.ndarray) -> np.ndarray:
+        """Of the largest in each place of the tables"""
+        most = np.abs(gains).max(axis=0)
+        return np.array([[self._digits_of(k, float(least[i, j]), i, j) if k else 0 for j, k in enumerate(row)]
+                         for i, row in enumerate(most)])
 
     def stored(self, x: Mapping[int, str]) -> list[str]:
         """Lines that store means, the names of formulas; one beyond its words stops at their end (stop, below)."""

@@ -6,7 +6,7 @@ import math
 from typing import Sequence
 
 from kalmanq.compiler import word_routines
-from kalmanq.compiler.emit import Arithmetic
+from kalmanq.compiler.arithmetic import Arithmetic
 from kalmanq.compiler.printing import indented
 from kalmanq.compiler.request import Request
 from kalmanq.compiler.word_factor import Factor, Key, keys
@@ -51,8 +51,8 @@ class Readings(Arithmetic):
 
     def size(self) -> int:
         """Bytes of its fields"""
-        n, m = self.given.of.n, self.given.of.m
-        return 8 * n + 4 * max(len(self.live), 1) + (8 + 4 * m if self.given.options.nis else 0)
+        n, m, options = self.given.of.n, self.given.of.m, self.given.options
+        return 8 * n + 4 * max(len(self.live), 1) + (8 + 4 * m if options.nis else 0) + (4 * m if options.lag else 0)
 
     def sigma_fraction(self, i: int) -> int:
         return BITS - self.formats.exponent[i]
@@ -74,11 +74,19 @@ class Readings(Arithmetic):
                 *indented([f"{one}," for one in lines[:-1]] + lines[-1:]), "};", ""]
 
     def mean_text(self, i: int) -> str:
-        f = self.formats
-        by = f.x[i] - f.read[i]
+        return self.lagged(i, self.whole_mean(i))
+
+    def whole_mean(self, i: int) -> str:
+        return f"f->x[{i}]"
+
+    def kept(self, i: int, text: str) -> str:
+        return f"stopped({text}, INT64_C(1) << {self.formats.end[i]})"
+
+    def lagged(self, i: int, at: str) -> str:
+        by = self.formats.x[i] - self.formats.read[i]
         if by <= 0:
-            return f"(int32_t)(f->x[{i}] * (INT64_C(1) << {-by}))"
-        return f"(int32_t)((f->x[{i}] + (INT64_C(1) << {by - 1})) >> {by})"
+            return f"(int32_t)({at} * (INT64_C(1) << {-by}))"
+        return f"(int32_t)(({at} + (INT64_C(1) << {by - 1})) >> {by})"
 
     def covariance(self) -> list[str]:
         """A loop over the columns of S"""

@@ -124,6 +124,22 @@ LINE
 }
 """
 
+STUDENT = """\
+/* sqrt(least / made) 2^30.  made: the variance that an innovation y whose noise is Student's, with the variance r, is taken
+   with, by three steps of EM (Lange, Little and Taylor 1989).  over: 2^31 / (degrees of freedom + 1); root, half: of least */
+static int32_t student(int32_t y, uint64_t spread, uint64_t r, uint64_t least, int32_t over, int32_t root, int half)
+{
+    uint64_t made = r;
+    reciprocal m = inverse_root(made);
+    for (int k = 0; k < 3; k++) {
+        const int32_t c = ratio(m.root, m.half, inverse_root(spread + made)), rest = part(product(c, part(product(c, y))));
+        made = least + 2 * (uint64_t)wide(over, product(rest, rest) + 4 * wide(c, 4 * wide(c, (int64_t)spread)));
+        m = inverse_root(made);
+    }
+    return ratio(root, half, m);
+}
+"""
+
 FRACTION = """\
 /* f / sqrt(t) 2^30, |f| <= sqrt(t) */
 static inline int32_t fraction(int32_t f, reciprocal r)
@@ -193,7 +209,7 @@ def line() -> str:
     return ",\n".join("        " + ", ".join(made[k:k + 8]) for k in range(0, 96, 8))
 
 
-ROUTINES = (("stopped", STOPPED), ("inverse", INVERSE), ("word", WORD), ("ratio", RATIO), ("fraction", FRACTION),
+ROUTINES = (("student", STUDENT), ("stopped", STOPPED), ("inverse", INVERSE), ("word", WORD), ("ratio", RATIO), ("fraction", FRACTION),
             ("inverse_root", ROOT), ("zeros_before", ZEROS),
             ("narrow", NARROW), ("shifted", SHIFTED), ("half_part", _part("half_part", 31)), ("part", _part("part", 30)),
             ("twice_part", _part("twice_part", 29)), ("wide", WIDE),

@@ -8,16 +8,18 @@ from __future__ import annotations
 
 import math
 from itertools import permutations
-from typing import Optional, Sequence
+from typing import Mapping, Optional, Sequence
 
 import numpy as np
 
+from kalmanq.compiler import lag
+from kalmanq.compiler.cycle import Cycle
 from kalmanq.compiler.enclosure import Settled
 from kalmanq.compiler.printing import indented
 from kalmanq.compiler.request import RUN, Request
 from kalmanq.compiler.word_factor import Entries, Factor, Key
-from kalmanq.compiler.word_formats import BITS, formats, gap_of, largest_sigmas, ranged
-from kalmanq.compiler.word_mean import Mean
+from kalmanq.compiler.word_formats import BITS, formats, gap_of, largest_sigmas, ranged, root_of, variance_word
+from kalmanq.compiler.word_mean import Mean, aligned
 from kalmanq.compiler.word_readings import Readings
 from kalmanq.compiler.word_text import Lines, Value, living
 from kalmanq.errors import KalmanqError
@@ -25,27 +27,31 @@ from kalmanq.errors import KalmanqError
 NEGLIGIBLE = 1e-12  # of an innovation's sigma
 GAIN_ERROR = 4e-6
 ALL_ORDERS = 4  # states, of which all orders are tried
+TUNABLE = ("--tunable: q31's formats are constants that follow from A, Q and R; compile one filter for each set of them, take "
+           "f32, or the library in q31, whose formats follow the numbers")
 Place = tuple[str, str, str]
 
 
 class WordFilter(Readings):
     type, zero = "int32_t", "0"
-    covariance_type = "int64_t"
+    mean_type = covariance_type = "int64_t"
     arrays = ("x", "P")  # without padding
+    most_operations = 8000  # about 32 kB
     events = (("SIGMA_SATURATED", "a sigma would be beyond its format: the covariance was not predicted"),
               ("MEAN_SATURATED", "a mean or an innovation was beyond its format: the nearer end was taken"))
 
-    def __init__(self, given: Request, steady: Optional[Settled]):
-        for option in ("student", "tunable", "lag"):
-            if getattr(given.options, option):
-                raise KalmanqError(f"--{option}: is for f32 and f64")
+    def __init__(self, given: Request, steady: Optional[Settled], turn: Optional[Cycle]):
+        if given.options.tunable:
+            raise KalmanqError(TUNABLE)
         sigma = largest_sigmas(given.of, gap_of(given.model))
         self.model = ranged(given.model, sigma)
         self.given, self.of, self.steady = given, given.of.doubles(), steady
-        self.formats = formats(given, self.model, steady, sigma)
+        self.constant = steady or turn
+        gains = [*(self.constant.gains if self.constant else []), *(lag.gains(given, steady) if steady else [])]
+        self.formats = formats(given, self.model, self.constant, gains, sigma)
         self.mean = Mean(given.of, self.formats, self.event("MEAN_SATURATED"))
         made = [self._in_order(order) for order in self._orders()]
-        self.factor, self.live, _ = min(made, key=lambda one: one[2])
+        self.factor, self.live, self.operations = min(made, key=lambda one: one[2])
 
     # ---- the order of states, and which entries there are
 
@@ -111,10 +117,9 @@ class WordFilter(Readings):
         made = [("int64_t", f"x{i}", f"f->x[{i}]") for i in range(self.of.n)] if mean else []
         return made + [("int32_t", entry(key), f"f->P[{slot}]") for slot, key in enumerate(self.live) if factor]
 
-    def steady_literals(self) -> list[list[str]]:
-        assert self.steady is not None
-        factors = [self.factor.words_of(P) for P in (self.steady.filtered, self.steady.predicted)]
-        return [[str(one[key]) for key in self.live] for one in factors]
+    def factor_literals(self, P: np.ndarray) -> list[str]:
+        made = self.factor.words_of(P)
+        return [str(made[key]) for key in self.live]
 
     # ---- what is done
 
@@ -137,22 +142,30 @@ class WordFilter(Readings):
     def update(self, j: int) -> list[str]:
         """Component j, whose value is z<j>"""
         f, lines = self.formats, Lines()
-        after, b, last = self.factor.update(lines, self.entries, j)
+        weight = self._student(lines, j) if self.given.options.student else None
+        b, last, first, stores = self._updated(lines, j, weight)
         if last is None:
             return []
         more, shift = f.more[j], f.wide[j] + f.row[j] - f.weighed[j] - f.more[j]
         made = [f"const int64_t y = {self.mean.wide_innovation(j)};", *lines.lines,
-                f"const int64_t weighed = shifted(wide({last}.over, y), {shift} - {last}.half);",
+                f"const int64_t weighed = shifted(wide({last}.over, {f'4 * wide({weight}, y)' if weight else 'y'}), "
+                f"{shift} - {last}.half);",
                 f"const int32_t v = narrow(weighed{f' >> {more}' if more else ''});"]
         made += [f"const int32_t rest = (int32_t)(weighed & {(1 << more) - 1});"] if more else []
         writes = [f"if (v != {f'weighed >> {more}' if more else 'weighed'}) {self.event('MEAN_SATURATED')}"]
-        writes += self._nis(j, "v", f"word({last})")
+        if weight and self.given.options.nis:
+            square = variance_word(self.of.R[j], 2 * f.row[j])
+            last = "nominal"
+            made += [f"const reciprocal nominal = inverse_root(UINT64_C({square}) + {self._spread(lines, j)});",
+                     f"const int32_t apart = narrow(shifted(wide(nominal.over, y), {shift + more} - nominal.half));"]
+        writes += self._nis(j, "apart" if last == "nominal" else "v", f"word({last})")
+        writes += first
         moved = [(self.factor.order[i], one) for i, one in enumerate(b) if one is not None]
         for i, one in sorted(moved):
             by = f.weighed[j] + BITS - f.exponent[i] - f.x[i]
             text = f"product({one}, v)" + (f" + (product({one}, rest) >> {more})" if more else "")
             writes.append(f"x{i} += {f'shifted({text}, {by})' if by else text};")
-        writes += [*self.mean.stops(sorted(i for i, _ in moved)), *self._stored(after)]
+        writes += [*self.mean.stops(sorted(i for i, _ in moved)), *stores]
         if self.given.options.gate is None:
             return living([*made, *writes])
         most = self._gate(j)
@@ -160,6 +173,25 @@ class WordFilter(Readings):
                 f"if (is_near || f->rejected[{j}] >= {RUN}) {{",
                 *indented([*writes, f"if (is_near) f->rejected[{j}] = 0;"]), "} else {",
                 *indented([f"f->rejected[{j}]++;", self.event("GATED"), f"taken &= ~{1 << j}u;"]), "}"]
+
+    def _updated(self, lines: Lines, j: int, weight: Value) -> tuple[list[Value], Optional[str], list[str], list[str]]:
+        """Gain times sigma of the innovation, the name of that sigma, and lines before and after the mean's"""
+        after, b, last = self.factor.update(lines, self.entries, j, weight)
+        return b, last, [], self._stored(after)
+
+    def _spread(self, lines: Lines, j: int) -> str:
+        """The name of H_j P H_j'"""
+        return self.factor.spread(lines, self.entries, j)
+
+    def _student(self, lines: Lines, j: int) -> str:
+        """Name of the weight of component j, a fraction: sqrt of the least variance over that which it is taken with"""
+        f, nu = self.formats, float(self.given.options.student or 0)
+        r, least = (variance_word(one, 2 * f.far[j]) for one in (self.of.R[j], f.least[j]))
+        root, half = root_of(least)
+        y, by = aligned("y", f.wide[j] + f.far[j] - BITS), min(2 * (f.far[j] - f.row[j]), 63)
+        spread = self._spread(lines, j)
+        return lines.let("k", f"student(narrow({y}), {f'{spread} >> {by}' if by else spread}, UINT64_C({r}), UINT64_C({least}), "
+                         f"{min(round(2**31 / (nu + 1)), 2**31 - 1)}, {root}, {half})")
 
     def _gate(self, j: int) -> int:
         assert self.given.options.gate is not None
@@ -183,8 +215,7 @@ class WordFilter(Readings):
     @property
     def resolution(self) -> np.ndarray:
         """What a gain may be off by: an innovation of one sigma moves the state by as much less than its own"""
-        sigma = np.sqrt(np.diag(self.steady.filtered).astype(float))
-        return GAIN_ERROR * np.outer(sigma, 1 / np.sqrt(self.steady.variances.astype(float)))
+        return GAIN_ERROR * np.sqrt(np.outer(self.constant.means, 1 / self.constant.variances.astype(float)))
 
     def settled(self, predicts: bool, then: Sequence[str]) -> list[str]:
         """The mean by the constant gain, from z0, z1, ..., and `then`"""
@@ -198,11 +229,26 @@ class WordFilter(Readings):
             for j in range(self.of.m):
                 sigma = math.sqrt(float(self.steady.variances[j]))
                 writes += self._nis(j, f"v{j}", str(round(math.ldexp(sigma, BITS - self.formats.row[j]))))
+        writes += [f"f->y[{j}] = y{j};" for j in range(self.of.m)] if options.lag else []
         writes += [*self.mean.stored({i: text for i, text in x.items() if text != f"x{i}"}), *then]
         if options.gate is None:
             return living([*lines, *writes])
         passes = " && ".join(f"v{j} >= -{self._gate(j)} && v{j} <= {self._gate(j)}" for j in range(self.of.m))
         return [*lines, f"if ({passes}) {{", *indented(writes), "}"]
+
+    # ---- constant gains in a table
+
+    def gain_literals(self, gains: Sequence[np.ndarray]) -> list[list[str]]:
+        return self.mean.table(gains, self.resolution)
+
+    def gained(self, i: int, gains: Sequence[np.ndarray], at: str, y: str) -> str:
+        return self.mean.tabled(i, gains, self.resolution, at, y)
+
+    def innovation_text(self, j: int) -> str:
+        return self.mean.innovation(j, {})
+
+    def moved(self, added: Mapping[int, str]) -> list[str]:
+        return self.mean.stored({i: f"x{i} + {text}" for i, text in added.items()})
 
     def _apart(self) -> list[str]:
         """Each innovation given the components before it, over its sigma: v<j>"""

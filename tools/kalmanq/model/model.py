@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Optional, Sequence, Union
+from typing import Any, Optional, Sequence, Union
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from kalmanq.errors import ModelError
 from kalmanq.model.arrays import numbers_of
+from kalmanq.model.continuous import Continuous
 
 SIZE_MAX = 16
 
@@ -61,6 +62,8 @@ class Model:
     P0       n x n, or n variances, before the first measurement; None: nothing is known of any state
     unknown  the states, by name or number, of which nothing is known at first; "all"
 
+    Model.of_continuous(F, H, R, Qc, dt=...) makes a model of x' = F x + B u + noise.  `continuous` then has it, otherwise None.
+
     All arrays become read-only arrays of float64.  `n`, `m`, `l` are the sizes.
     ModelError names what does not fit.
     """
@@ -72,6 +75,7 @@ class Model:
                  gaps: Gaps = Gaps(), name: str = "model"):
         self.name = name
         self.gaps = gaps
+        self.continuous: Optional[Continuous] = None
         self.A = _square("A", A)
         self.n = len(self.A)
         self.H = _rows("H", H, self.n)
@@ -89,6 +93,23 @@ class Model:
         self.unknown = self._unknown("all" if P0 is None else unknown)
         self.x0 = _vector("x0", np.zeros(self.n) if x0 is None else x0, self.n)
         self.P0 = _covariance("P0", np.zeros((self.n, self.n)) if P0 is None else P0, self.n)
+
+    @classmethod
+    def of_continuous(cls, F: ArrayLike, H: ArrayLike, R: ArrayLike, Qc: ArrayLike, *, dt: float,
+                      B: Optional[ArrayLike] = None, **more: Any) -> Model:
+        """Of x' = F x + B u + noise with spectral density Qc (n x n, or n of independent noises; unit^2 / s, where dt is in s),
+        in steps of dt.  Controls stay as they are over a step.  more: as in Model"""
+        F_ = _square("F", F)
+        n = len(F_)
+        if isinstance(dt, bool) or not isinstance(dt, (int, float)) or not 0 < dt < np.inf:
+            raise ModelError("dt", "is not a number above 0: the time of a row")
+        of = Continuous(F_, _covariance("Qc", Qc, n), None if B is None else _columns("B", B, n), float(dt))
+        A, Q, B_ = of.step(of.dt)
+        if not all(np.all(np.isfinite(one)) for one in (A, Q)):
+            raise ModelError("dt", "is so long that the model is not representable")
+        made = cls(A, H, R, Q, B=B_, **more)
+        made.continuous = of
+        return made
 
     def _unknown(self, given: Union[str, Sequence[Union[int, str]]]) -> np.ndarray:
         mask = np.zeros(self.n, bool)
@@ -113,7 +134,9 @@ class Model:
             made["G"] = None
         if "G" in what:
             made["Q"] = None
-        return Model(**{**made, **what})  # type: ignore[arg-type]
+        other = Model(**{**made, **what})  # type: ignore[arg-type]
+        other.continuous = None if what.keys() & {"A", "B", "Q", "G"} else self.continuous
+        return other
 
     def __repr__(self) -> str:
         return f"Model({self.name!r}, n={self.n}, m={self.m}, l={self.l})"

@@ -1,7 +1,7 @@
 """Model files: TOML, one model a file.
 
     [model]         A, B, H, Q (or G), R, x0, P0 as nested arrays, a vector flat; or builder = "..." with its
-                    parameters.  P0 = "unknown", or "unknown" in the place of a state's variance.
+                    parameters; or in the place of A and Q: F, Qc and dt of x' = F x + B u + noise.  P0 = "unknown", or "unknown" in the place of a state's variance.
     [states], [measurements], [controls]   names, units, ranges, fractions: a list each, one for each of them
     [gaps]          max_gap, min_run
 """
@@ -25,7 +25,7 @@ if sys.version_info >= (3, 11):
 else:
     import tomli as tomllib
 
-MATRICES = ("A", "B", "H", "Q", "G", "R", "x0", "P0")
+MATRICES = ("A", "B", "H", "Q", "G", "R", "x0", "P0", "F", "Qc", "dt")
 ROWS_MAX = 100_000_000  # of a gap, or of a run
 FRACTION_MAX = 1000
 LARGEST, SHOWN = sys.float_info.max, 40
@@ -44,8 +44,8 @@ class ModelFileError(KalmanqError):
 
 def read(path: Path) -> Model:
     if Path(path).suffix == ".py":
-        raise ModelFileError(f"{path}: is a nonlinear model, which run, compare, check and simulate (without --runs) "
-                             "take; this takes a linear one (TOML)")
+        raise ModelFileError(f"{path}: is a nonlinear model, which run, compare, check, compile, simulate and report take; "
+                             "this takes a linear one (TOML)")
     text = _text(path)
     try:
         given = tomllib.loads(text)
@@ -125,18 +125,33 @@ def _model(path: Path, given: Mapping[str, Any]) -> Model:
         made = _built(model)
     else:
         made = {key: _array(key, value) for key, value in model.items() if key != "P0"}
-        for key in ("A", "H", "R"):
+        for key in _needed(made):
             if key not in made:
                 raise ModelError(key, "is missing from [model]")
         if "P0" not in model:
             raise ModelError("P0", 'is missing from [model]: a matrix, variances, or "unknown"')
         made.update(_prior(model["P0"]))
-    sizes = {"states": len(np.atleast_2d(made["A"])), "measurements": _height(made["H"]),
+    sizes = {"states": len(np.atleast_2d(made["F" if "F" in made else "A"])), "measurements": _height(made["H"]),
              "controls": 0 if made.get("B") is None else _width(made["B"])}
     for which, size in sizes.items():
         default = made.pop(which, None)
         made[which] = quantities(which, given.get(which, {}), size, default)
-    return Model(**made, gaps=_gaps(given.get("gaps", {})), name=name)
+    make = Model.of_continuous if "F" in made else Model
+    return make(**made, gaps=_gaps(given.get("gaps", {})), name=name)
+
+
+def _needed(made: dict[str, Any]) -> tuple[str, ...]:
+    """Keys that there have to be; dt becomes a number"""
+    if not made.keys() & {"F", "Qc", "dt"}:
+        return "A", "H", "R"
+    for key in ("A", "Q", "G"):
+        if key in made:
+            raise ModelError(key, "is of steps, F, Qc and dt are of continuous time: give the one or the others")
+    if "dt" in made:
+        if made["dt"].ndim:
+            raise ModelError("dt", "is a number: the time of a row")
+        made["dt"] = float(made["dt"])
+    return "F", "Qc", "dt", "H", "R"
 
 
 def _built(model: dict[str, Any]) -> dict[str, Any]:
@@ -238,10 +253,9 @@ def _gaps(given: Mapping[str, Any]) -> Gaps:
 def text_of(model: Model) -> str:
     """A model file that reads back to the same bits."""
     lines = ["[model]", f"name = {_quoted(model.name)}"]
-    for key in ("A", "B", "H", "G" if model.G is not None else "Q", "R"):
-        value = getattr(model, key)
+    for key, value in _matrices(model).items():
         if value is not None:
-            lines.append(f"{key} = {_rows(value)}")
+            lines.append(f"{key} = {_rows(value) if isinstance(value, np.ndarray) else repr(value)}")
     lines += [f"x0 = {_list(model.x0)}", f"P0 = {_prior_text(model)}"]
     for which in ("states", "measurements", "controls"):
         lines += _section(which, getattr(model, which))
@@ -249,6 +263,13 @@ def text_of(model: Model) -> str:
         lines += ["", "[gaps]", f"max_gap = {model.gaps.max_gap}"]
         lines += [] if model.gaps.min_run is None else [f"min_run = {model.gaps.min_run}"]
     return "\n".join(lines) + "\n"
+
+
+def _matrices(model: Model) -> dict[str, Any]:
+    of = model.continuous
+    if of is not None:
+        return {"F": of.F, "Qc": of.Qc, "dt": of.dt, "B": of.B, "H": model.H, "R": model.R}
+    return {key: getattr(model, key) for key in ("A", "B", "H", "G" if model.G is not None else "Q", "R")}
 
 
 def text_of_builder(builder: str, parameters: Mapping[str, Any], model: Model) -> str:

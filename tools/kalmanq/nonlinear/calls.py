@@ -94,14 +94,15 @@ class Given:
 
 
 class Stacked:
-    """h of several sensors, one after the other.  parts: of each sensor its name, its h and how many numbers that answers"""
+    """h, or H, of several sensors, one after the other.  parts: of each sensor its name, its function and how many numbers, or
+    rows, that answers"""
 
     def __init__(self, parts: Sequence[tuple[str, Given, int]]):
         self.parts = parts
         self.error, self.finite = parts[0][1].error, parts[0][1].finite
 
     def numbers(self, shape: tuple[int, ...], *arguments: Any) -> np.ndarray:
-        return np.concatenate([h.numbers((m,), *arguments) for _, h, m in self.parts])
+        return np.concatenate([of.numbers((m, *shape[1:]), *arguments) for _, of, m in self.parts])
 
 
 def told(name: str, problem: BaseException, file: Optional[str]) -> str:

@@ -26,7 +26,7 @@ def findings(model: NonlinearModel, rows: Optional[Rows] = None) -> list[Finding
         if rows is None:
             _, *drawn = simulate(model, DRAWN, SEED)
             rows = drawn[0], drawn[1]
-        states = _run(_without_jacobians(model), rows, "f64").mean
+        states = _moved(model, rows[1]) if model.has_errors else _run(_without_jacobians(model), rows, "f64").mean
         points = jacobians.prior_points(model) + jacobians.points_along(states, rows[1])
     except KalmanqError as problem:
         return [Finding(False, "run", f"{where}: {problem}")]
@@ -37,16 +37,24 @@ def findings(model: NonlinearModel, rows: Optional[Rows] = None) -> list[Finding
             unlike = find(model, points)
             made.append(Finding(not unlike, name, unlike or "as f or h has it"))
     made += _angles(model)
-    if any(one.range for one in model.states):
+    if any(one.range for one in model.states) and not model.has_errors:
         made += [_ranges(model, rows, where), prior_finding(model.frame)]
     return made
+
+
+def _moved(model: NonlinearModel, u: np.ndarray) -> np.ndarray:
+    """Nominal numbers as f moves them"""
+    made = [model.x0]
+    for t, of in enumerate(u[:-1]):
+        made.append(model.moved(made[-1], t, of))
+    return np.array(made)
 
 
 def _without_jacobians(model: NonlinearModel) -> NonlinearModel:
     """So that wrong ones do not lead the run; the model itself, where they cannot be derived"""
     bare = model.without_jacobians()
     try:
-        bare.formulas.change_by_state, bare.formulas.expected_by_state
+        bare.formulas.derived_transition, bare.formulas.derived_measurement
     except Untraced:
         return model
     return bare

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import warnings
-from typing import Any, Optional
+from typing import Any, Callable, Mapping, Optional
 
 import numpy as np
 
@@ -20,17 +20,19 @@ TRIED = (("extended", 1), ("iterated", 1), ("cubature", 1), ("central", 1), ("po
 ARITHMETICS = (("f32", "extended"), ("f32", "cubature"), ("q31", "extended"))
 
 
-def arithmetics(model: NonlinearModel, z: np.ndarray,
-                u: Optional[np.ndarray]) -> tuple[dict[str, np.ndarray], dict[str, dict]]:
-    """As run.comparison.compare, each beside the same method in double"""
+def arithmetics(model: NonlinearModel, z: np.ndarray, u: Optional[np.ndarray],
+                others: Mapping[str, Callable[..., Run]] = {}) -> tuple[dict[str, np.ndarray], dict[str, dict]]:
+    """As run.comparison.compare, each beside the same method in double.  others: more extended filters, by name"""
     errors, figures = {}, {}
     exact: dict[str, Run] = {}
-    for name, method in ARITHMETICS:
-        key = f"{name}, {method}"
+    rows = [(f"{name}, {method}", method, lambda name=name, method=method: NonlinearFilter(model, name, method).run(z, u))
+            for name, method in ARITHMETICS]
+    rows += [(name, "extended", lambda run=run: run(model, z, u)) for name, run in others.items()]
+    for key, method, run in rows:
         try:
             if method not in exact:
                 exact[method] = NonlinearFilter(model, "f64", method).run(z, u)
-            errors[key], figures[key] = beside(NonlinearFilter(model, name, method).run(z, u), exact[method])
+            errors[key], figures[key] = beside(run(), exact[method])
         except KalmanqError as problem:
             figures[key] = {"refused": str(problem)}
     return errors, figures

@@ -3,6 +3,7 @@
     x0, P0, Q (or G), R                     arrays
     f(x, t, u) or increment(x, t, u); h(x, t, u)
     sensors = {name: (h, R), ...}           in the place of h and R, where there are several
+    nominal, plus(x, d), minus(a, b)        where the states are errors of nominal numbers
     A(x, t, u), H(x, t, u), innovation(z, x, t, u), simulated_controls(t)     if there are any
     states, measurements, controls          lists of names, or as in a model file: {"names": [...], "units": [...],
                                             "ranges": [...], "fractions": [...]}
@@ -11,10 +12,12 @@
 
 from __future__ import annotations
 
+import copyreg
 import difflib
 import re
 import sys
 import types
+from functools import lru_cache
 from pathlib import Path
 from typing import Any
 
@@ -25,9 +28,25 @@ from kalmanq.nonlinear.calls import UserError, told
 from kalmanq.nonlinear.model import NonlinearModel
 
 ARRAYS = ("x0", "P0", "Q", "G", "R")
-FUNCTIONS = ("f", "h", "increment", "innovation", "A", "H", "simulated_controls")
-SECTIONS = ("states", "measurements", "controls")
+FUNCTIONS = ("f", "h", "increment", "innovation", "A", "H", "plus", "minus", "simulated_controls")
+SECTIONS = ("states", "nominal", "measurements", "controls")
 SUFFIX = ".py"
+
+
+@lru_cache(maxsize=8)
+def read_again(path: Path) -> NonlinearModel:
+    """Once a process"""
+    return read(path)
+
+
+def _as_its_file(model: NonlinearModel) -> tuple:
+    """A model goes to another process as its file: its functions are of no module."""
+    if model.path is None:
+        raise TypeError("a nonlinear model that is of no file stays in its process")
+    return read_again, (model.path,)
+
+
+copyreg.pickle(NonlinearModel, _as_its_file)
 
 
 def read(path: Path) -> NonlinearModel:
@@ -46,7 +65,9 @@ def read(path: Path) -> NonlinearModel:
         for key in SECTIONS:
             if key in space:
                 made[key] = _quantities(key, space[key])
-        return NonlinearModel(**made, angles=_list("angles", space.get("angles", ())), name=_name(space, path))
+        model = NonlinearModel(**made, angles=_list("angles", space.get("angles", ())), name=_name(space, path))
+        model.path = Path(path)
+        return model
     except ModelError as problem:
         line = _line(source, problem.key)
         raise ModelFileError(f"{path}: {f'line {line}: ' if line else ''}{problem}") from None

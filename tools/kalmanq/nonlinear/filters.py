@@ -38,6 +38,8 @@ class NonlinearFilter(Readable):
 
     def __init__(self, model: NonlinearModel, arithmetic: str = "f64", method: str = "extended",
                  iterations: int = ITERATIONS, *, parts: Optional[Parts] = None):
+        if model.has_errors:
+            raise KalmanqError("a model of error states is run by its C: kalmanq run --compiled")
         super().__init__(model, parts or parts_of(model, arithmetic))
         refuse_method(method, iterations, arithmetic)
         self.method, self.iterations = method, iterations
@@ -175,6 +177,11 @@ class Taken:
                             ((self.words, other.words), (self.variances, other.variances)))
         return Taken(self.there | other.there, words, variances, self.nis + other.nis,
                      self.log_likelihood + other.log_likelihood, self.count + other.count)
+
+
+def extended_run(model: NonlinearModel, arithmetic: str, z: np.ndarray, u: Optional[np.ndarray]) -> Run:
+    """From the start, with covariances"""
+    return NonlinearFilter(model, arithmetic).run(z, u, covariance=True)
 
 
 def parts_of(model: NonlinearModel, arithmetic: str) -> Parts:

@@ -1,15 +1,15 @@
-"""A model's functions as formulas of x0, x1, ..., t and u0, u1, ...: traced when they are first asked for."""
+"""A model's functions as formulas of x0, x1, ..., t, u0, u1, ... and d0, d1, ...: traced when they are first asked for."""
 
 from __future__ import annotations
 
 import math
 from functools import cached_property
-from typing import Sequence
+from typing import Any, Sequence
 
 import numpy as np
 
 from kalmanq.formulas import tracing
-from kalmanq.formulas.calculus import jacobian, less
+from kalmanq.formulas.calculus import jacobian, less, substituted
 from kalmanq.formulas.graph import Node, add, call, compare, logic, mul, select, sub, symbol, using
 from kalmanq.formulas.program import Program
 from kalmanq.nonlinear.calls import Given, Stacked
@@ -20,20 +20,25 @@ Rows = list[list[Node]]
 class Formulas:
     """Untraced is raised by what needs a function that has no formula.
 
-    given   functions by name, as in NonlinearModel; angles: measurements that are angles
+    given   functions by name, as in NonlinearModel; angles: measurements that are angles; count: of the numbers that f
+            moves, n where these are the states
     """
 
-    def __init__(self, given: dict[str, Given], n: int, m: int, l: int, angles: Sequence[int]):
-        self.given, self.n, self.m, self.angles = given, n, m, angles
+    def __init__(self, given: dict[str, Given], count: int, n: int, m: int, l: int, angles: Sequence[int]):
+        self.given, self.count, self.n, self.m, self.angles = given, count, n, m, angles
         self.graph = tracing.graph_of_formulas()
         with using(self.graph):
-            self.x, self.u, self.z, self.t = *(tracing.symbols(stem, k) for stem, k in (("x", n), ("u", l), ("z", m))), symbol("t")
+            self.x, self.u, self.z, self.d = (tracing.symbols(stem, k) for stem, k in (("x", count), ("u", l), ("z", m), ("d", n)))
+            self.t = symbol("t")
 
     def _traced(self, name: str, count: int) -> list[Node]:
         return self._traced_of(self.given[name], count)
 
     def _traced_of(self, given: Given, count: int) -> list[Node]:
         args = [*([self.z] if given.name == "innovation" else []), self.x, self.t, self.u][:given.count]
+        return self._traced_at(given, args, count)
+
+    def _traced_at(self, given: Given, args: Sequence[Any], count: int) -> list[Node]:
         made = tracing.traced(given.function, args, self.graph)
         if len(made) != count:
             raise given.error(f"answers {len(made)} numbers, not {count}")
@@ -43,15 +48,14 @@ class Formulas:
     def change(self) -> list[Node]:
         """f(x) - x"""
         if "increment" in self.given:
-            return self._traced("increment", self.n)
-        made = self._traced("f", self.n)
+            return self._traced("increment", self.count)
         with using(self.graph):
-            return [less(one, x) for one, x in zip(made, self.x)]
+            return [less(one, x) for one, x in zip(self.moved, self.x)]
 
     @cached_property
     def moved(self) -> list[Node]:
         """f(x), or the increment where there is no f"""
-        return self._traced("f" if "f" in self.given else "increment", self.n)
+        return self._traced("f", self.count) if "f" in self.given else self.change
 
     @cached_property
     def expected(self) -> list[Node]:
@@ -68,31 +72,64 @@ class Formulas:
             return [_wrapped(one) if c in self.angles else one for c, one in enumerate(made)]
 
     @cached_property
-    def change_by_state(self) -> Rows:
-        """The Jacobian of f(x) - x, as the functions have it: n x n"""
+    def corrected(self) -> list[Node]:
+        """x with the errors d0, d1, ..."""
+        if "plus" in self.given:
+            return self._traced_at(self.given["plus"], [self.x, self.d], self.count)
         with using(self.graph):
-            return jacobian(self.change, list(self.x))
+            return [add(x, d) for x, d in zip(self.x, self.d)]
 
     @cached_property
-    def transition(self) -> Rows:
-        """A: the model's own, or of its functions"""
-        if "A" in self.given:
-            return self._matrix("A", self.n)
+    def apart(self) -> list[Node]:
+        """The errors of b0, b1, ... that make a0, a1, ... of them"""
         with using(self.graph):
-            return [[add(one, float(i == k)) for k, one in enumerate(row)] for i, row in enumerate(self.change_by_state)]
+            a, b = (tracing.symbols(stem, self.count) for stem in "ab")
+            if "minus" not in self.given:
+                return [sub(one, other) for one, other in zip(a, b)]
+        return self._traced_at(self.given["minus"], [a, b], self.n)
 
     @cached_property
-    def expected_by_state(self) -> Rows:
+    def derived_transition(self) -> Rows:
+        """A, of f: n x n"""
+        if "plus" not in self.given:
+            with using(self.graph):
+                rows = jacobian(self.change, list(self.x))
+                return [[add(one, float(i == k)) for k, one in enumerate(row)] for i, row in enumerate(rows)]
+        after = [np.array(one, object) for one in (self._with_errors(self.moved), self.moved)]
+        return self._by_errors(self._traced_at(self.given["minus"], after, self.n))
+
+    @cached_property
+    def derived_measurement(self) -> Rows:
+        """H, of h: m x n"""
+        if "plus" in self.given:
+            return self._by_errors(self._with_errors(self.expected))
         with using(self.graph):
             return jacobian(self.expected, list(self.x))
 
-    @cached_property
+    def _with_errors(self, rows: Sequence[Node]) -> list[Node]:
+        values, memo = {f"x{i}": one for i, one in enumerate(self.corrected)}, {}
+        with using(self.graph):
+            return [substituted(one, values, memo) for one in rows]
+
+    def _by_errors(self, rows: Sequence[Node]) -> Rows:
+        """Derivatives where the errors are 0"""
+        none, memo = {f"d{k}": 0.0 for k in range(self.n)}, {}
+        with using(self.graph):
+            return [[substituted(one, none, memo) for one in row] for row in jacobian(rows, list(self.d))]
+
+    @property
+    def transition(self) -> Rows:
+        """A: the model's own, or derived"""
+        return self._matrix("A", self.n) if "A" in self.given else self.derived_transition
+
+    @property
     def measurement(self) -> Rows:
-        """H: the model's own, or of its functions"""
-        return self._matrix("H", self.m) if "H" in self.given else self.expected_by_state
+        return self._matrix("H", self.m) if "H" in self.given else self.derived_measurement
 
     def _matrix(self, name: str, rows: int) -> Rows:
-        made = self._traced(name, rows * self.n)
+        given = self.given[name]
+        parts = given.parts if isinstance(given, Stacked) else [(name, given, rows)]
+        made = [one for _, of, m in parts for one in self._traced_of(of, m * self.n)]
         return [made[i * self.n:(i + 1) * self.n] for i in range(rows)]
 
 

@@ -15,6 +15,7 @@ from kalmanq.nonlinear.model import NonlinearModel
 Point = tuple[np.ndarray, int, np.ndarray]  # x, t, u
 
 ALLOWED = 1e-6  # of an entry
+FIRST_ORDER = 1e-2  # of its row: of errors a Jacobian need only hold to first order
 ALIKE = 1e-12  # formulas and functions
 EXACT = 1e-11  # of its row, each column by its scale: what the right entry itself is off by
 
@@ -61,7 +62,7 @@ def wrong_entries(model: NonlinearModel, points: Sequence[Point]) -> list[Entry]
 
 def unlike_formula(model: NonlinearModel, points: Sequence[Point]) -> Optional[str]:
     """Where the formulas of f (or increment) or h say something else than the function does, in words"""
-    for rows, names, function in ((model.formulas.moved, model.state_names, "moved" if "f" in model.given else "increment"),
+    for rows, names, function in ((model.formulas.moved, model.carried_names, "moved" if "f" in model.given else "increment"),
                                   (model.formulas.expected, model.measurement_names, "expected")):
         program = Program(rows)
         for x, t, u in points:
@@ -78,11 +79,12 @@ def unlike_formula(model: NonlinearModel, points: Sequence[Point]) -> Optional[s
 def _worst_at(model: NonlinearModel, which: str, point: Point) -> Entry:
     given, right = (model.transition(*point), model.found_transition(*point)) if which == "A" else \
         (model.measurement(*point), model.found_measurement(*point))
-    scale = np.maximum(np.abs(point[0]), np.sqrt(np.diag(model.P0)))
+    sigma = np.sqrt(np.diag(model.P0))
+    scale = sigma if model.has_errors else np.maximum(np.abs(point[0]), sigma)
     scale = np.where(scale > 0, scale, 1.0)
     row = np.sum(np.abs(right) * scale, axis=1, keepdims=True)
     error = np.abs(given - right)
-    wrong = error > ALLOWED * np.abs(right) + EXACT * row / scale
+    wrong = error > (FIRST_ORDER * row / scale if model.has_errors else ALLOWED * np.abs(right) + EXACT * row / scale)
     share = error * scale / np.where(row > 0, row, 1.0)
     i, j = map(int, np.unravel_index(np.argmax(np.where(wrong, 1.0 + share, share / (1.0 + share))), error.shape))
     rows = model.state_names if which == "A" else model.measurement_names
@@ -121,7 +123,7 @@ def prior_points(model: NonlinearModel) -> list[Point]:
     made = [(model.x0.copy(), 0, u)]
     for column, value in zip(vectors.T, values):
         if value > 0:
-            made += [(model.x0 + sign * np.sqrt(value) * column, 0, u) for sign in (1, -1)]
+            made += [(model.plus(model.x0, sign * np.sqrt(value) * column), 0, u) for sign in (1, -1)]
     return made
 
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from pathlib import Path
 from typing import Any, Callable, Mapping, Optional, Sequence, Union
 
 import numpy as np
@@ -48,12 +49,16 @@ class NonlinearModel:
     A, H       Jacobians of f and h, n x n and m x n; what is not given is derived from the formulas of f and h
     x0, P0     mean and covariance before the first measurement; P0 may be n variances
     Q, R       covariances, or variances; G in the place of Q, with Q = G G'
-    sensors    in the place of h and R where there are several: {name: (h, R), ...}.  Their measurements follow one another;
+    sensors    in the place of h and R where there are several: {name: (h, R) or (h, R, H), ...}.  Their measurements follow one another;
                an update takes the sensors in this order, each at what the one before has left
     angles     the measurements, by name or number, that are angles in rad: their innovations are wrapped
     controls   names of the controls; their columns are u.  A time step that varies is one of them.
     A measurement's range, for fixed point, is that of its innovation (extended.h).
     simulated_controls   l numbers of t: u where measurements are simulated
+
+    Error states: the filter's states are small errors of `nominal` numbers, as of a quaternion.
+    nominal    names of these numbers, x0 has their first values; f, h, A and H are of them, A and H by the errors
+    plus       plus(x, d): the nominal numbers with the errors d; minus(a, b): the errors of b that make a of it
 
     ModelError names what does not fit.  `frame` is the linear model of the same noises, prior and names.
     """
@@ -64,6 +69,7 @@ class NonlinearModel:
                  A: Optional[Function] = None, H: Optional[Function] = None, states: Quantities = None,
                  measurements: Quantities = None, controls: Quantities = None, angles: Sequence[Union[int, str]] = (),
                  simulated_controls: Optional[Function] = None, sensors: Optional[Mapping[str, tuple]] = None,
+                 nominal: Quantities = None, plus: Optional[Function] = None, minus: Optional[Function] = None,
                  name: str = "model"):
         if f is None and increment is None:
             raise ModelError("f", "is missing: f(x, t, u), or increment(x, t, u)")
@@ -74,24 +80,31 @@ class NonlinearModel:
             raise ModelError(*(("R", "is missing") if h else ("h", "is missing: h(x, t, u)")))
         if P0 is None or isinstance(P0, str):
             raise ModelError("P0", "has to be known: a matrix or variances")
-        n, m = _length("x0", x0), _length("R", R)
-        self.frame = Model(np.eye(n), np.zeros((m, n)), R, Q, G=G, x0=x0, P0=P0, states=states,
-                           measurements=measurements, name=name)
+        if nominal is not None and (plus is None or minus is None or f is None):
+            raise ModelError("nominal", "needs f(x, t, u), plus(x, d) and minus(a, b), too")
+        n, m = _length("x0" if nominal is None else "P0", x0 if nominal is None else P0), _length("R", R)
+        self.frame = Model(np.eye(n), np.zeros((m, n)), R, Q, G=G, x0=x0 if nominal is None else np.zeros(n), P0=P0,
+                           states=states, measurements=measurements, name=name)
         self.name, self.n, self.m = name, n, m
+        self.path: Optional[Path] = None  # of its file
         self.x0, self.P0, self.Q, self.G, self.R = (getattr(self.frame, key) for key in ("x0", "P0", "Q", "G", "R"))
         self.states, self.measurements = self.frame.states, self.frame.measurements
+        self.carried = self.states if nominal is None else _nominal(nominal, x0)
+        if nominal is not None:
+            self.x0 = np.array(x0, float)
         self.controls = () if controls is None else _controls(controls)
         self.l = len(self.controls)
         self.angles = self._angles(angles)
         self.given = {key: Given(key, function, key == "innovation") for key, function in (
             ("f", f), ("increment", increment), ("h", h), ("innovation", innovation), ("A", A), ("H", H),
-            ("simulated_controls", simulated_controls)) if function is not None}
+            ("plus", plus), ("minus", minus), ("simulated_controls", simulated_controls)) if function is not None}
         self.sensors = [Sensor("", 0, m)]
         if stack:
             self.given["h"], self._sensors = stack[0], sensors
+            self.given.update({} if stack[2] is None else {"H": stack[2]})
             first = np.cumsum([0, *(count for _, _, count in stack[0].parts)])
             self.sensors = [Sensor(name, int(at), count) for at, (name, _, count) in zip(first, stack[0].parts)]
-        self.formulas = Formulas(self.given, n, m, self.l, self.angles)
+        self.formulas = Formulas(self.given, len(self.carried), n, m, self.l, self.angles)
         self._derived: dict[str, Jacobian] = {}
 
     def _angles(self, given: Sequence[Union[int, str]]) -> list[int]:
@@ -108,6 +121,7 @@ class NonlinearModel:
 
     def without_jacobians(self) -> NonlinearModel:
         functions = {key: given.function for key, given in self.given.items() if isinstance(given, Given) and key not in ("A", "H")}
+        functions.update({"nominal": self.carried} if self.has_errors else {})
         functions.update({"sensors": self._sensors} if isinstance(self.given["h"], Stacked) else {"R": self.R})
         noise = {"G": self.G} if self.G is not None else {"Q": self.Q}
         return NonlinearModel(**functions, **noise, x0=self.x0, P0=self.P0, states=self.states,
@@ -115,6 +129,30 @@ class NonlinearModel:
                               name=self.name)
 
     # ------------------------------------------------------------------ the functions, checked
+
+    @property
+    def has_errors(self) -> bool:
+        """Are its states errors of nominal numbers?"""
+        return "plus" in self.given
+
+    @property
+    def carried_names(self) -> list[str]:
+        """Of what f moves: the states, or the nominal numbers"""
+        return [one.name for one in self.carried]
+
+    def plus(self, x: np.ndarray, d: np.ndarray) -> np.ndarray:
+        """x with errors, or changes, d"""
+        if not self.has_errors:
+            return x + d
+        plus = self.given["plus"]
+        return plus.finite(plus.numbers((len(self.carried),), x, d), [self.carried_names], x)
+
+    def minus(self, a: np.ndarray, b: np.ndarray) -> np.ndarray:
+        """The errors, or changes, of b that make a of it"""
+        if not self.has_errors:
+            return a - b
+        minus = self.given["minus"]
+        return minus.finite(minus.numbers((self.n,), a, b), [self.state_names], a)
 
     @property
     def state_names(self) -> list[str]:
@@ -129,7 +167,7 @@ class NonlinearModel:
         if "f" not in self.given:
             return x + self.increment(x, t, u)
         f = self.given["f"]
-        return f.finite(f.numbers((self.n,), x, t, u), [self.state_names], x)
+        return f.finite(f.numbers((len(self.carried),), x, t, u), [self.carried_names], x)
 
     def increment(self, x: np.ndarray, t: int, u: np.ndarray = NOTHING) -> np.ndarray:
         """f(x) - x"""
@@ -171,7 +209,7 @@ class NonlinearModel:
 
     def found_transition(self, x: np.ndarray, t: int, u: np.ndarray = NOTHING) -> np.ndarray:
         """A, derived from the formulas of f.  KalmanqError says what of f has no formula."""
-        return np.eye(self.n) + self._finite("A", self._derive("A").at(x, t, u), self.state_names, x)
+        return self._finite("A", self._derive("A").at(x, t, u), self.state_names, x)
 
     def found_measurement(self, x: np.ndarray, t: int, u: np.ndarray = NOTHING) -> np.ndarray:
         return self._finite("H", self._derive("H").at(x, t, u), self.measurement_names, x)
@@ -179,7 +217,7 @@ class NonlinearModel:
     def _derive(self, which: str) -> Jacobian:
         if which not in self._derived:
             try:
-                rows = self.formulas.change_by_state if which == "A" else self.formulas.expected_by_state
+                rows = self.formulas.derived_transition if which == "A" else self.formulas.derived_measurement
             except Untraced as problem:
                 raise Untraced(f"{problem}.  Or give its Jacobian {which}(x, t, u)") from None
             self._derived[which] = Jacobian(rows)
@@ -209,18 +247,27 @@ def unwrapped(change: np.ndarray, angles: Sequence[int]) -> np.ndarray:
     return made
 
 
-def _stacked(sensors: Mapping[str, tuple], h: Any, R: Any, H: Any) -> tuple[Stacked, np.ndarray]:
-    """Their h and R"""
+def _nominal(names: Any, x0: ArrayLike) -> Any:
+    count = _length("x0", x0)
+    made = Model(np.eye(count), np.zeros((1, count)), 1.0, np.eye(count), P0=np.zeros(count), states=names).states
+    return made
+
+
+def _stacked(sensors: Mapping[str, tuple], h: Any, R: Any, H: Any) -> tuple[Stacked, np.ndarray, Optional[Stacked]]:
+    """Their h, R and H"""
     if any(one is not None for one in (h, R, H)):
         raise ModelError("sensors", "is in the place of h, R and H: leave these out")
-    parts, matrices = [], []
+    parts, matrices, slopes = [], [], []
     for name, given in sensors.items():
-        if not isinstance(name, str) or not name.isidentifier() or not isinstance(given, (tuple, list)) or len(given) != 2:
-            raise ModelError("sensors", 'is {"name": (h, R), ...}, with names of letters, digits and _')
+        if not isinstance(name, str) or not name.isidentifier() or not isinstance(given, (tuple, list)) or len(given) not in (2, 3):
+            raise ModelError("sensors", 'is {"name": (h, R), ...} or with (h, R, H), and names of letters, digits and _')
         m = _length(f"R of {name}", given[1])
         matrices.append(Model([[1.0]], np.zeros((m, 1)), given[1], [[0.0]], P0=[0.0]).R)
         parts.append((name, Given(name, given[0]), m))
-    return Stacked(parts), block_diagonal(matrices)
+        slopes += [(name, Given(f"H of {name}", given[2]), m)] if len(given) == 3 else []
+    if slopes and len(slopes) < len(parts):
+        raise ModelError("sensors", "either each gives its Jacobian H, or none does")
+    return Stacked(parts), block_diagonal(matrices), Stacked(slopes) if slopes else None
 
 
 def block_diagonal(matrices: Sequence[np.ndarray]) -> np.ndarray:

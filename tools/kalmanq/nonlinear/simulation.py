@@ -13,22 +13,39 @@ from kalmanq.nonlinear.model import NonlinearModel
 
 def simulate(model: NonlinearModel, rows: int, seed: Union[int, np.random.SeedSequence],
              controls: Optional[np.ndarray] = None) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """States (rows x n), measurements (rows x m), controls (rows x l: those that are given, or the model's own).  An
+    """States, or nominal numbers (rows x n), measurements (rows x m), controls (rows x l: those that are given, or the model's own).  An
     angle is measured within half a turn."""
     draw = np.random.Generator(np.random.PCG64(seed))
     G = root_of(model.Q) if model.G is None else model.G
     V, S = root_of(model.R), root_of(model.P0)
-    x, z, u = (np.empty((rows, size)) for size in (model.n, model.m, model.l))
-    x[0] = model.x0 + S @ draw.standard_normal(model.n)
+    x, z, u = (np.empty((rows, size)) for size in (len(model.carried), model.m, model.l))
+    x[0] = model.plus(model.x0, S @ draw.standard_normal(model.n))
     noise, error = draw.standard_normal((rows, G.shape[1])), draw.standard_normal((rows, model.m))
     for t in range(rows):
         try:
             u[t] = model.controls_at(t) if controls is None else controls[t]
             if t:
-                x[t] = x[t - 1] + model.increment(x[t - 1], t - 1, u[t - 1]) + G @ noise[t]
+                x[t] = _next(model, x[t - 1], t - 1, u[t - 1], G @ noise[t])
             z[t] = model.expected(x[t], t, u[t]) + V @ error[t]
         except KalmanqError as problem:
             raise KalmanqError(str(problem), problem.status, t) from problem
     for c in model.angles:
         z[:, c] -= 2 * np.pi * np.round(z[:, c] / (2 * np.pi))
     return x, z, u
+
+
+def rows_of_run(model: NonlinearModel, rows: int, seed: np.random.SeedSequence, gap: Optional[tuple[int, int]],
+                controls: Optional[np.ndarray]) -> tuple[np.ndarray, np.ndarray, Optional[np.ndarray]]:
+    """As of a campaign: without measurements in the gap"""
+    x, z, u = simulate(model, rows, seed, controls)
+    if gap:
+        z[gap[0]:gap[1]] = np.nan
+    return x, z, u if model.l else None
+
+
+def errors_of_run(model: NonlinearModel, mean: np.ndarray, x: np.ndarray) -> np.ndarray:
+    return np.array([model.minus(*pair) for pair in zip(mean, x)]) if model.has_errors else mean - x
+
+
+def _next(model: NonlinearModel, x: np.ndarray, t: int, u: np.ndarray, noise: np.ndarray) -> np.ndarray:
+    return model.plus(model.moved(x, t, u), noise) if model.has_errors else x + model.increment(x, t, u) + noise

@@ -5,15 +5,19 @@ from __future__ import annotations
 import warnings
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Optional
+from typing import Optional, Union
 
 import numpy as np
 
+from kalmanq.compiler.equation_run import COMPILED, compiled_equations_run
 from kalmanq.compiler.offers import COLUMNS, EXPLAINED, offers
+from kalmanq.compiler.simulation import NO_SMOOTHER, compiled_run
 from kalmanq.firmware import costs
 from kalmanq.firmware.ranges import widened
 from kalmanq.firmware.reach import Record
 from kalmanq.model import Model, Quantity
+from kalmanq.nonlinear import NonlinearModel, NonlinearSmoother
+from kalmanq.nonlinear.comparison import arithmetics
 from kalmanq.pages import charts, page, verdict
 from kalmanq.pages.charts import NARROW, buckets_for, chart
 from kalmanq.pages.pictures import measured_states
@@ -23,6 +27,7 @@ from kalmanq.run.comparison import compare
 from kalmanq.run.filters import Smoother
 from kalmanq.run.results import Run
 
+AnyModel = Union[Model, NonlinearModel]
 MATRICES = {
     "A": "A, from a row to the next", "B": "B, of the controls", "H": "H, from states to measurements",
     "G": "G, with the process noise G G'", "Q": "Q, covariance of the process noise",
@@ -33,13 +38,14 @@ MATRICES = {
 class Study:
     """What the page is of."""
 
-    model: Model
+    model: AnyModel
     run: Run
     z: np.ndarray
     found: list[Finding]
     white: list[Whiteness]
     compared: dict[str, dict]
     buckets: int
+    is_compiled: bool = False
 
     @property
     def rows(self) -> int:
@@ -61,14 +67,33 @@ def cost_rows(model: Model) -> list[list[str]]:
     return made
 
 
-def made_of(model: Model, z: np.ndarray, u: Optional[np.ndarray], arithmetic: str) -> Study:
+LEFT_OUT = f"left out: smoothed states and sigmas; {NO_SMOOTHER}"
+
+
+def made_of(model: AnyModel, z: np.ndarray, u: Optional[np.ndarray], arithmetic: str, is_compiled: bool = False) -> Study:
+    """is_compiled: of what the emitted C estimates"""
+    of = _nonlinear_of if isinstance(model, NonlinearModel) else _linear_of
     with warnings.catch_warnings():
         warnings.simplefilter("ignore")  # the page has the events, of each arithmetic
-        run = Smoother(model, arithmetic).run(z, u)
-        _, compared = compare(model, z, u)
-        wider = widened(model, [Record(z, u)])[1] if run.events & verdict.HELD else []
+        run, compared, wider = of(model, z, u, arithmetic, is_compiled)
     white = [verdict.whiteness(column) for column in verdict.standardised(run).T]
-    return Study(model, run, z, verdict.findings(run, z, wider), white, compared, buckets_for(7 * model.n + 2 * model.m + 3))
+    return Study(model, run, z, verdict.findings(run, z, wider), white, compared,
+                 buckets_for(7 * model.n + 2 * model.m + 3), is_compiled)
+
+
+def _linear_of(model: Model, z: np.ndarray, u: Optional[np.ndarray], arithmetic: str,
+               is_compiled: bool) -> tuple[Run, dict[str, dict], list[str]]:
+    """The run, arithmetics beside double, and ranges that are too narrow"""
+    run = compiled_run(model, arithmetic, z, u) if is_compiled else Smoother(model, arithmetic).run(z, u)
+    _, compared = compare(model, z, u, {"compiled": compiled_run} if is_compiled else {})
+    return run, compared, widened(model, [Record(z, u)])[1] if run.is_held else []
+
+
+def _nonlinear_of(model: NonlinearModel, z: np.ndarray, u: Optional[np.ndarray], arithmetic: str,
+                  is_compiled: bool) -> tuple[Run, dict[str, dict], list[str]]:
+    run = compiled_equations_run(model, arithmetic, z, u) if is_compiled else NonlinearSmoother(model, arithmetic).run(z, u)
+    _, compared = arithmetics(model, z, u, COMPILED if is_compiled else {})
+    return run, compared, []
 
 
 # ------------------------------------------------------------------------------ the page
@@ -79,9 +104,9 @@ def page_of(study: Study, model_path: Path, data_name: str) -> str:
     sizes = ", ".join(counted(count, what) for count, what in (
         (model.n, "state"), (model.m, "measurement"), (model.l, "control")) if count)
     facts = [data_name, counted(study.rows, "row"), f"{100 * np.mean(np.isnan(study.z)):.3g} % missing",
-             f"arithmetic {run.arithmetic}", sizes, f"log-likelihood {number(float(np.sum(run.log_likelihood)), 8)}"]
+             f"arithmetic {run.arithmetic}{', compiled' if study.is_compiled else ''}", sizes, f"log-likelihood {number(float(np.sum(run.log_likelihood)), 8)}"]
     sections = [_verdict(study), _states(study), _residuals(study), _nis(study), _autocorrelation(study),
-                _sigmas(study), _arithmetics(study), _costs(model), _model(model, model_path)]
+                _sigmas(study), _arithmetics(study), _costs(model) if isinstance(model, Model) else "", _model(model, model_path)]
     return page.page(model.name, facts, [one for one in sections if one], f"kalmanq {versions()['kalmanq']}")
 
 
@@ -90,7 +115,9 @@ def counted(count: int, what: str) -> str:
 
 
 def _verdict(study: Study) -> str:
-    return page.section("Does the data fit the model?", page.paragraph(verdict.headline(study.found), "headline"),
+    said = [page.paragraph("Estimates, verdict and pictures are those of the C that `kalmanq compile` writes, run on this "
+                           f"machine; {LEFT_OUT}.")] if study.is_compiled else []
+    return page.section("Does the data fit the model?", page.paragraph(verdict.headline(study.found), "headline"), *said,
                         page.finding_list(study.found), name="verdict", kind="verdict")
 
 
@@ -99,14 +126,14 @@ def _states(study: Study) -> str:
     figures = []
     for i, state in enumerate(study.model.states):
         measured = [study.z[:, c] / factor for c, factor in shown.get(i, [])]
-        filtered, smoothed = (run.mean[:, i], run.sigma[:, i]), (run.smoothed[:, i], run.smoothed_sigma[:, i])
-
-        said = (f"{state.label} over the rows: {_ends(*filtered)}, filtered; {_ends(*smoothed)}, smoothed, each with a "
-                "band of 95 %")
+        filtered = run.mean[:, i], run.sigma[:, i]
+        smoothed = None if run.smoothed is None else (run.smoothed[:, i], run.smoothed_sigma[:, i])
+        later = f"; {_ends(*smoothed)}, smoothed, each" if smoothed else ""
+        said = f"{state.label} over the rows: {_ends(*filtered)}, filtered{later} with a band of 95 %"
         figures.append(page.figure(state.label, chart(
             f"state{i}", said, charts.draw_state, measured, filtered, smoothed, height=150, **study.rows_across)))
-    entries = [("filtered", "filtered: given the rows so far, with a band of 95 %"),
-               ("smoothed", "smoothed: given all rows, with a band of 95 %")]
+    entries = [("filtered", "filtered: given the rows so far, with a band of 95 %")]
+    entries += [] if run.smoothed is None else [("smoothed", "smoothed: given all rows, with a band of 95 %")]
     return page.section("Data and bands", page.legend([("data", "measured")] * bool(shown) + entries),
                         _drawn(study), *figures, name="states")
 
@@ -182,13 +209,14 @@ def _sigmas(study: Study) -> str:
     run = study.run
     figures = []
     for i, state in enumerate(study.model.states):
-        filtered, smoothed = run.sigma[:, i], run.smoothed_sigma[:, i]
+        filtered, smoothed = run.sigma[:, i], None if run.smoothed is None else run.smoothed_sigma[:, i]
 
         said = f"Sigma of {state.label} over the rows, {_last(filtered)} in the end"
         figures.append(page.figure(f"{state.label}: {_last(filtered)} in the end", chart(
             f"sigma{i}", said, charts.draw_sigma, filtered, smoothed, height=110, **study.rows_across)))
     return page.section("Sigma", page.paragraph("How well each state is known."),
-                        page.legend([("filtered", "filtered"), ("smoothed", "smoothed")]), *figures, name="sigma")
+                        page.legend([("filtered", "filtered"), ("smoothed", "smoothed")][:1 if run.smoothed is None else 2]),
+                        *figures, name="sigma")
 
 
 def _last(sigma: np.ndarray) -> str:
@@ -203,7 +231,7 @@ def number(value: Optional[float], digits: int = 6) -> str:
 
 
 def _arithmetics(study: Study) -> str:
-    rows = []
+    rows, emitted = [], "and through the emitted C, " if study.is_compiled else ""
     for name, of in study.compared.items():
         if "refused" in of:
             rows.append([name, "", "", "", "", f"refused: {of['refused']}"])
@@ -213,7 +241,7 @@ def _arithmetics(study: Study) -> str:
         rows.append([name, number(error, 2), place, number(of["sigma_relative_error"], 2),
                      number(of["log_likelihood_error"], 2), ", ".join(of["events"]) or "no events"])
     return page.section(
-        "The arithmetics", page.paragraph("The same rows in the other arithmetics of the library, beside double. An "
+        "The arithmetics", page.paragraph(f"The same rows in the other arithmetics of the library, {emitted}beside double. An "
                                           "error of 0.01 sigma is a hundredth of what is uncertain anyway."),
         page.table("Largest differences of a filter from double (f64)",
                    ["arithmetic", "mean, in sigma", "at row, state", "sigma, relative", "log-likelihood", "events"],
@@ -245,7 +273,7 @@ def _compiled(model: Model) -> list[str]:
             *(page.paragraph(f"Compiled in {one.arithmetic}, {one.form}: {one.remark}.") for one in made if one.remark)]
 
 
-def _model(model: Model, path: Path) -> str:
+def _model(model: AnyModel, path: Path) -> str:
     names = {"x": model.states, "u": model.controls, "z": model.measurements}
     sides = {"A": ("x", "x"), "B": ("x", "u"), "H": ("z", "x"), "G": ("x", ""), "Q": ("x", "x"), "R": ("z", "z")}
     made = [page.table("States, measurements and controls", ["name", "what", "unit", "range", "fraction bits"],
@@ -253,14 +281,14 @@ def _model(model: Model, path: Path) -> str:
                                                                  ("control", "u")) for one in names[which]],
                        text_columns=(1, 2))]
     for name, (of_row, of_column) in sides.items():
-        matrix = getattr(model, name)
+        matrix = getattr(model, name, None)
         if matrix is None or (name == "Q" and model.G is not None):
             continue
         columns = [one.name for one in names[of_column]] if of_column in names else \
             [f"noise {k + 1}" for k in range(matrix.shape[1])]
         made.append(page.table(MATRICES[name], ["", *columns], [
             [one.name, *(number(cell) for cell in row)] for one, row in zip(names[of_row], matrix)]))
-    made.append(_prior(model))
+    made.append(_prior(model if isinstance(model, Model) else model.frame))
     return page.section("The model", page.folded("Matrices and parameters", *made),
                         page.folded(f"The model file, {path.name}", page.verbatim(
                             path.read_text(encoding="utf-8-sig"))), name="model")

@@ -8,13 +8,11 @@ from typing import Sequence
 import numpy as np
 from scipy import special
 
-from kalmanq.core import ASKED_FOR, EVENTS, lib
 from kalmanq.run.diagnostics import autocorrelation, chi_square_limit, is_scored, ljung_box, mean_bounds, share_bounds
 from kalmanq.run.results import Run
 
 UNUSUAL, STRANGE = 0.05, 0.001  # chances, of a right model, below which a figure is at the edge, and bad
 TOO_FEW = "too few innovations that differ"
-HELD = lib.KQ_EVENT_SATURATED
 ENOUGH = 20  # measurements, below which nothing is said of the fit
 
 
@@ -69,15 +67,14 @@ def whiteness(series: np.ndarray) -> Whiteness:
 def findings(run: Run, z: np.ndarray, wider: Sequence[str] = ()) -> list[Finding]:
     """NIS, rows outside, autocorrelation, mean innovation, events, missing.  Of a run that was held at the end of a word
     that comes first, and nothing else is judged; wider: the ranges that would do."""
-    if run.events & HELD:
+    if run.is_held:
         return [_held(run, wider), *(replace(one, state="note", advice="Not judged: the ranges first.")
                                      for one in _findings(run, z) if one.subject != "Events")]
     return _findings(run, z)
 
 
 def _held(run: Run, wider: Sequence[str]) -> Finding:
-    told = [(name, meaning) for bit, (name, meaning) in EVENTS.items() if run.events & bit & ~ASKED_FOR]
-    told.sort(key=lambda one: one[0] != "saturated")
+    told = sorted(run.faults, key=lambda one: "saturated" not in one[0])
     return Finding("bad", "Events", "; ".join(f"{name}: {meaning}" for name, meaning in told),
                    f"The ranges of the model are too narrow, whatever the data are: give it {', '.join(wider)}." if wider else
                    "The ranges of the model are too narrow, or P0 too wide for them.")
@@ -223,7 +220,7 @@ def _mean_innovation(series: np.ndarray, names: list[str]) -> Finding:
 
 
 def _events(run: Run) -> Finding:
-    told = [(name, meaning) for bit, (name, meaning) in EVENTS.items() if run.events & bit & ~ASKED_FOR]
+    told = run.faults
     if not told:
         return Finding("good", "Events", "none: no number went where it could not be kept")
     return Finding("bad", "Events", "; ".join(f"{name}: {meaning}" for name, meaning in told),

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Optional
+from typing import Callable, Mapping, Optional
 
 import numpy as np
 
@@ -12,17 +12,28 @@ from kalmanq.run.filters import Filter
 from kalmanq.run.results import Run
 
 
-def compare(model: Model, z: np.ndarray, u: Optional[np.ndarray]) -> tuple[dict[str, np.ndarray], dict[str, dict]]:
-    """Worst error of a mean in sigma, at every row and of each arithmetic; the figures of each."""
+Filtered = Callable[[Model, str, np.ndarray, Optional[np.ndarray]], Run]  # of a model in an arithmetic
+
+
+def filtered(model: Model, arithmetic: str, z: np.ndarray, u: Optional[np.ndarray]) -> Run:
+    return Filter(model, arithmetic).run(z, u, covariance=True)
+
+
+def compare(model: Model, z: np.ndarray, u: Optional[np.ndarray],
+            others: Mapping[str, Filtered] = {}) -> tuple[dict[str, np.ndarray], dict[str, dict]]:
+    """Worst error of a mean in sigma, at every row and of each arithmetic; the figures of each.  others: filters beside
+    the library's, by what goes before the arithmetic's name"""
     exact = Filter(model, "f64").run(z, u)
     errors, figures = {}, {}
-    for name in ("f32", "q31"):
-        try:
-            run = Filter(model, name).run(z, u)
-        except KalmanqError as problem:
-            figures[name] = {"refused": str(problem)}
-            continue
-        errors[name], figures[name] = beside(run, exact)
+    for before, run_of in {"": filtered, **others}.items():
+        for arithmetic in ("f32", "q31"):
+            name = f"{before} {arithmetic}".strip()
+            try:
+                run = run_of(model, arithmetic, z, u)
+            except KalmanqError as problem:
+                figures[name] = {"refused": str(problem)}
+                continue
+            errors[name], figures[name] = beside(run, exact)
     return errors, figures
 
 

@@ -4,31 +4,45 @@ from __future__ import annotations
 
 import warnings
 from dataclasses import dataclass
-from typing import Any, Optional
+from typing import Any, Callable, Optional
 
 import numpy as np
 
 from kalmanq.errors import KalmanqError, KalmanqWarning
 from kalmanq.model import Model
 from kalmanq.run.diagnostics import is_scored, mean_bounds, nees, student_limit
-from kalmanq.run.filters import Filter, Smoother
+from kalmanq.run.comparison import Filtered, filtered
+from kalmanq.run.filters import Smoother
 from kalmanq.run.simulation import drawn
 
 NO_FIGURES = ("run", "taken", "events")  # columns without a mean over the runs
 TAIL = ("nees", "nis", "taken", "loglik", "events")
 
 
+def rows_of_run(model: Model, rows: int, seed: np.random.SeedSequence, gap: Optional[tuple[int, int]],
+                u: Optional[np.ndarray]) -> tuple[np.ndarray, np.ndarray, Optional[np.ndarray]]:
+    """States, measurements, controls"""
+    return (*drawn(model, rows, seed, gap, u), u)
+
+
+def errors_of_run(model: Model, mean: np.ndarray, x: np.ndarray) -> np.ndarray:
+    return mean - x
+
+
 @dataclass(frozen=True)
 class Study:
-    """What every run is of."""
+    """What every run is of.  filtered, drawn, errors: functions of modules"""
 
-    model: Model
+    model: Any
     rows: int
     seed: int
     arithmetic: str
     smooth: bool
     gap: Optional[tuple[int, int]]
     u: Optional[np.ndarray] = None
+    filtered: Filtered = filtered
+    drawn: Callable[..., tuple] = rows_of_run
+    errors: Callable[..., np.ndarray] = errors_of_run
 
 
 # ------------------------------------------------------------------------------ a run
@@ -44,18 +58,18 @@ def one_run(study: Study, run: int) -> dict[str, Any]:
 
 def _row(study: Study, number: int) -> dict[str, Any]:
     model = study.model
-    x, z = drawn(model, study.rows, np.random.SeedSequence(study.seed, spawn_key=(number,)), study.gap,
-                 study.u)
+    x, z, u = study.drawn(model, study.rows, np.random.SeedSequence(study.seed, spawn_key=(number,)), study.gap, study.u)
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", KalmanqWarning)  # the row has the events
-        run = Filter(model, study.arithmetic).run(z, study.u, covariance=True)
-        smoothed = Smoother(model, study.arithmetic).run(z, study.u).smoothed if study.smooth else None
+        run = study.filtered(model, study.arithmetic, z, u)
+        smoothed = Smoother(model, study.arithmetic).run(z, u).smoothed if study.smooth else None
+    errors = study.errors(model, run.mean, x)
     made: dict[str, Any] = {"run": number}
     for i, state in enumerate(model.states):
-        made[f"{state.name}_rmse"] = root_mean_square(run.mean[:, i] - x[:, i])
+        made[f"{state.name}_rmse"] = root_mean_square(errors[:, i])
         if smoothed is not None:
             made[f"{state.name}_smoothed_rmse"] = root_mean_square(smoothed[:, i] - x[:, i])
-    score, dimensions = nees(run.mean - x, run.covariance, study.arithmetic)
+    score, dimensions = nees(errors, run.covariance, study.arithmetic)
     scored = is_scored(run, z)
     taken = int(run.taken[scored].sum())
     tail = (ratio(score.sum(), dimensions.sum()), ratio(run.nis[scored].sum(), taken), taken,

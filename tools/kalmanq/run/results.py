@@ -7,7 +7,7 @@ from typing import Any, Optional
 
 import numpy as np
 
-from kalmanq.core import names_of
+from kalmanq.core import ASKED_FOR, EVENTS, lib, names_of
 from kalmanq.model import Model
 
 Array = Any  # an np.ndarray; None where it was not asked for
@@ -66,6 +66,16 @@ class Run:
     @property
     def event_names(self) -> list[str]:
         return names_of(self.events)
+
+    @property
+    def faults(self) -> list[tuple[str, str]]:
+        """Events that are no wish of the caller's: name, and what it means"""
+        return [(name, meaning) for bit, (name, meaning) in EVENTS.items() if self.events & bit & ~ASKED_FOR]
+
+    @property
+    def is_held(self) -> bool:
+        """Was something held at the end of its word?"""
+        return bool(self.events & lib.KQ_EVENT_SATURATED)
 
     def columns(self) -> dict[str, np.ndarray]:
         """By the names that a table has: NAME_mean, NAME_sigma, NAME_smoothed, ..."""

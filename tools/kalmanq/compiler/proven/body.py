@@ -9,7 +9,7 @@ from typing import Sequence
 from kalmanq.compiler.proven.forms import Entries, Judged, Mean, judged_settled, judged_unsettled, \
     update_by_gain
 from kalmanq.compiler.proven.lines import Line, Lines, indented
-from kalmanq.compiler.proven.plan import LARGEST, Plan
+from kalmanq.compiler.proven.plan import LARGEST, Plan, event
 from kalmanq.compiler.proven.sums import Sum
 
 WIDTH = 110
@@ -41,8 +41,13 @@ class Body:
         self.before = [list(words) for words in self.x], dict(self.P)
 
     def predict(self) -> None:
-        self._predict_covariance()
+        """The mean goes on before the gap is looked at."""
         self.predict_mean()
+        self._store_mean()
+        for line in counted(self.plan):
+            self.lines.do(line)
+        self.lines.put_off(self.plan.field(key) for key in self.plan.structure.carried)
+        self._predict_covariance()
 
     def _predict_covariance(self) -> None:
         self.P = self.plan.form.predict(self.plan.subject, self.lines, self.P)
@@ -82,16 +87,20 @@ class Body:
 
     def text(self) -> list[str]:
         """Of its lines and of what is stored."""
-        plan, s = self.plan, self.plan.subject
-        x, P = self.before
-        for i in range(s.of.n):
-            for (name, _), new, old in zip(s.mean.fields(i), self.x[i], x[i]):
-                if new.key() != old.key():
-                    self.lines.do(f"f->{name} = {s.words.store(new)};")
+        plan, s, P = self.plan, self.plan.subject, self.before[1]
+        self._store_mean()
         for key in plan.structure.carried if self.carries else ():
             if self.P[key].key() != P[key].key():
                 self.lines.do(f"f->{plan.field(key)} = {s.words.store(self.P[key], plan.form.word(s, key))};")
         return [one for line in self.lines.living() for one in self._written(line)]
+
+    def _store_mean(self) -> None:
+        s = self.plan.subject
+        for i in range(s.of.n):
+            for (name, _), new, old in zip(s.mean.fields(i), self.x[i], self.before[0][i]):
+                if new.key() != old.key():
+                    self.lines.do(f"f->{name} = {s.words.store(new)};")
+        self.before = [list(words) for words in self.x], self.before[1]
 
     def _written(self, line: Line) -> list[str]:
         place = f"{self.function} {line.name}"
@@ -119,7 +128,7 @@ def outside_of(plan: Plan) -> list[str]:
 def door(plan: Plan, refused: Sequence[str], *others: str) -> list[str]:
     """What is outside the declared range, or no number, is refused, and what other conditions name."""
     outside = [*others, *outside_of(plan)]
-    return [f"if ({' || '.join(outside)}) {{", *indented(["f->sample_refused = 1;", *refused]), "}"]
+    return [f"if ({' || '.join(outside)}) {{", *indented([event(plan, "REFUSED"), *refused]), "}"]
 
 
 def second(plan: Plan) -> str:
@@ -133,34 +142,51 @@ def too_soon(plan: Plan) -> str:
 
 
 def counted(plan: Plan) -> list[str]:
-    """What a predict begins with: a gap beyond those declared is refused."""
-    refuse = ["f->gap_refused = 1;", "return;"]
+    """What a predict begins with: a gap beyond those declared is another function's."""
+    other = ["beyond(f);", "return;"]
     if plan.max_gap:
-        refuse = [f"if (f->missed == {plan.max_gap} || ({too_soon(plan)})) {{ "
-                  "/* too long, or too soon after another */", *indented(refuse), "}", "f->missed++;"]
-    return ["if ((uint16_t)f->rows == 0) { /* no sample since the last predict */", *indented(refuse), "}",
+        other = [f"if (f->missed == {plan.max_gap} || ({too_soon(plan)})) {{ "
+                 "/* too long, or too soon after another */", *indented(other), "}", "f->missed++;"]
+    return ["if ((uint16_t)f->rows == 0) { /* no sample since the last predict */", *indented(other), "}",
             "f->rows <<= 16;"]
+
+
+def beyond(plan: Plan, capped: Sequence[str]) -> list[str]:
+    """Of a predict beyond the declared gaps.  capped: lines that make the covariance the cap"""
+    again = [f"if ({too_soon(plan)}) {{ /* too soon after another */", *indented([
+        *capped, "f->rows = 0;", f"f->missed = {plan.max_gap};"]), "}"] if plan.max_gap else []
+    fields = [name for i in range(plan.subject.of.n) for name, _ in plan.subject.mean.fields(i)]
+    stays = [f"f->{name} = stay(f, f->{name}, {plan.subject.mean.word(i, most)});"
+             for i, (name, most) in enumerate(zip(fields, plan.stays))]
+    remark = "A gap that was not declared: the covariance stays" + \
+        (", or becomes what the longest one leaves of the start" if again and capped else "")
+    return [*(stay(plan) if stays else []), *function(f"static void beyond({plan.type} *restrict f)", [
+        event(plan, "SIGMA_SATURATED"), *again, *stays], remark)]
+
+
+def stay(plan: Plan) -> list[str]:
+    return function(f"static int64_t stay({plan.type} *restrict f, int64_t x, int64_t most)", [
+        "if (x >= -most && x <= most) return x;", event(plan, "MEAN_SATURATED"), "return x > 0 ? most : -most;"])
 
 
 def not_yet(plan: Plan, rows: int) -> list[str]:
     """What a step begins with: before so many samples in a row it is two calls."""
     u = ", u" if plan.subject.of.l else ""
-    return [f"if (f->rows != {rows}) {{", f"    {plan.name}_predict(f{u});", f"    {plan.name}_update(f, z);",
-            "    return;", "}"]
+    return [f"if (f->rows != {rows}) {{", f"    {plan.name}_predict(f{u});", f"    return {plan.name}_update(f, z);", "}"]
 
 
 def stops(plan: Plan) -> list[str]:
     """The functions that controls go through"""
     ranges = [one.range for one in plan.model.controls]
     none = function(f"static inline float number({plan.type} *restrict f, float u, float most)", [
-        "if (u >= -most && u <= most) return u;", "f->control_refused = 1;", "return 0.0f;"], "A control, or none")
+        "if (u >= -most && u <= most) return u;", event(plan, "CONTROL_REFUSED"), "return 0.0f;"], "A control, or none")
     return [*(stop(plan) if any(ranges) else []), *(none if any(not one for one in ranges) else [])]
 
 
 def stop(plan: Plan) -> list[str]:
     type_, otherwise = plan.subject.words.type, "-most" if plan.subject.words.is_fixed else "u < 0 ? -most : 0"
     return function(f"static inline {type_} within({plan.type} *restrict f, {type_} u, {type_} most)", [
-        "if (u >= -most && u <= most) return u;", "f->control_refused = 1;", f"return u > 0 ? most : {otherwise};"],
+        "if (u >= -most && u <= most) return u;", event(plan, "CONTROL_REFUSED"), f"return u > 0 ? most : {otherwise};"],
         "A control, or the nearer end of its range")
 
 

@@ -68,8 +68,10 @@ class Gap:
             yield from product(rows, repeat=length)
 
     def count(self, m: int) -> int:
-        kinds = 2**m - 1 if self.in_part else 1
-        return sum(kinds**length for length in range(self.longest + 1))
+        return sum(self.count_of(m, length) for length in range(self.longest + 1))
+
+    def count_of(self, m: int, length: int) -> int:
+        return (2**m - 1 if self.in_part else 1) ** length
 
 
 def reach_of(of: Numbers, state: Settled, settling: int, gap: Gap) -> Reach:
@@ -209,11 +211,12 @@ class Span:
 @dataclass
 class Means:
     """Largest |mean| of each state and |innovation| of each measurement: of one component after the other, and of all
-    at once where the constant gain takes them"""
+    at once where the constant gain takes them; stays: |mean| at most after a gap that was not declared"""
 
     x: np.ndarray
     y: np.ndarray
     settled: np.ndarray
+    stays: np.ndarray
 
 
 @dataclass
@@ -224,21 +227,23 @@ class Inputs:
     u: np.ndarray
 
 
-def means_of(of: Numbers, state: Settled, reach: Reach, z: Sequence[float], u: Sequence[float]) -> Means:
+def means_of(of: Numbers, state: Settled, reach: Reach, gap: Gap, x: Sequence[float], z: Sequence[float],
+             u: Sequence[float]) -> Means:
     """By the L1 norm of the closed loop's impulse response, over the ways of missing samples: for the worst
-    measurements and controls within their ranges."""
+    measurements and controls within their ranges.  x: ranges of states, infinite where there is none"""
     d, given = of.doubles(), Inputs(np.array(z, float), np.array(u, float))
-    means = Means(np.abs(d.x0), np.zeros(of.m), np.zeros(of.m))
     ever = Ever.of(d, state.gain.astype(float), given)
+    means = Means(np.abs(d.x0), np.zeros(of.m), np.zeros(of.m), np.minimum(x, ever.steady))
     box = np.maximum(ever.steady * ROOM, _started(d, reach, given, means, ever))
+    box = np.maximum(box, _from_where_it_stays(d, reach, gap, given, means, ever))
     for _ in range(100):  # what filters come to, one gap after the other
         span, ends = Span(np.eye(of.n)[None], np.zeros((1, of.n, 0)), box, False), box
         for ways in reach.settled:
             ends = np.maximum(ends, ever.bound(_follow(d, span, ways, given, means), means))
         if np.all(ends <= box):
-            return Means(np.maximum(means.x, box) * ROOM, means.y * ROOM, means.settled * ROOM)
+            return Means(np.maximum(means.x, box) * ROOM, means.y * ROOM, means.settled * ROOM, means.stays)
         box = np.maximum(box, ends) * 1.001
-    return Means(np.full(of.n, np.inf), np.full(of.m, np.inf), np.full(of.m, np.inf))
+    return Means(*(np.full(size, np.inf) for size in (of.n, of.m, of.m, of.n)))
 
 
 def _started(d: Numbers, reach: Reach, given: Inputs, means: Means, ever: Ever) -> np.ndarray:
@@ -255,6 +260,20 @@ def _started(d: Numbers, reach: Reach, given: Inputs, means: Means, ever: Ever) 
             if row:
                 span = _advanced(d, span, given, means)
             span = _taken(d, span, reach.begun, row, given, means)
+    return ends
+
+
+def _from_where_it_stays(d: Numbers, reach: Reach, gap: Gap, given: Inputs, means: Means, ever: Ever) -> np.ndarray:
+    """The bound where filters have settled after a gap that was not declared: where the longest declared one ends, from
+    any mean within the box that it stays in"""
+    ends, n = np.zeros(len(d.A)), len(d.A)
+    box = Span(np.eye(n)[None], np.zeros((1, n, 0)), means.stays, False)
+    longest = -gap.count_of(len(d.H), gap.longest)
+    begun = [(ways, gap.longest) for ways in (*reach.started, *reach.settled)] if reach.started else [(reach.begun, 0)]
+    for ways, first in begun:
+        gaps = Ways(ways.gains[longest:], ways.measured[longest:], ways.constant[longest:])
+        span = _taken(d, box.repeated(len(gaps.gains)), gaps, first, given, means)
+        ends = np.maximum(ends, ever.bound(_follow(d, span, gaps, given, means, first + 1), means))
     return ends
 
 
@@ -307,10 +326,10 @@ class Ever:
         return most[:n]
 
 
-def _follow(d: Numbers, span: Span, ways: Ways, given: Inputs, means: Means) -> Span:
-    """Where the ways end; widens means by all that is met on them."""
-    span = span.repeated(len(ways.gains))
-    for row in range(ways.gains.shape[1]):
+def _follow(d: Numbers, span: Span, ways: Ways, given: Inputs, means: Means, first: int = 0) -> Span:
+    """Where the ways end, from a row; widens means by all that is met on them."""
+    span = span.repeated(len(ways.gains)) if len(span.turned) == 1 else span
+    for row in range(first, ways.gains.shape[1]):
         span = _taken(d, _advanced(d, span, given, means), ways, row, given, means)
     return span
 

@@ -265,6 +265,9 @@ class WideMean:
     def start(self, i: int) -> list[str]:
         return [str(rounded(self.words.of.x0[i] * TWO ** self.x[i]))]
 
+    def word(self, i: int, value: float) -> str:
+        return f"INT64_C({rounded(Decimal(value) * TWO ** self.x[i])})"
+
     def predict(self, lines: Lines, x: Mean, controls: Sequence[Sum]) -> Mean:
         A, B, f = self.words.of.A, self.words.of.B, self.words.formats
         made = []

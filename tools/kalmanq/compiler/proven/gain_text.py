@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from kalmanq.compiler.proven.body import Body, counted, door, function, not_yet, second
+from kalmanq.compiler.proven.body import Body, beyond, counted, door, function, not_yet, second
 from kalmanq.compiler.proven.lines import indented
 from kalmanq.compiler.proven.plan import Plan, bookkeeping
 
@@ -29,7 +29,8 @@ def variances(plan: Plan) -> list[str]:
 def predict(plan: Plan) -> list[str]:
     body = Body(plan, "predict", carries=False)
     body.predict_mean()
-    return function(f"void {plan.name}_predict({plan.type} *restrict f{plan.controls})", [*counted(plan), *body.text()])
+    return [*beyond(plan, ()), *function(f"void {plan.name}_predict({plan.type} *restrict f{plan.controls})",
+                                         [*body.text(), *counted(plan)])]
 
 
 def update(plan: Plan) -> list[str]:
@@ -39,8 +40,8 @@ def update(plan: Plan) -> list[str]:
     if plan.min_run > 1:
         enough = ["const uint32_t rows = (f->rows >> 16) + 1;", "f->rows = rows;", f"if (rows >= {plan.min_run}) {{",
                   *indented(enough), "}"]
-    return function(f"void {plan.name}_update({plan.type} *restrict f, {plan.sample})",
-                    [*door(plan, ["return;"], second(plan)), *enough, *body.text()])
+    return function(f"unsigned {plan.name}_update({plan.type} *restrict f, {plan.sample})",
+                    [*door(plan, ["return 0;"], second(plan)), *enough, *body.text(), f"return {plan.all}u;"])
 
 
 def step(plan: Plan) -> list[str]:
@@ -48,9 +49,9 @@ def step(plan: Plan) -> list[str]:
     body = Body(plan, "step", carries=False)
     body.predict_mean()
     body.update_by_gain()
-    return function(f"void {plan.name}_step({plan.type} *restrict f{plan.controls}, {plan.sample})",
-                    [*door(plan, [f"{plan.name}_predict(f{u});", "return;"]), *not_yet(plan, plan.min_run),
-                     *body.text()])
+    return function(f"unsigned {plan.name}_step({plan.type} *restrict f{plan.controls}, {plan.sample})",
+                    [*door(plan, [f"{plan.name}_predict(f{u});", "return 0;"]), *not_yet(plan, plan.min_run),
+                     *body.text(), f"return {plan.all}u;"])
 
 
 PARTS = (start, predict, update, step)

@@ -8,7 +8,7 @@ import numpy as np
 
 from kalmanq.compiler.proven import lag_text
 from kalmanq.compiler.proven.lines import indented
-from kalmanq.compiler.proven.plan import LARGEST, Plan, bookkeeping
+from kalmanq.compiler.proven.plan import LARGEST, Plan, bookkeeping, events as events_of
 from kalmanq.firmware.c_source import plain
 
 
@@ -23,7 +23,7 @@ def header(plan: Plan) -> str:
     lines = [*comment(plan, ["", *usage(plan), "", *quantities(plan)]), f"#ifndef KALMANQ_COMPILED_{plan.upper}_H",
              f"#define KALMANQ_COMPILED_{plan.upper}_H", "", *includes(plan), "",
              "#ifdef __cplusplus", 'extern "C" {', "#endif", "",
-             *(["void probe(int line, long long value);", ""] if plan.probes else []), *points(plan), *fields(plan),
+             *(["void probe(int line, long long value);", ""] if plan.probes else []), *events(plan), *points(plan), *fields(plan),
              *calls(plan), *readings(plan), *lag_text.calls(plan), "#ifdef __cplusplus", "}", "#endif", "",
              "#endif", ""]
     return "\n".join(lines).replace("*restrict ", "*")  # a word that C++ lacks, and a declaration does not need
@@ -61,6 +61,12 @@ def quantities(plan: Plan) -> list[str]:
     return ["    " + "  ".join(f"{cell:<{width}}" for cell, width in zip(row, widths)).rstrip() for row in rows]
 
 
+def events(plan: Plan) -> list[str]:
+    rows = [f"{plan.upper}_{name} = {1 << bit}" for bit, name in enumerate(events_of(plan))]
+    said = [f"{row}{',' if row != rows[-1] else ''} /* {what} */" for row, what in zip(rows, events_of(plan).values())]
+    return ["/* f->events: bits that stay set until you clear them */", "enum {", *indented(said), "};", ""]
+
+
 def points(plan: Plan) -> list[str]:
     if not plan.subject.words.is_fixed:
         return []
@@ -92,16 +98,19 @@ def fields(plan: Plan) -> list[str]:
 
 def calls(plan: Plan) -> list[str]:
     name, type_ = plan.name, f"{plan.type} *restrict f"
-    missed = f"At most {plan.max_gap} in a row may be missing" if plan.max_gap else "None may be missing"
+    missed = f"At most {plan.max_gap} in a row are to be missing" if plan.max_gap else "None is to be missing"
     between = f", {plan.min_run} between two gaps" if plan.max_gap else ""
+    stays = "the covariance stays where it is" if plan.carries_covariance else "the gain is not for it"
+    stays += "; too soon after another gap it\n *  becomes what the longest declared one leaves of the start" \
+        if plan.max_gap and plan.carries_covariance else ""
     return [
         "/** Before the first sample. */", f"void {name}_start({type_});", "",
         f"/** To the next sample: one that is missing, or that update is to take.  {missed}{between}:",
-        f" *  a predict beyond that does nothing but set f->gap_refused.{steering(plan)} */",
+        f" *  beyond that the mean goes on, {stays}, with {plan.upper}_SIGMA_SATURATED.{steering(plan)} */",
         f"void {name}_predict({type_}{plan.controls});", "",
-        *taking(plan), f"void {name}_update({type_}, {plan.sample});", "",
+        *taking(plan), f"unsigned {name}_update({type_}, {plan.sample});", "",
         "/** Predict and update, the same words in fewer instructions. */",
-        f"void {name}_step({type_}{plan.controls}, {plan.sample});", "", *in_part(plan)]
+        f"unsigned {name}_step({type_}{plan.controls}, {plan.sample});", "", *in_part(plan)]
 
 
 def steering(plan: Plan) -> str:
@@ -109,10 +118,11 @@ def steering(plan: Plan) -> str:
     if not plan.stops:
         return ""
     no_number = "" if plan.subject.words.is_fixed else ", NaN as 0"
-    said = f"  A control beyond its range is\n *  taken as the nearer end of it{no_number}, and sets f->control_refused."
+    told = f"with {plan.upper}_CONTROL_REFUSED"
+    said = f"  A control beyond its range is\n *  taken as the nearer end of it{no_number}, {told}."
     if all(one.range for one in plan.model.controls):
         return said
-    none = f"  A control beyond {LARGEST:.0e}, or NaN, is\n *  taken as 0, and sets f->control_refused."
+    none = f"  A control beyond {LARGEST:.0e}, or NaN, is\n *  taken as 0, {told}."
     return none.replace("e+", "e") + (said if any(one.range for one in plan.model.controls) else "")
 
 
@@ -124,15 +134,15 @@ def in_part(plan: Plan) -> list[str]:
         if plan.nis else "."
     return ["/** Takes what is present of a sample, a bit for each component.  A sample in part",
             f" *  counts as one of a gap{told} */",
-            f"void {name}_update_some({type_}, {plan.sample}, unsigned present);",
-            f"void {name}_step_some({type_}{plan.controls}, {plan.sample}, unsigned present);", ""]
+            f"unsigned {name}_update_some({type_}, {plan.sample}, unsigned present);",
+            f"unsigned {name}_step_some({type_}{plan.controls}, {plan.sample}, unsigned present);", ""]
 
 
 def taking(plan: Plan) -> list[str]:
     beyond = "" if all(one.range for one in plan.model.measurements) else f" (1e{int(np.log10(LARGEST))} where it has none)"
-    return ["/** Takes a sample; once after start and after each predict: a second one changes nothing but",
-            f" *  f->sample_refused.  One outside its range{beyond}, or no number, is as good as",
-            " *  missing, and sets f->sample_refused. */"]
+    return ["/** Takes a sample, once after start and after each predict.  Returns a bit for each component that it took; it",
+            f" *  refuses a second one, what is outside its range{beyond}, and what is no number: with",
+            f" *  {plan.upper}_REFUSED. */"]
 
 
 def readings(plan: Plan) -> list[str]:

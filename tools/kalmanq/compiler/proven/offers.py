@@ -9,8 +9,9 @@ from typing import Mapping, Optional
 from kalmanq.compiler import exact
 from kalmanq.compiler.proven.costs import Cost, estimates
 from kalmanq.compiler.proven.plan import Plan
-from kalmanq.compiler.proven.product import MARGIN, NotSearched, Product, Wanted, compiled
+from kalmanq.compiler.proven.product import FORMS, MARGIN, Maker, NotSearched, Product, Wanted, compiled
 from kalmanq.compiler.proven.proof_file import warnings
+from kalmanq.compiler.proven.refusals import refuse
 from kalmanq.errors import KalmanqError
 from kalmanq.model import Model
 
@@ -49,6 +50,16 @@ def offer(model: Model, arithmetic: str) -> Offer:
     except KalmanqError as problem:
         return Offer(arithmetic, remark=f"refused: {problem}")
     return Offer(arithmetic, product.plan, _costs(product.plan), _error(product), "; ".join(warnings(product)))
+
+
+def searched(model: Model, arithmetic: str) -> Mapping[str, Cost]:
+    """By core, at -O2, what the form costs if its search closes: a hint, not yet a proof"""
+    try:
+        with decimal.localcontext(exact.DIGITS):
+            refuse(model, arithmetic)
+            return _costs(Maker(model, Wanted(arithmetic, "filter")).searched(FORMS[arithmetic][0](), MOST))
+    except KalmanqError:
+        return {}
 
 
 def _error(product: Product) -> Error:

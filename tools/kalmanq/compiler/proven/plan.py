@@ -44,6 +44,8 @@ class Plan:
     partial: bool = False  # samples of some components
     nis: bool = False
     lag: int = 0  # samples
+    cap: Any = None  # covariance after the longest gap from the start or, where that is less, from the settled one
+    stays: Sequence[float] = ()  # in fixed point: |mean| at most after a gap that was not declared
     forgets: int = 0  # samples in a row, after which a constant gain's mean is the optimal one
 
     @property
@@ -79,6 +81,11 @@ class Plan:
         return made
 
     @property
+    def all(self) -> int:
+        """Bits of all components"""
+        return (1 << self.subject.of.m) - 1
+
+    @property
     def carries_covariance(self) -> bool:
         return bool(self.structure.facts)
 
@@ -98,6 +105,22 @@ class Plan:
 
 def bookkeeping(plan: Plan) -> list[tuple[str, str]]:
     """Type and name.  rows: measured in a row, in the upper half between a predict and its update; missed: samples
-    of the last gap, 0 once there may be another; events: what was refused"""
-    return [("uint32_t", "rows"), ("uint16_t", "missed"), ("uint8_t", "gap_refused"), ("uint8_t", "sample_refused"),
-            *([("uint8_t", "control_refused")] if plan.stops else [])]
+    of the last gap, 0 once there may be another; events: bits that stay"""
+    return [("uint32_t", "rows"), ("uint16_t", "missed"), ("uint16_t", "events")]
+
+
+def events(plan: Plan) -> dict[str, str]:
+    """Names of the bits of f->events, from the lowest, and what they mean"""
+    made = {"REFUSED": "a measurement was outside its range or no number, or a second one without a predict: it was not taken"}
+    if plan.stops:
+        made["CONTROL_REFUSED"] = "a control was outside its range: the nearer end was taken" + \
+            ("" if plan.subject.words.is_fixed else "; NaN: 0")
+    made["SIGMA_SATURATED"] = "a gap was not declared: " + (
+        "the covariance stays what a declared one leaves" if plan.carries_covariance else "the gain is not for it")
+    if plan.stays:
+        made["MEAN_SATURATED"] = "a mean went too far in such a gap: it stays there"
+    return made
+
+
+def event(plan: Plan, name: str) -> str:
+    return f"f->events |= {plan.upper}_{name};"

@@ -7,6 +7,8 @@ from dataclasses import dataclass, field, replace
 from decimal import Decimal
 from typing import Any, Optional, Sequence
 
+import numpy as np
+
 from kalmanq.compiler import exact
 from kalmanq.compiler.proven import classes, fixed, floats, formats, forms, rounding
 from kalmanq.compiler.names import named
@@ -174,7 +176,8 @@ class Maker:
         u = formats.ranges_of("controls", self.model.controls)
         reach = classes.reach_by_gain(self.of, self.settled, self.rows, gap) if is_gain else \
             classes.reach_of(self.of, self.settled, self.rows, gap)
-        self.means = classes.means_of(self.of, self.settled, reach, z, u)
+        x = [one.range or np.inf for one in self.model.states]
+        self.means = classes.means_of(self.of, self.settled, reach, gap, x, z, u)
         made = formats.formats_of(self.model, self.of, self.settled, reach, self.means)
         states, measurements, controls = self._names()
         words = fixed.Fixed(self.of, made)
@@ -197,7 +200,16 @@ class Maker:
             most=[subject.words.end("z", j, one) for j, one in enumerate(ranges)],
             pushes=[subject.words.end("u", k, one.range) if one.range else 1.0
                     for k, one in enumerate(self.model.controls)], stops=stops, partial=self.wanted.partial,
-            nis=self.wanted.nis, lag=self.wanted.lag)
+            nis=self.wanted.nis, lag=self.wanted.lag, cap=self._cap(),
+            stays=() if self.means is None else self.means.stays.tolist())
+
+    def _cap(self) -> np.ndarray:
+        """What the longest declared gap leaves of the start, if nothing is known better there than once settled"""
+        of, P = self.of, self.settled.predicted
+        P = of.P0 if np.all(np.diag(of.P0) >= np.diag(P)) else P
+        for _ in range(self.gaps.max_gap):
+            P = of.A @ P @ of.A.T + of.Q
+        return P
 
     def of_constant_gain(self) -> tuple[Plan, Proof]:
         plan = self.plan(forms.ConstantGain(), self.subject)
@@ -222,6 +234,13 @@ class Maker:
         self._judge_means(track)
         return replace(plan, ranges=self._ranges(plan, found)), Proof(all_found, track, wandering, self.means,
                                                                      self._rounding(), ends)
+
+    def searched(self, form: Any, most: int) -> Plan:
+        """A plan whose search closes; the rest of its proof is left"""
+        plan = self.plan(form, self.subject)
+        with Runner(replace(plan, probes=plan.subject.words.is_fixed)) as runner:
+            self._judge(runner.search(most), "")
+        return plan
 
     def _rounding(self) -> float:
         if self.means is None:

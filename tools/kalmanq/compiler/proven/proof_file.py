@@ -17,13 +17,13 @@ FEW = 3  # sigma
 
 def lines_of_class(product: Product) -> list[str]:
     plan = product.plan
+    beyond = f"Beyond that the mean goes on, with {plan.upper}_SIGMA_SATURATED"
+    stays = [f"    {beyond}, and", "    the covariance stays one of these, for ever"] if plan.carries_covariance else [f"    {beyond}."]
     if not plan.max_gap:
-        return ["samples that may be missing: none"]
+        return ["samples that may be missing: none.", *stays]
     chosen = " (as many as it takes to settle: the model gives no min_run)" if plan.model.gaps.min_run is None else ""
-    beyond = "    the first gap at any time.  What goes beyond is refused at run time (gap_refused)"
-    ever = [f"{beyond}: these are all", "    covariances for ever"] if plan.carries_covariance else [f"{beyond}."]
     return [f"samples that may be missing: 1 to {plan.max_gap} in a row, {plan.min_run} measured ones at least between "
-            f"two gaps{chosen};", *ever, *(["    of a sample any components"] if plan.partial else [])]
+            f"two gaps{chosen};", "    the first gap at any time" + (", of a sample any components." if plan.partial else "."), *stays]
 
 
 def remarks(product: Product) -> list[str]:

@@ -127,6 +127,14 @@ static void predict_covariance(reference *f)
     memcpy(f->P, P, sizeof P);
 }
 
+/* What the longest declared gap leaves of the start */
+static void cap_covariance(reference *f)
+{
+    for (int i = 0; i < N; i++) {
+        for (int j = i; j < N; j++) f->P[at(i, j)] = model_cap[i * N + j];
+    }
+}
+
 static void take(reference *f, int j, exact z)
 {
     exact row[N], s = model_R[j], y = z;
@@ -284,16 +292,15 @@ static void follow(verdict *v, const node *from, unsigned present)
 {
     static const exact nothing[N + M + L];
     node to = *from;
-    predict_covariance(&to.exactly);
-    if (present == 0) {
-        subject_predict(&to.f);
-    } else {
-        subject_take(&to.f, present);
-        for (int j = 0; j < M; j++) {
-            if (present >> j & 1) take(&to.exactly, j, nothing[0]);
-        }
+    if (present == 0) subject_predict(&to.f);
+    else subject_take(&to.f, present);
+    if (!subject_is_beyond(&to.f)) predict_covariance(&to.exactly);
+    else if (subject_is_too_soon(&from->f)) cap_covariance(&to.exactly);
+    for (int j = 0; j < M; j++) {
+        if (present >> j & 1 && !subject_refused(&to.f)) take(&to.exactly, j, nothing[0]);
     }
-    if (!subject_refused(&to.f)) meet(v, &to.f, &to.exactly); /* else beyond what is declared: told, nothing done */
+    subject_forget(&to.f);
+    meet(v, &to.f, &to.exactly);
 }
 
 /* A row in two calls comes to the same words as a step. */
@@ -533,7 +540,7 @@ static int run(long rows, int longest, bool prints, int ends, double share)
     }
     if (wanders && share == 1 && shrunk() < 1) return run(rows, longest, prints, ends, shrunk());
     printf("{\"worst\": %.3e, \"last\": %.3e, \"covariance\": %.3e, \"refused\": %d}\n", t.worst, t.last, t.covariance,
-           subject_refused(&f));
+           subject_refused(&f) || subject_is_beyond(&f));
     return 0;
 }
 

@@ -13,6 +13,7 @@ import numpy as np
 
 from kalmanq.compiler.exact import Numbers, root
 from kalmanq.compiler.host import build
+from kalmanq.compiler.proven.body import too_soon
 from kalmanq.compiler.proven.header import header
 from kalmanq.compiler.proven.plan import Plan
 from kalmanq.compiler.proven.text import code, probes_of
@@ -126,15 +127,19 @@ def subject(plan: Plan) -> str:
              "typedef struct { double high, low; } exact;",
              f"typedef {plan.type} subject;",
              f"typedef {type_} subject_word;", zeros, *numbers_of(of),
-             table("model_gain", plan.settled.gain), table("model_settled", plan.settled.filtered),
+             table("model_gain", plan.settled.gain), table("model_settled", plan.settled.filtered), table("model_cap", plan.cap),
              function("void subject_begin(subject *f)", [f"{name}_start(f);"]),
              function("void subject_start(subject *f)", [f"{name}_start(f);", *[
                  f"f->{field} = 0;" for i in range(of.n) for field, _ in s.mean.fields(i)]]),
              function("void subject_predict(subject *f)", [f"{name}_predict(f{after});"]),
              function("void subject_update(subject *f)", [f"{name}_update(f, none);"]),
              function("void subject_take(subject *f, unsigned present)", taking(plan, u, "none")),
-             function("int subject_refused(const subject *f)",
-                      ["return f->gap_refused || f->sample_refused;"]),
+             function("int subject_refused(const subject *f)", [f"return (f->events & {plan.upper}_REFUSED) != 0;"]),
+             function("int subject_is_beyond(const subject *f)",
+                      [f"return (f->events & {plan.upper}_SIGMA_SATURATED) != 0;"]),
+             function("int subject_is_too_soon(const subject *f)",
+                      [f"return !(uint16_t)f->rows && ({too_soon(plan)});" if plan.max_gap else "(void)f; return 0;"]),
+             function("void subject_forget(subject *f)", ["f->events = 0;"]),
              function("void subject_covariance(const subject *f, double *P)", covariance(plan)),
              function("void subject_mean(const subject *f, int i, double *high, double *low)", mean(plan)),
              *outside(plan), *running(plan)]

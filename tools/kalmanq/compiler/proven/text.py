@@ -5,11 +5,11 @@ from __future__ import annotations
 import numpy as np
 
 from kalmanq.compiler.proven import gain_text, lag_text
-from kalmanq.compiler.proven.body import PROBE, Body, counted, door, function, not_yet, numbered, outside_of, second, stops, \
+from kalmanq.compiler.proven.body import PROBE, Body, beyond, door, function, not_yet, numbered, outside_of, second, stops, \
     too_soon
 from kalmanq.compiler.proven.header import comment
 from kalmanq.compiler.proven.lines import indented
-from kalmanq.compiler.proven.plan import Plan, bookkeeping
+from kalmanq.compiler.proven.plan import Plan, bookkeeping, event
 from kalmanq.compiler.proven.routines import routines
 from kalmanq.compiler.proven.sums import Sum
 
@@ -36,7 +36,8 @@ def start(plan: Plan) -> list[str]:
 def predict(plan: Plan) -> list[str]:
     body = Body(plan, "predict")
     body.predict()
-    return function(f"void {plan.name}_predict({plan.type} *restrict f{plan.controls})", [*counted(plan), *body.text()])
+    return [*beyond(plan, covariance_of(plan, plan.cap)), *function(
+        f"void {plan.name}_predict({plan.type} *restrict f{plan.controls})", body.text())]
 
 
 def update(plan: Plan) -> list[str]:
@@ -50,10 +51,11 @@ def update(plan: Plan) -> list[str]:
         head = f"NEVER_INLINE static void settled_row({plan.type} *restrict f, {plan.sample})"
         apart = [NEVER_INLINE, *function(head, settled)]
         settled = ["settled_row(f, z);"]
-    lines = [*door(plan, ["return;"], second(plan)), "const uint32_t rows = f->rows >> 16;",
-             f"if (rows >= {plan.rows - 1}) {{ /* settled */", *indented([*settled, "return;"]), "}", *body.text(),
-             *sooner(plan), "f->rows = rows + 1;"]
-    return apart + function(f"void {plan.name}_update({plan.type} *restrict f, {plan.sample})", lines)
+    whole = f"return {plan.all}u;"
+    lines = [*door(plan, ["return 0;"], second(plan)), "const uint32_t rows = f->rows >> 16;",
+             f"if (rows >= {plan.rows - 1}) {{ /* settled */", *indented([*settled, whole]), "}", *body.text(),
+             *sooner(plan), "f->rows = rows + 1;", whole]
+    return apart + function(f"unsigned {plan.name}_update({plan.type} *restrict f, {plan.sample})", lines)
 
 
 def sooner(plan: Plan) -> list[str]:
@@ -77,9 +79,9 @@ def step(plan: Plan) -> list[str]:
     fast = Body(plan, "step", carries=False)
     fast.predict_mean()
     fast.update_by_gain()
-    lines = door(plan, [f"{name}_predict(f{given});", "return;"])
-    lines += [*not_yet(plan, plan.rows), *fast.text()]
-    return function(f"void {plan.name}_step({plan.type} *restrict f{plan.controls}, {plan.sample})", lines)
+    lines = door(plan, [f"{name}_predict(f{given});", "return 0;"])
+    lines += [*not_yet(plan, plan.rows), *fast.text(), f"return {plan.all}u;"]
+    return function(f"unsigned {plan.name}_step({plan.type} *restrict f{plan.controls}, {plan.sample})", lines)
 
 
 def update_some(plan: Plan) -> list[str]:
@@ -92,23 +94,24 @@ def update_some(plan: Plan) -> list[str]:
         lines += function(f"static void take_{measured}({plan.type} *restrict f, {s.words.type} z)", body.text())
     taken = [f"if (present >> {j} & 1u) take_{measured}(f, z[{j}]);" for j, measured in enumerate(s.measurements)]
     shut = [line for j, limit in enumerate(plan.doors) for line in (
-        f"if ((present >> {j} & 1u) && ({s.words.is_outside(f'z[{j}]', limit)})) {{", "    f->sample_refused = 1;",
+        f"if ((present >> {j} & 1u) && ({s.words.is_outside(f'z[{j}]', limit)})) {{", f"    {event(plan, 'REFUSED')}",
         f"    present &= ~{1 << j}u;", "}")]
     whole = (1 << s.of.m) - 1
-    return lines + function(f"void {name}_update_some({plan.type} *restrict f, {plan.sample}, unsigned present)", [
-        *shut, f"if (present == {whole}u) {{", f"    {name}_update(f, z);", "    return;", "}",
-        "if (present == 0) return;", f"if ({second(plan)}) {{", "    f->sample_refused = 1;", "    return;", "}",
+    return lines + function(f"unsigned {name}_update_some({plan.type} *restrict f, {plan.sample}, unsigned present)", [
+        f"present &= {whole}u;", *shut, f"if (present == {whole}u) return {name}_update(f, z);",
+        "if (present == 0) return 0;", f"if ({second(plan)}) {{", f"    {event(plan, 'REFUSED')}", "    return 0;", "}",
         f"if (f->missed >= {plan.max_gap} || ({too_soon(plan)})) {{ /* too long, or too soon after another */",
-        "    f->gap_refused = 1;", "    return;", "}", "f->rows = UINT32_C(1) << 31;", *taken])
+        f"    {event(plan, 'REFUSED')}", "    return 0;", "}",
+        "f->rows = UINT32_C(1) << 31;", *taken, "return present;"])
 
 
 def step_some(plan: Plan) -> list[str]:
     name, u = plan.name, ", u" if plan.subject.of.l else ""
     whole = (1 << plan.subject.of.m) - 1
     outside = outside_of(plan)  # of a sample with a component beyond its range the others are taken
-    return function(f"void {name}_step_some({plan.type} *restrict f{plan.controls}, {plan.sample}, unsigned present)", [
-        f"if (present == {whole}u && !({' || '.join(outside)})) {{", f"    {name}_step(f{u}, z);", "    return;", "}",
-        f"{name}_predict(f{u});", f"{name}_update_some(f, z, present);"])
+    return function(f"unsigned {name}_step_some({plan.type} *restrict f{plan.controls}, {plan.sample}, unsigned present)", [
+        f"if (present == {whole}u && !({' || '.join(outside)})) return {name}_step(f{u}, z);",
+        f"{name}_predict(f{u});", f"return {name}_update_some(f, z, present);"])
 
 
 def settled_fields(plan: Plan) -> list[str]:

@@ -91,7 +91,7 @@ def compares(plan: Plan, track: Track) -> list[str]:
         f"{plan.type} f;", "int wrong = 0;", f"{name}_start(&f);",
         f"for (unsigned t = 0; t < {len(track.lines)}; t++) {{", *indented([
             f"if (t == 0) {name}_update(&f, rows[t].z);", *other, *differences]), "}",
-        "return wrong + f.gap_refused + f.sample_refused;"]), "}", ""]
+        "return wrong + (f.events != 0);"]), "}", ""]
 
 
 def settles(plan: Plan) -> list[str]:
@@ -148,4 +148,4 @@ class Worst:
                         *(f"z[{j}] = signs[t][{j}] < 0 ? -ends[{j}] : signs[t][{j}] > 0 ? ends[{j}] : 0;"
                           for j in range(s.of.m)), f"{name}_step(&f{u}, z);"]), "}",
                     f"const int32_t reached = {name}_mean_{s.states[self.state]}(&f);",
-                    f"return !(reached >= {least} && reached <= {most}) + f.sample_refused;"]), "}", ""]
+                    f"return !(reached >= {least} && reached <= {most}) + (f.events != 0);"]), "}", ""]

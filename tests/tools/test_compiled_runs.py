@@ -1,0 +1,163 @@
+"""--compiled of compare, report and simulate --runs: they are of the emitted C, and say what it has not."""
+
+from __future__ import annotations
+
+import hashlib
+import json
+from functools import partial
+
+import numpy as np
+import pytest
+
+from kalmanq import Filter
+from kalmanq.compiler.simulation import CompiledFilter
+from kalmanq.data import tables
+from kalmanq.model import model_file
+from kalmanq.pages import verdict
+from kalmanq.run.campaigns import journal_of, run_campaign
+from kalmanq.run.comparison import beside
+from kalmanq.run.diagnostics import nees
+from kalmanq.run.monte_carlo import Study, one_run, root_mean_square
+from kalmanq.run.simulation import drawn
+from test_commands import EXAMPLES, kalmanq, refused, rows_of
+from test_report import Page
+from whole import first
+
+CART, GAUGES = EXAMPLES / "cart.toml", EXAMPLES / "two_gauges.toml"
+
+
+@pytest.fixture(scope="module")
+def known(tmp_path_factory):
+    """The cart with a start that is known, and data of it with a gap"""
+    folder = tmp_path_factory.mktemp("known")
+    path = folder / "cart.toml"
+    path.write_text(CART.read_text().replace('"unknown"', "4.0"))
+    done = kalmanq("simulate", path, "-n", 150, "--seed", 3, "--gap", 40, 45, "--out", folder / "z.csv")
+    assert done.returncode == 0, done.stderr
+    return path, folder / "z.csv"
+
+
+def emitted(model, arithmetic, path):
+    z, u = tables.measurements_and_controls(path, model)
+    with CompiledFilter(model, arithmetic) as one:
+        return z, u, one.run(z, u)
+
+
+# ------------------------------------------------------------------------------ compare
+
+
+def test_compare_has_rows_of_the_emitted_c(known, tmp_path):
+    cart, pushed = known
+    done = kalmanq("compare", cart, pushed, "--compiled", "--json", "--plot", tmp_path / "errors.png")
+    told = json.loads(done.stdout)
+    assert list(told) == ["f32", "q31", "compiled f32", "compiled q31"] and (tmp_path / "errors.png").is_file()
+    model = model_file.read(cart)
+    for name in ("f32", "q31"):
+        z, u, run = emitted(model, name, pushed)
+        assert told[f"compiled {name}"] == json.loads(json.dumps(beside(run, Filter(model, "f64").run(z, u))[1]))
+        assert told[f"compiled {name}"]["mean_error_in_sigma"] < 1e-3
+        assert told[f"compiled {name}"]["sigma_relative_error"] < 1e-4
+    plain = json.loads(kalmanq("compare", cart, pushed, "--json").stdout)
+    assert plain == {name: told[name] for name in ("f32", "q31")}
+    shown = kalmanq("compare", cart, pushed, "--compiled").stdout
+    assert "compiled f32" in shown and "compiled q31" in shown
+
+
+def test_an_event_of_the_emitted_c_has_its_own_name(tmp_path):
+    path = tmp_path / "z.csv"
+    model = model_file.read(CART)
+    z = drawn(model, 30, 1, None)[1]
+    z[10] = 10 * model.measurements[0].range
+    path.write_text("range,push\n" + "".join(f"{one!r},0\n" for one in z[:, 0].tolist()))
+    told = json.loads(kalmanq("compare", CART, path, "--compiled", "--json").stdout)
+    assert told["compiled f32"]["events"] == ["refused"]
+    run = emitted(model, "f32", path)[2]
+    events = [one for one in verdict.findings(run, z) if one.subject == "Events"]
+    assert events[0].state == "bad" and "outside its range: it was not taken" in events[0].said
+
+
+def test_what_is_not_compiled_is_said_and_the_others_stay(tmp_path):
+    path, data = tmp_path / "still.toml", tmp_path / "z.csv"
+    path.write_text("[model]\nA = 1\nH = 1\nQ = 1\nR = 0\nP0 = 1\n")
+    data.write_text("z0\n" + "\n".join(map(str, range(20))) + "\n")
+    name = model_file.read(path).measurements[0].name
+    data.write_text(data.read_text().replace("z0", name))
+    told = json.loads(kalmanq("compare", path, data, "--compiled", "--json").stdout)
+    assert "mean_error_in_sigma" in told["f32"] and "has no noise" in told["compiled f32"]["refused"]
+    refused(kalmanq("report", path, data, "--compiled", "-o", tmp_path / "r.html"), "has no noise", tmp_path)
+    refused(kalmanq("simulate", path, "--compiled", "--runs", 2, "--workers", 1, "--out", tmp_path / "o.csv"),
+            "has no noise", tmp_path)
+
+
+def test_a_nonlinear_model_is_not_compiled_in_q31(tmp_path):
+    model = EXAMPLES / "range_bearing.py"
+    refused(kalmanq("run", model, EXAMPLES / "range_bearing.csv", "--compiled", "--arith", "q31"),
+            "a nonlinear model is compiled in f32 and f64", tmp_path)
+
+
+# ------------------------------------------------------------------------------ report
+
+
+@pytest.mark.parametrize("arithmetic", first(1, ("q31", "f32", "f64")))
+def test_the_report_is_of_the_emitted_c(arithmetic, known, tmp_path):
+    """Of a start that is unknown the emitted filter counts the first rows, with a wide sigma: the library does not."""
+    out, pushed = tmp_path / "report.html", known[1]
+    done = kalmanq("report", CART, pushed, "--compiled", "--arith", arithmetic, "-o", out)
+    assert done.returncode == 0, done.stderr
+    assert "left out: smoothed states and sigmas; the emitted filter looks at no later row" in done.stdout
+    text = Page(out).text
+    assert f"arithmetic {arithmetic}, compiled" in text and "left out: smoothed states" in text
+    assert "smoothed: given all rows" not in text and "compiled q31" in text
+    z, u, run = emitted(model_file.read(CART), arithmetic, pushed)
+    found = verdict.findings(run, z)
+    assert verdict.headline(found) in done.stdout and all(one.said in text for one in found)
+    log_likelihood = np.sum(run.log_likelihood)
+    assert f"log-likelihood {log_likelihood:.8g}" in text
+    assert abs(log_likelihood - np.sum(Filter(run.model, arithmetic).run(z, u).log_likelihood)) > 1
+
+
+# ------------------------------------------------------------------------------ simulate --runs
+
+
+@pytest.mark.parametrize("arithmetic", ("f32", "q31"))
+def test_a_campaign_is_of_the_emitted_c(arithmetic, tmp_path):
+    out, common = tmp_path / "runs.csv", ("simulate", CART, "-n", 60, "--seed", 5, "--compiled", "--arith", arithmetic)
+    done = kalmanq(*common, "--runs", 6, "--workers", 1, "--out", out, "--json")
+    assert done.returncode == 0, done.stderr
+    assert json.loads(done.stdout)["way"] == "compiled"
+    rows, model = rows_of(out), model_file.read(CART)
+    with CompiledFilter(model, arithmetic) as one:
+        for number in (0, 5):
+            x, z = drawn(model, 60, np.random.SeedSequence(5, spawn_key=(number,)), None)
+            one.restart()
+            run = one.run(z)
+            for i, state in enumerate(model.states):
+                assert float(rows[number][f"{state.name}_rmse"]) == root_mean_square(run.mean[:, i] - x[:, i])
+            score, dimensions = nees(run.mean - x, run.covariance, arithmetic)
+            assert float(rows[number]["nees"]) == score.sum() / dimensions.sum()
+            assert float(rows[number]["loglik"]) == run.log_likelihood.sum()
+    more = kalmanq(*common, "--runs", 6, "--workers", 2, "--out", tmp_path / "two.csv")
+    assert (tmp_path / "two.csv").read_bytes() == out.read_bytes() and f"60 rows, {arithmetic}, compiled" in more.stdout
+
+
+def test_a_campaign_says_what_it_leaves_out(tmp_path):
+    out = tmp_path / "runs.csv"
+    done = kalmanq("simulate", GAUGES, "-n", 20, "--runs", 3, "--compiled", "--smooth", "--workers", 1, "--out", out)
+    assert done.returncode == 0, done.stderr
+    assert "left out: --smooth; the emitted filter looks at no later row" in done.stdout
+    assert not any("smoothed" in name for name in rows_of(out)[0])
+
+
+def test_compiled_goes_with_runs(tmp_path):
+    refused(kalmanq("simulate", CART, "--compiled", "-n", 5), "--compiled: goes with --runs", tmp_path)
+
+
+def test_a_journal_of_the_librarys_filter_is_not_gone_on_with(tmp_path):
+    out = tmp_path / "made.csv"
+    command = ("simulate", GAUGES, "-n", 20, "--runs", 3, "--workers", 1, "--out", out)
+    model, of = model_file.read(GAUGES), hashlib.sha256(GAUGES.read_bytes()).hexdigest()
+    common = {"study": "simulate", "model": of, "rows": 20, "seed": 1, "arithmetic": "f64", "smooth": False, "gap": None}
+    study = Study(model, 20, 1, "f64", False, None)
+    list(run_campaign(partial(one_run, study), range(2), fingerprint=common, journal=journal_of(out), workers=1))
+    refused(kalmanq(*command, "--compiled"), "is of another campaign (compiled None, not True)", tmp_path)
+    assert kalmanq(*command).returncode == 0 and not journal_of(out).exists()

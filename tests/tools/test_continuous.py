@@ -1,0 +1,142 @@
+"""Models in continuous time: their steps beside 60 digits, their files, and NAME_move of the C that kalmanq compile writes."""
+
+from __future__ import annotations
+
+import ctypes
+from decimal import Decimal, localcontext
+
+import numpy as np
+import pytest
+from driven import library
+
+from kalmanq import KalmanqError, Model, ModelError
+from kalmanq.compiler.product import compiled
+from kalmanq.compiler.request import Options
+from kalmanq.model import model_file
+
+LONG = np.longdouble
+
+
+def random_model(seed: int) -> Model:
+    """Stable or not, stiff or not, of n = 1 to 6"""
+    draws = np.random.default_rng(seed)
+    n = 1 + seed % 6
+    F = draws.standard_normal((n, n)) * 10.0 ** draws.uniform(-1, 1)
+    if seed % 3 == 0:
+        F = np.triu(F, 1)  # its powers end
+    G = draws.standard_normal((n, n))
+    return Model.of_continuous(F, np.eye(1, n), 0.1, G @ G.T, dt=float(10.0 ** draws.uniform(-3, 0)),
+                               B=draws.standard_normal((n, 2)), P0=np.ones(n))
+
+
+def exact_step(model: Model) -> tuple[np.ndarray, ...]:
+    """A, Q and B from the series of the whole matrix, in 60 digits"""
+    of, n = model.continuous, model.n
+    with localcontext() as context:
+        context.prec = 60
+        whole = np.zeros((2 * n + 2, 2 * n + 2))
+        whole[:n, :n], whole[:n, n:2 * n], whole[n:2 * n, n:2 * n] = -of.F, of.Qc, of.F.T
+        pushed = np.zeros((n + 2, n + 2))
+        pushed[:n, :n], pushed[:n, n:] = of.F, of.B
+        e, p = (exponential(one, of.dt) for one in (whole, pushed))
+        A = e[n:2 * n, n:2 * n].T
+        return tuple(np.array(one, float) for one in (A, A @ e[:n, n:2 * n], p[:n, n:]))
+
+
+def exponential(M: np.ndarray, dt: float) -> np.ndarray:
+    made = np.array([[Decimal(float(one)) * Decimal(dt) / 1024 for one in row] for row in M], object)
+    total = term = np.array([[Decimal(int(i == j)) for j in range(len(M))] for i in range(len(M))], object)
+    for k in range(1, 60):
+        term = term @ made / k
+        total = total + term
+    for _ in range(10):
+        total = total @ total
+    return total
+
+
+@pytest.mark.parametrize("seed", range(24))
+def test_a_step_is_that_of_60_digits(seed):
+    model = random_model(seed)
+    for got, right in zip((model.A, model.Q, model.B), exact_step(model)):
+        assert np.abs(got - right).max() <= 4e-15 * max(np.abs(right).max(), 1e-3) * max(1, np.abs(model.A).max())
+    assert np.linalg.eigvalsh(model.Q).min() >= -1e-15 * np.abs(model.Q).max()
+
+
+def test_a_file_of_it_reads_back_to_the_same(tmp_path):
+    model = random_model(4)
+    path = tmp_path / "model.toml"
+    path.write_text(model_file.text_of(model))
+    again = model_file.read(path)
+    assert "F = " in path.read_text() and all(np.array_equal(getattr(model, key), getattr(again, key)) for key in "AQBHR")
+    assert again.continuous.dt == model.continuous.dt
+    assert model.changed(R=[[1.0]]).continuous is model.continuous and model.changed(Q=model.Q).continuous is None
+
+
+@pytest.mark.parametrize("text, said", [
+    ("F = [[0.0]]\nQc = 1\nH = 1\nR = 1\nP0 = 1", "dt: is missing"), ("F = [[0.0]]\ndt = 1\nH = 1\nR = 1\nP0 = 1", "Qc: is missing"),
+    ("F = [[0.0]]\nQc = 1\ndt = 0\nH = 1\nR = 1\nP0 = 1", "line 4: dt: is not a number above 0"),
+    ("F = [[0.0]]\nQc = 1\ndt = [1, 2]\nH = 1\nR = 1\nP0 = 1", "line 4: dt: is a number"),
+    ("F = [[0.0]]\nA = [[1.0]]\nQc = 1\ndt = 1\nH = 1\nR = 1\nP0 = 1", "line 3: A: is of steps"),
+    ("F = [[0.0, 1.0]]\nQc = 1\ndt = 1\nH = 1\nR = 1\nP0 = 1", "line 2: F: "),
+    ("F = [[900.0]]\nQc = 1\ndt = 1000\nH = 1\nR = 1\nP0 = 1", "line 4: dt: is so long")])
+def test_what_is_no_model_is_refused(text, said, tmp_path):
+    path = tmp_path / "model.toml"
+    path.write_text(f"[model]\n{text}\n")
+    with pytest.raises(KalmanqError, match=said):
+        model_file.read(path)
+
+
+def test_dt_is_a_number():
+    for dt in (0, -1, np.nan, np.inf, "1", True):
+        with pytest.raises(ModelError, match="dt"):
+            Model.of_continuous([[0]], [1], 1, [1], dt=dt, P0=[1])
+
+
+# ------------------------------------------------------------------------------ NAME_move
+
+MODELS = {
+    "cart": dict(F=[[0, 1], [0, 0]], Qc=[0, 0.5], H=[1, 0], R=0.01, B=[0, 1]),
+    "spring": dict(F=[[0, 1], [-30, -0.4]], Qc=[0, 2], H=[1, 0], R=0.01, B=[0, 1]),
+    "gyro": dict(F=[[0, -1, 0], [0, -0.01, 0], [0, 0, -3]], Qc=[1e-4, 1e-6, 0.1], H=[[1, 0, 1]], R=0.02, B=[1, 0, 0])}
+
+
+@pytest.mark.parametrize("arithmetic, most", [("f32", 1e-4), ("f64", 1e-9)])
+@pytest.mark.parametrize("name", MODELS)
+def test_move_is_a_step_of_another_length(name, arithmetic, most, tmp_path):
+    model = Model.of_continuous(**MODELS[name], dt=0.05, P0=np.ones(len(MODELS[name]["F"])))
+    made = compiled(model, "flt", Options(arithmetic, tunable=True))
+    n, type_ = model.n, made.arithmetic.type
+    called = library(tmp_path, made, f"""
+#include "flt.h"
+unsigned size(void) {{ return sizeof(flt_filter); }}
+int move(flt_filter *f, double dt) {{ return flt_move(f, ({type_})dt); }}
+void row(flt_filter *f, double u, double z, double *x, double *P)
+{{
+    const {type_} w[1] = {{({type_})u}}, v[1] = {{({type_})z}};
+    flt_predict(f, w);
+    flt_update(f, v);
+    for (int i = 0; i < {n}; i++) x[i] = (double)f->x[i] + (double)f->low[i];
+    for (int i = 0; i < {n}; i++)
+        for (int j = 0; j < {n}; j++) P[i * {n} + j] = (double)flt_covariance(f, i, j);
+}}
+""")
+    called.move.argtypes = [ctypes.c_void_p, ctypes.c_double]
+    called.row.argtypes = [ctypes.c_void_p, ctypes.c_double, ctypes.c_double, ctypes.c_void_p, ctypes.c_void_p]
+    f, draws = ctypes.create_string_buffer(called.size()), np.random.default_rng(1)
+    called.flt_start(f)
+    x, P, H = np.zeros(n, LONG), np.eye(n, dtype=LONG), model.H[0].astype(LONG)
+    mean, covariance = np.zeros(n), np.zeros((n, n))
+    for row in range(300):
+        dt = float(np.float32(draws.exponential(0.05) + 1e-3 if row % 50 else 10.0))
+        u, z = (float(np.float32(one)) for one in draws.standard_normal(2))
+        assert called.move(f, dt) == 1
+        called.row(f, u, z, mean.ctypes.data, covariance.ctypes.data)
+        A, Q, B = (one.astype(LONG) for one in model.continuous.step(dt))
+        x, P = A @ x + B[:, 0] * u, A @ P @ A.T + Q
+        k = P @ H / (H @ P @ H + LONG(np.float32(model.R[0, 0]) if arithmetic == "f32" else model.R[0, 0]))
+        x, P = x + k * (z - H @ x), P - np.outer(k, H @ P)
+        sigma = np.sqrt(np.diag(P))
+        assert np.abs((mean - x) / sigma).max() < 10 * most and np.abs(covariance - P).max() < most * P.max(), row
+    before = f.raw
+    for dt in (0.0, -1.0, float("nan"), float("inf")):
+        assert called.move(f, dt) == 0 and f.raw == before

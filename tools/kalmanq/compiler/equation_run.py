@@ -1,0 +1,95 @@
+"""The C of a nonlinear model, run over data on this machine as kalmanq.nonlinear's filters are.
+
+Means and covariances are the C's.  Innovations, NIS and the likelihood are worked out of them in double, of all sensors of
+a row at the mean before it.
+"""
+
+from __future__ import annotations
+
+from functools import lru_cache, partial
+from typing import Any, Optional
+
+import numpy as np
+
+from kalmanq.compiler.equation_product import compiled_equations
+from kalmanq.compiler.host import Ran
+from kalmanq.compiler.request import Options
+from kalmanq.compiler.simulation import NAME, CompiledFilter, CompiledRun, scored
+from kalmanq.formulas.program import Program
+from kalmanq.nonlinear import NonlinearModel
+from kalmanq.nonlinear.formulas import values_of
+
+
+class EquationRun(CompiledRun):
+    def columns(self) -> dict[str, np.ndarray]:
+        """Means of what is carried, sigmas of the states"""
+        if not self.model.has_errors:
+            return super().columns()
+        made = {f"{one.name}_mean": self.mean[:, i] for i, one in enumerate(self.model.carried)}
+        made.update({f"{one.name}_sigma": self.sigma[:, i] for i, one in enumerate(self.model.states)})
+        made.update({f"{one.name}_innovation": self.innovation[:, c] for c, one in enumerate(self.model.measurements)})
+        return {**made, "nis": self.nis, "loglik": self.log_likelihood}
+
+
+class CompiledEquations(CompiledFilter):
+    """A context.  run(z, u) goes on where the one before ended."""
+
+    made = EquationRun
+
+    def __init__(self, model: NonlinearModel, arithmetic: str, iterate: int = 1):
+        super().__init__(model, arithmetic, compiled_equations(model, NAME, Options(arithmetic, iterate=iterate)))
+        self.method, f = "iterated" if iterate > 1 else "extended", model.formulas
+        self.programs = [Program(rows) for rows in (f.moved if "f" in model.given else f.change, _flat(f.transition),
+                                                    f.innovation, _flat(f.measurement))]
+
+    def restart(self) -> None:
+        super().restart()
+        self.mean, self.row = np.array(self.model.x0), 0
+
+    def _ran(self, z: np.ndarray, u: Optional[np.ndarray]) -> Ran:
+        ran = self.host.run(z, self._carried(u, len(z)), goes_on=not self.begins, now=u, first=self.row)
+        self.digest, self.row = ran.digest, self.row + len(z)
+        return ran
+
+    def _explain(self, run: Any, z: np.ndarray, u: Optional[np.ndarray], ran: Ran) -> None:
+        model, rows = self.model, len(z)
+        t = np.arange(self.row - rows, self.row, dtype=float)
+        before, P = np.vstack([self.mean[None], ran.mean[:-1]]), np.concatenate([self.covariance[None], ran.covariance[:-1]])
+        at = values_of(before.T, t - 1, self._carried(u, rows).T)
+        x = self._values(0, at, rows) + (0 if "f" in model.given else before)
+        A = self._values(1, at, rows).reshape(rows, model.n, model.n)
+        P = A @ P @ A.transpose(0, 2, 1) + model.Q
+        if self.begins:
+            x[0], P[0] = self.mean, self.covariance
+        now = values_of(x.T, t, (np.zeros((rows, model.l)) if u is None else np.asarray(u, float).reshape(rows, -1)).T)
+        e = self._values(2, {**now, **{f"z{c}": column for c, column in enumerate(z.T)}}, rows)
+        H = self._values(3, now, rows).reshape(rows, model.m, model.n)
+        scored(run, np.where(np.isnan(z), np.nan, e), H @ P @ H.transpose(0, 2, 1) + model.R, ran)
+
+    def _values(self, which: int, given: dict[str, Any], rows: int) -> np.ndarray:
+        made = self.programs[which].values(given)
+        return np.stack([np.broadcast_to(np.asarray(one, float), rows) for one in made], axis=1) if made else np.zeros((rows, 0))
+
+
+def _flat(rows: list) -> list:
+    return [one for row in rows for one in row]
+
+
+def compiled_equations_run(model: NonlinearModel, arithmetic: str, z: np.ndarray, u: Optional[np.ndarray]) -> EquationRun:
+    """From the start.  The C is built once, for as many runs of a model as come one after the other."""
+    made = _built(model, arithmetic)
+    made.restart()
+    return made.run(z, u)
+
+
+def _beside(arithmetic: str, model: NonlinearModel, z: np.ndarray, u: Optional[np.ndarray]) -> EquationRun:
+    return compiled_equations_run(model, arithmetic, z, u)
+
+
+COMPILED = {f"compiled {name}": partial(_beside, name) for name in ("f32", "f64")}  # for nonlinear.comparison
+
+
+@lru_cache(maxsize=4)
+def _built(model: NonlinearModel, arithmetic: str) -> CompiledEquations:
+    with CompiledEquations(model, arithmetic) as made:
+        return made  # of a library that is loaded, the folder may go

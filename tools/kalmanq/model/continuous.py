@@ -1,0 +1,55 @@
+"""x' = F x + B u + noise, made a step of dt: exactly, with the noise of all the step and controls that stay as they are.
+
+By series over dt / 2^k and doubling: Q of twice the step is Q + A Q A', a sum without a difference (Van Loan 1978 says the
+same in one matrix).
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Optional
+
+import numpy as np
+
+TERMS = 20  # of the series, over a step in which F counts for half at most
+SHORT = 0.5
+
+
+@dataclass(frozen=True)
+class Continuous:
+    """F: n x n; Qc: n x n, spectral density of the noise; B: n x l, or None; dt: of a row"""
+
+    F: np.ndarray
+    Qc: np.ndarray
+    B: Optional[np.ndarray]
+    dt: float
+
+    def step(self, dt: float) -> tuple[np.ndarray, np.ndarray, Optional[np.ndarray]]:
+        """A, Q and B over dt"""
+        doublings = max(0, int(np.ceil(np.log2(max(self.norm * dt / SHORT, 1)))))
+        A, Q, S = self._series(dt / 2**doublings)
+        with np.errstate(over="ignore", invalid="ignore"):
+            for _ in range(doublings):
+                Q, S, A = Q + A @ Q @ A.T, S + A @ S, A @ A
+        return A, (Q + Q.T) / 2, None if self.B is None else S @ self.B
+
+    @property
+    def norm(self) -> float:
+        """Of F; 0: a power of F is 0, and the series ends"""
+        return 0.0 if self.ends else float(np.abs(self.F).sum(axis=1).max())
+
+    @property
+    def ends(self) -> bool:
+        """Is a power of F 0?  By its entries that are not 0, not by their values"""
+        pattern = (self.F != 0).astype(int)
+        return not np.any(np.linalg.matrix_power(pattern, len(pattern)))
+
+    def _series(self, h: float) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """e^(F h), its noise, and the integral of e^(F s)"""
+        power, noise = np.eye(len(self.F)), self.Qc * h
+        A, Q, S = power.copy(), noise.copy(), power * h
+        for k in range(1, TERMS + len(self.F)):
+            power = self.F @ power * (h / k)
+            noise = (self.F @ noise + noise @ self.F.T) * (h / (k + 1))
+            A, Q, S = A + power, Q + noise, S + power * (h / (k + 1))
+        return A, Q, S
