@@ -18,7 +18,7 @@ from kalmanq.compiler.request import Options
 from kalmanq.nonlinear import NonlinearFilter, NonlinearModel, read
 
 FOLDER = Path(__file__).parent / "equations"
-HELPERS = ("planar",)
+HELPERS = ("planar", "rotations", "attitude")  # attitude.py has error states: test_error_states
 NAMES = sorted(one.stem for one in FOLDER.glob("*.py") if one.stem not in HELPERS)
 STRICT = ("-std=c11", "-Wall", "-Wextra", "-Wpedantic", "-Wconversion", "-Wdouble-promotion", "-Wshadow", "-Werror")
 
