@@ -42,6 +42,7 @@ class Options:
     tunable: bool = typer.Option(False, "--tunable", help="f32, f64: A, Q and R are fields that a program may change; no fast path.")
     every: str = typer.Option("", "--every", metavar="K,K,...", help="Rows between two values of each measurement, if rates differ.")
     iterate: int = typer.Option(1, "--iterate", metavar="N", min=1, max=20, help="MODEL.py: linearise h so many times an update.")
+    library: bool = typer.Option(False, "--library", help="MODEL.py: a device over kalmanq's library: histories, smoothers.")
     loops: Optional[bool] = typer.Option(None, "--loops/--straight", help="The covariance in loops: small, but slow. Otherwise "
                                          "only where straight lines take 20 kB.")
     settle: float = typer.Option(1e-6, "--settle", help="Relative distance to the steady variance at which the gain is constant.")
@@ -62,10 +63,13 @@ def compile_file(options: Options, console: Console) -> None:
     wanted = Wanted(options.arithmetic, options.settle, options.nis, options.gate, options.student, options.tunable, options.lag,
                     options.loops, _rates(options.every), options.iterate)
     if options.model.suffix == nonlinear_file.SUFFIX:
-        compile_equations.compile_file(options.model, name, wanted, lambda texts: write(options, texts), options.json, console)
+        run = compile_equations.compile_device if options.library else compile_equations.compile_file
+        run(options.model, name, wanted, lambda texts: write(options, texts), options.json, console)
         return
     if options.iterate > 1:
         raise KalmanqError("--iterate: is of nonlinear model files (MODEL.py)")
+    if options.library:
+        raise KalmanqError("--library: is of nonlinear model files (MODEL.py); kalmanq design writes a constant model over the library")
     model = model_file.read(options.model)
     source = f"Model file {options.model.name}, SHA-256 {hashlib.sha256(options.model.read_bytes()).hexdigest()}"
     with console.status("compiling", spinner="line"):
