@@ -10,7 +10,7 @@ from rich.console import Console
 
 from kalmanq.commands.messages import print_json, tell_written
 from kalmanq.compiler import equation_report
-from kalmanq.compiler.equation_device_text import compiled_device, device_trial
+from kalmanq.compiler.equation_device_text import compiled_device, device_trial, in_whole_groups
 from kalmanq.compiler.equation_product import compiled_equations
 from kalmanq.compiler.host import Host
 from kalmanq.compiler.product import fingerprint
@@ -48,7 +48,7 @@ def compile_device(path: Path, name: str, wanted: Options, write: Callable[[dict
         straight = compiled_equations(model, name, wanted)
         with Host(straight) as host, Host(compiled_equations(model, name, replace(wanted, arithmetic="f64"))) as exact:
             found = equation_report.findings(model, straight, host)
-            record, _ = equation_report.drawn(model, ROWS, equation_report.SEEDS[0])
+            record = in_whole_groups(equation_report.drawn(model, ROWS, equation_report.SEEDS[0])[0], product.given.together)
             ran = exact.run(record.z, record.u, record.present, record.what, now=record.now)
         texts = {**product.sources(), f"{name}_test.c": device_trial(product, record, ran)}
     lines = [*product.arithmetic.told(), *equation_report.warned(found)]

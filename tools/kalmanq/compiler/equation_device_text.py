@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import Sequence
 
 import numpy as np
@@ -233,6 +234,15 @@ class DeviceTrial(Trial):
         made = [line for line in super()._main() if "uint32_t h = " not in line]
         made = [line.replace(", digest %08lx", "").replace(", (unsigned long)h", "") for line in made]
         return [line.replace(f"{self.name}_start(&f);", f"wrong += {self.name}_start(&f) != KQ_OK;") for line in made]
+
+
+def in_whole_groups(record: Record, together: Sequence[int]) -> Record:
+    """Without samples of which a part with correlated noises is missing: the straight-line C leaves out all of it"""
+    present = record.present.copy()
+    for group in set(together):
+        present[(present & group) != group] &= ~np.uint32(group)
+    what = np.where(present > 0, record.what, record.what & PREDICTS).astype(np.uint8)
+    return replace(record, present=present, what=what)
 
 
 def device_trial(product: Product, record: Record, exact: Ran) -> str:
