@@ -64,7 +64,7 @@ def _line(model: NonlinearModel, root: Node, point: dict[str, np.ndarray]) -> in
     low = program.every(point, np.float32)
     high = program.every({key: value.astype(float) for key, value in point.items()}, np.float64)
     off = {id(one): abs(float(a) - float(b)) / max(abs(float(b)), TINY) for one, a, b in zip(program.order, low, high)}
-    losses = [(off[id(one)] / max([EPSILON, *(off[id(a)] for a in one.args if isinstance(a, Node))]), lines[id(one)])
+    losses = [(off[id(one)] / max([EPSILON, *(off[id(a)] for a in one.args if isinstance(a, Node))]), lines[id(one)][1])
               for one in program.order if lines.get(id(one))]
     return max(losses, default=(0.0, 0))[1]
 
