@@ -1,9 +1,9 @@
-"""kalmanq compile MODEL.py: straight-line C of a nonlinear model, without a library."""
+"""kalmanq compile MODEL.py: C of a nonlinear model, straight lines without a library or, with --library, a device over it."""
 
 from __future__ import annotations
 
 import re
-from dataclasses import asdict
+from dataclasses import asdict, replace
 from pathlib import Path
 from typing import Any, Callable
 
@@ -11,6 +11,7 @@ from rich.console import Console
 
 from kalmanq.commands.messages import print_json, tell_written
 from kalmanq.compiler import equation_report
+from kalmanq.compiler.equation_device_text import compiled_device, device_trial, in_whole_groups
 from kalmanq.compiler.equation_product import compiled_equations
 from kalmanq.compiler.host import Host
 from kalmanq.compiler.product import fingerprint
@@ -33,6 +34,29 @@ def compile_file(path: Path, name: str, wanted: Options, write: Callable[[dict[s
     written = write({**texts, f"{name}_report.txt": "\n".join([source, "", *lines]) + "\n"})
     if as_json:
         print_json(_told(product, found, written))
+    else:
+        for line in lines:
+            console.print(line)
+        tell_written(written, console)
+
+
+def compile_device(path: Path, name: str, wanted: Options, write: Callable[[dict[str, str]], list[Path]], as_json: bool,
+                   console: Console) -> None:
+    model, source = read(path), fingerprint(path)
+    with console.status("compiling", spinner="line"):
+        product = compiled_device(model, name, wanted, source)
+        equation_report.refuse_wrong(model)
+        straight = compiled_equations(model, name, wanted)
+        with Host(straight) as host, Host(compiled_equations(model, name, replace(wanted, arithmetic="f64"))) as exact:
+            found = equation_report.findings(model, straight, host)
+            record = in_whole_groups(equation_report.drawn(model, ROWS, equation_report.SEEDS[0])[0], product.given.together)
+            ran = exact.run(record.z, record.u, record.present, record.what, now=record.now)
+        texts = {**product.sources(), f"{name}_test.c": device_trial(product, record, ran)}
+    lines = [*product.arithmetic.told(), *equation_report.warned(found)]
+    written = write({**texts, f"{name}_report.txt": "\n".join([source, "", *lines]) + "\n"})
+    if as_json:
+        print_json({"name": name, "arithmetic": wanted.arithmetic, "form": "library", "n": model.n, "m": model.m, "l": model.l,
+                    "files": written})
     else:
         for line in lines:
             console.print(line)

@@ -39,7 +39,8 @@ class Lossy:
 def lossy_formulas(model: NonlinearModel, visited: Sequence[Visited]) -> list[Lossy]:
     """All formulas, the worst one first"""
     x, sigma, t, u = _points(model, visited)
-    rows = list(_formulas(model, np.maximum(sigma, EPSILON * np.abs(x))))  # a state without noise gets more certain than a float
+    least = 0 if model.has_errors else EPSILON * np.abs(x)  # a state without noise gets more certain than a float
+    rows = list(_formulas(model, np.maximum(sigma, least)))
     program = Program([one for _, one, _ in rows])
     single = {name: np.asarray(value, np.float32) for name, value in values_of(x.T, t, u.T).items()}
     low = program.values(single, np.float32)

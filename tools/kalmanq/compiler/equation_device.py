@@ -1,0 +1,191 @@
+"""A nonlinear model as a device over the library: its functions and derivatives are emitted, the library filters.
+
+A predict that is A x + B u is a plain kq_predict; others take the increment and A (kq_predict_extended).  A sensor that is H x
+is a plain one; others take innovations.  Entries of A and H that are constant are written once, in NAME_start.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Optional, Sequence
+
+import numpy as np
+
+from kalmanq.compiler.arithmetic import Arithmetic
+from kalmanq.compiler.equations import Equations, equations
+from kalmanq.compiler.head import reading
+from kalmanq.compiler.printing import Floats
+from kalmanq.compiler.request import Options, Request
+from kalmanq.errors import KalmanqError
+from kalmanq.formulas.calculus import jacobian, substituted
+from kalmanq.formulas.graph import Node, needed, node
+from kalmanq.nonlinear import NonlinearModel
+from kalmanq.nonlinear.model import Sensor
+
+INSTEAD = (("--gate", "gate", "kq_update_robust with kq_loss_gate (kalmanq/robust.h)"),
+           ("--student", "student", "kq_update_robust with kq_loss_student (kalmanq/robust.h)"),
+           ("--nis", "nis", "kq_nis and kq_log_likelihood of NAME_filter (kalmanq/filter.h)"),
+           ("--iterate", "iterate", "the iterated update of kalmanq/sigma_points.h, by kq_filter_copy and kq_update"))
+
+
+@dataclass(frozen=True)
+class DeviceRequest(Request):
+    @property
+    def type(self) -> str:
+        return f"{self.name}_device"
+
+
+def device(model: NonlinearModel, name: str, options: Options) -> Device:
+    for option, field, instead in INSTEAD:
+        if getattr(options, field) != getattr(Options(), field):
+            raise KalmanqError(f"{option}: is an option of the C without the library; over the library it is {instead}")
+    of = equations(model, name, options)
+    return Device(of, DeviceRequest(**vars(of.given)))
+
+
+class Device(Arithmetic):
+    """A kq_filter, a kq_process and a kq_sensor of each sensor, in a struct with their memory"""
+
+    code_includes = ("#include <math.h>", "")
+    arrays = ()
+
+    def __init__(self, of: Equations, given: DeviceRequest):
+        self.given, self.sensors, self.steady, self.live = given, of.sensors, None, ()
+        self.nonlinear, self.model, self.T = of.model, given.model, given.options.arithmetic
+        self.type = self.covariance_type = "float" if self.T == "f32" else "double"
+        self.zero, self.words, self.n = "0.0f" if self.T == "f32" else "0.0", Floats(self.type), of.model.n
+        self.has_errors, f = of.model.has_errors, of.model.formulas
+        self.A, self.H, self.e, self.change, self.moved = f.transition, list(f.measurement), f.innovation, f.change, f.moved
+        self.corrected = f.corrected if self.has_errors else []
+        self.includes = ["#include <kalmanq/extended.h>"]
+        self.B = self._controlled()
+        self.plain = [one for one in self.sensors if self._is_plain(one)]
+
+    # ---- what is linear
+
+    def _controlled(self) -> Optional[np.ndarray]:
+        """B, where f is A x + B u"""
+        f = self.nonlinear.formulas
+        slopes = None if self.has_errors else _linear(self.change, [*f.x, *f.u])
+        if slopes is None:
+            return None
+        self.A = [[node(float(one)) for one in row] for row in slopes[:, :self.n] + np.eye(self.n)]
+        return slopes[:, self.n:]
+
+    def _is_plain(self, sensor: Sensor) -> bool:
+        """Is it H x?"""
+        f, own = self.nonlinear.formulas, range(sensor.first, sensor.first + sensor.m)
+        if self.has_errors or "innovation" in f.given or any(j in own for j in f.angles):
+            return False
+        slopes = _linear([f.expected[j] for j in own], list(f.x))
+        for j in own if slopes is not None else ():
+            self.H[j] = [node(float(one)) for one in slopes[j - sensor.first]]
+        return slopes is not None
+
+    def rows_of(self, sensor: Sensor) -> list[Node]:
+        """Of H"""
+        return [one for row in self.H[sensor.first:sensor.first + sensor.m] for one in row]
+
+    @property
+    def transition(self) -> list[Node]:
+        return [one for row in self.A for one in row]
+
+    # ---- what the text of the straight-line filter asks for
+
+    def predicts_by(self, which: str) -> bool:
+        return _reads(which, [*(self.moved if self.has_errors else self.change), *self.transition])
+
+    def updates_by(self, sensor: Sensor, which: str) -> bool:
+        return _reads(which, [*self.e[sensor.first:sensor.first + sensor.m], *self.rows_of(sensor)])
+
+    def number(self, value: float) -> str:
+        return self.words.number(float(value))
+
+    literal = number
+
+    def raw(self, which: str, k: int, value: float) -> float:
+        return value
+
+    def mean_text(self, i: int) -> str:
+        return f"f->x[{i}]" if self.has_errors else f"kq_mean_{self.T}(&f->filter, {i})"
+
+    def calls(self) -> list[str]:
+        name, given = self.given.name, self.given
+        lines = ["/** For the library's calls: readings, histories, robust updates. */",
+                 f"static inline kq_filter_{self.T} *{name}_filter({given.type} *f)", "{", "    return &f->filter;", "}", ""]
+        return lines + [line for i, state in enumerate(given.states)
+                        for line in reading(given, self.type, f"sigma_{state}", f"kq_sigma_{self.T}(&f->filter, {i})")]
+
+    @property
+    def fields(self) -> list[str]:
+        n, T, capital = self.n, self.T, self.T.upper()
+        lines = [f"kq_filter_{T} filter;", f"kq_process_{T} process;",
+                 *(f"kq_sensor_{T} {field(one)};" for one in self.sensors),
+                 f"{self.type} filter_memory[KQ_FILTER_LEN_{capital}({n})], process_memory[KQ_PROCESS_LEN({n})];",
+                 *(f"{self.type} {field(one)}_memory[{self.length(one)}];" for one in self.sensors)]
+        lines += [f"{self.type} A[{n * n}];"] if _varies(self.transition) else []
+        lines += [f"{self.type} H{one.suffix}[{one.m * n}];" for one in self.sensors if _varies(self.rows_of(one))]
+        return lines + ([f"{self.type} x[{len(self.given.carried)}]; /* what the states are errors of */"] if self.has_errors else [])
+
+    def length(self, sensor: Sensor) -> str:
+        return f"KQ_SENSOR_{'DIAGONAL_' if self.is_diagonal(sensor) else ''}LEN({sensor.m})"
+
+    def noise(self, sensor: Sensor) -> np.ndarray:
+        own = slice(sensor.first, sensor.first + sensor.m)
+        return np.asarray(self.nonlinear.R)[own, own]
+
+    def is_diagonal(self, sensor: Sensor) -> bool:
+        R = self.noise(sensor)
+        return bool(np.all(R == np.diag(np.diag(R))))
+
+    def routines(self, text: str) -> str:
+        """Tables"""
+        model = self.nonlinear
+        made = [("A", self.transition), *([("B", self.B.ravel())] if self.B is not None and self.B.size else []),
+                ("F" if model.G is not None else "Q", np.ravel(model.Q if model.G is None else model.G)),
+                ("first", model.x0), ("P0", np.ravel(model.P0))]
+        for one in self.sensors:
+            R = self.noise(one)
+            made += [(f"H{one.suffix}", self.rows_of(one)), (f"R{one.suffix}", np.diag(R) if self.is_diagonal(one) else R.ravel())]
+        return "\n".join(f"static const {self.type} {name}[] = {{{', '.join(map(self._entry, values))}}};" for name, values in made) + "\n\n"
+
+    def _entry(self, one: object) -> str:
+        if isinstance(one, Node):
+            return self.number(one.value) if one.is_constant else self.zero
+        return self.number(float(one))  # type: ignore[arg-type]
+
+    def told(self) -> list[str]:
+        """What the C does"""
+        def written(entries: Sequence[Node]) -> str:
+            return f"{sum(not one.is_constant for one in entries)} of {len(entries)} entries"
+
+        name = self.given.name
+        made = [f"{name}: {self.T}, a device over the library (kalmanq/extended.h)",
+                f"  {name}_predict: kq_predict, A and B are constant" if self.B is not None else
+                f"  {name}_predict: kq_predict_extended, writes {written(self.transition)} of A"]
+        return made + [f"  {name}_update{one.suffix}: kq_update of z, H is constant" if one in self.plain else
+                       f"  {name}_update{one.suffix}: kq_update of innovations, writes {written(self.rows_of(one))} of H"
+                       for one in self.sensors]
+
+
+def field(sensor: Sensor) -> str:
+    return f"sensor{sensor.suffix}"
+
+
+def _linear(rows: Sequence[Node], by: Sequence[Node]) -> Optional[np.ndarray]:
+    """The matrix, where the rows are this matrix times `by`"""
+    if any(part.op not in ("constant", "symbol", "add", "sub", "mul") for part in needed(rows)[0]):
+        return None
+    slopes = jacobian(rows, by)
+    at_none = [substituted(one, {each.args[0]: 0.0 for each in by}, {}) for one in rows]
+    if not all(one.is_constant for row in slopes for one in row) or not all(one.equals(0) for one in at_none):
+        return None
+    return np.array([[one.value for one in row] for row in slopes], float).reshape(len(rows), len(by))
+
+
+def _varies(entries: Sequence[Node]) -> bool:
+    return not all(one.is_constant for one in entries)
+
+
+def _reads(which: str, rows: Sequence[Node]) -> bool:
+    return any(one.op == "symbol" and one.args[0].rstrip("0123456789") == which for one in needed(rows)[0])
