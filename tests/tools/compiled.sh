@@ -15,8 +15,12 @@ export KQ_AVR_EMULATOR="$work/avr_emulator" KQ_TIME_LIMIT=60
 strict="-std=c11 -Wall -Wextra -Wpedantic -Wconversion -Wdouble-promotion -Wshadow -Werror"
 tried() { # COMPILER: $name of $folder on $core
     for file in "$name" "${name}_test"; do
+        warned=$strict
+        case $core:$name in # its math.h has fabs in the place of fabsf; a double is a float there
+            avr:exact_* | avr:equations_*) warned=${strict/-Wdouble-promotion/} ;;
+        esac
         # shellcheck disable=SC2086
-        $1 $strict -$level -ffp-contract=$contract -c "$folder/$file.c" -o "$work/$file.o"
+        $1 $warned -$level -ffp-contract=$contract -c "$folder/$file.c" -o "$work/$file.o"
     done
     # shellcheck disable=SC2086
     $linker "$work/$name.o" "$work/${name}_test.o" $libraries -o "$work/$name.$core"

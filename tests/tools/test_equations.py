@@ -28,7 +28,7 @@ from kalmanq.nonlinear import NonlinearModel, read
 from kalmanq.nonlinear import simulate as simulated
 from kalmanq.run.simulation import simulate
 
-TOLD = {"orbit": 0.05, "drone": 1e-2, "induction_motor": 1e-2}  # sigma, where float is coarser than elsewhere
+TOLD = {"orbit": 0.05, "drone": 1e-2, "coordinated_turn": 1e-2, "induction_motor": 1e-2}  # sigma, where float is coarser than elsewhere
 MEAN, COVARIANCE = 2e-3, 1e-3
 BATTERY = FOLDER.parents[2] / "tools" / "kalmanq" / "examples" / "battery.py"
 
