@@ -80,8 +80,13 @@ struct Update {
     Vec mean{}; // after it
 };
 
+/// Those that show means alone or work on line: of all states, of a fixed lag, of a fixed point.
+constexpr int smoothers = 3;
+
 struct Instant {
     Belief predicted, filtered, smoothed;
+    std::array<Vec, smoothers> alone; // where `told` has its bit, of an arithmetic
+    unsigned told = 0;
     Mat lagOne; // Cov(x[t+1], x[t] | T)
     std::vector<Update> updates;
 };

@@ -23,13 +23,15 @@ enum Quantity {
     smootherMean,
     smootherCovariance,
     lagOneCovariance,
-    quantities
+    means, // of the other smoothers
+    quantities = means + smoothers
 };
 
 inline const char *nameOf(Quantity quantity)
 {
     static const char *const names[] = {"filter x",   "filter P",   "likelihood",
-                                        "smoother x", "smoother P", "lag one"};
+                                        "smoother x", "smoother P", "lag one",
+                                        "states alone", "fixed lag",  "fixed point"};
     return names[quantity];
 }
 
@@ -147,6 +149,9 @@ inline Series compare(const Exact &found, const Exact &exact, const Units &units
         errors[smootherMean] = meanError(now.smoothed.mean, right.smoothed.mean, past, n);
         errors[smootherCovariance] =
             covarianceError(now.smoothed.covariance, right.smoothed.covariance, past, past, n);
+        for (int k = 0; k < smoothers; ++k) {
+            if (now.told >> k & 1) errors[means + k] = meanError(now.alone[k], right.smoothed.mean, past, n);
+        }
         if (t + 1 == exact.size()) continue;
         const Vec later = units.of(exact[t + 1].smoothed.covariance, t + 1);
         errors[lagOneCovariance] = covarianceError(now.lagOne, right.lagOne, later, past, n);
@@ -249,6 +254,7 @@ inline Series allowance(const Inputs &inputs, const Exact &exact, const Units &u
     addSmoother(worst, exact, units, accuracy, words, inputs.n);
     addLagOne(worst);
     for (auto &step : worst) {
+        std::fill(step.begin() + means, step.end(), step[smootherMean]);
         for (double &value : step) value *= few;
     }
     return widened(worst);

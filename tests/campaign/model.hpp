@@ -171,12 +171,13 @@ inline void addSteps(Random &random, Model &model, std::string &text)
     if (gaps) text += " gaps";
 }
 
-inline void simulate(Random &random, Model &model)
+/// The true state begins within `share` of the prior's sigma.
+inline void simulate(Random &random, Model &model, double share)
 {
     using reference::generator::normals;
     Sequence &sequence = model.sequence;
     const reference::ProcessModel &process = sequence.processes[0];
-    Vector<double> x = sequence.x0 + model.F * normals(random, model.F.cols());
+    Vector<double> x = sequence.x0 + share * (model.F * normals(random, model.F.cols()));
     model.largest = x.cwiseAbs();
     for (reference::Step &step : sequence.steps) {
         model.largest = model.largest.cwiseMax(x.cwiseAbs());
@@ -225,7 +226,7 @@ inline void putOnGrid(Model &model)
     }
 }
 
-inline Model randomModel(std::uint64_t seed, std::uint64_t number)
+inline Model randomModel(std::uint64_t seed, std::uint64_t number, double share = 1)
 {
     Random random(seed * 1000003U + number);
     Model model;
@@ -239,7 +240,7 @@ inline Model randomModel(std::uint64_t seed, std::uint64_t number)
     addSensor(random, model, m, text);
     if (random.chance(0.3)) addSensor(random, model, random.integer(1, 2), text);
     addSteps(random, model, text);
-    simulate(random, model);
+    simulate(random, model, share);
     putOnGrid(model);
     model.text = text;
     return model;

@@ -2,12 +2,15 @@
 #ifndef KALMANQ_TESTS_CAMPAIGN_OUTCOME_HPP
 #define KALMANQ_TESTS_CAMPAIGN_OUTCOME_HPP
 
+#include <algorithm>
 #include <cstddef>
 #include <exception>
 #include <string>
 #include <vector>
 
+#include "../reference/on_line.hpp"
 #include "../reference/readings.hpp"
+#include "../reference/smoother_checks.hpp"
 #include "../reference/ud.hpp"
 #include "held.hpp"
 
@@ -18,6 +21,7 @@ struct Outcome {
     Exact instants;
     std::vector<unsigned> events; // of each step: its updates, and the predict that led to it
     unsigned smootherEvents = 0;
+    double indefinite = 0; // smoothed P, over what rounding makes of it where it is handed over
     std::string refused; // the call that answered an error, with its status
 };
 
@@ -54,6 +58,8 @@ template <class T> class Campaigner
             kq::require(Api::attach(filter_.get(), &history_.get()->attached), "history attach");
             for (const reference::Step &step : sequence_.steps) filter(outcome, step);
             smooth(outcome);
+            smoothAlone(outcome);
+            smoothOnLine(outcome);
         } catch (const std::exception &error) {
             outcome.refused = error.what();
         }
@@ -95,12 +101,63 @@ template <class T> class Campaigner
             const auto now = reference::smoothStep<T>(history_, nullptr, t);
             Instant &instant = outcome.instants[t];
             instant.smoothed = toBelief(now.belief);
+            outcome.indefinite = std::max(outcome.indefinite, reference::indefinite<T>(now.belief));
             if (t + 1 == outcome.instants.size()) continue;
             instant.lagOne = toBelief<reference::Wide<T>>({now.belief.mean, now.lagOne}).covariance;
         }
         typename Api::Filter view;
         (void)Api::smoothed(history_.get(), 0, &view);
         outcome.smootherEvents = Api::events(filter_.get()) | Api::events(&view);
+    }
+
+    void update(const reference::Step &step)
+    {
+        for (const reference::Reading &reading : step.readings) library_.update(filter_.get(), reading);
+    }
+
+    /// The run once more, for what is attached to the filter behind its first updates.
+    template <class Attach> void follow(const Attach &attach)
+    {
+        library_.init(filter_);
+        update(sequence_.steps[0]);
+        attach();
+        for (std::size_t t = 1; t < sequence_.steps.size(); ++t) {
+            library_.predict(filter_.get(), sequence_.steps[t - 1]);
+            update(sequence_.steps[t]);
+        }
+    }
+
+    void tell(Outcome &outcome, std::size_t t, int smoother, const Vector<reference::Wide<T>> &mean)
+    {
+        for (Index i = 0; i < mean.size(); ++i) {
+            outcome.instants[t].alone[static_cast<std::size_t>(smoother)][static_cast<std::size_t>(i)] = mean(i);
+        }
+        outcome.instants[t].told |= 1u << smoother;
+    }
+
+    void smoothAlone(Outcome &outcome)
+    {
+        follow([this] { kq::require(Api::attach(filter_.get(), &history_.get()->attached), "history attach"); });
+        kq::require(Api::smoothStates(history_.get()), "smooth states");
+        for (std::size_t t = 0; t < outcome.instants.size(); ++t) tell(outcome, t, 0, reference::readSmoothedMean(history_, t));
+        typename Api::Filter view;
+        (void)Api::smoothed(history_.get(), 0, &view);
+        outcome.smootherEvents |= Api::events(&view);
+    }
+
+    /// At the end of the run, where they know what the textbook does: the last steps, and the first one
+    void smoothOnLine(Outcome &outcome)
+    {
+        constexpr int lags = 6;
+        reference::LagOwner<T> lag(library_.states(), 2 * maxComponents, lags);
+        reference::InstantOwner<T> point(library_.states(), 2 * maxComponents);
+        follow([&] { lag.attach(filter_); });
+        const std::size_t last = outcome.instants.size() - 1;
+        for (int k = 0; k <= lags; ++k) tell(outcome, last - static_cast<std::size_t>(k), 1, lag.smooth(k).mean);
+        outcome.smootherEvents |= Api::events(filter_.get()) & ~static_cast<unsigned>(KQ_EVENT_REDUNDANT);
+        follow([&] { point.attach(filter_); });
+        tell(outcome, 0, 2, point.smooth().mean);
+        outcome.smootherEvents |= Api::events(filter_.get()) & ~static_cast<unsigned>(KQ_EVENT_REDUNDANT);
     }
 
     const Sequence &sequence_;

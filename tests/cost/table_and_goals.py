@@ -1,6 +1,6 @@
 """One measurement for two tests: the cost table, and the goals of goals.py.
 
-    table_and_goals.py    the table of the M4F at 2 and 4 states; goals of the M4F and the M3, up to 4 states
+    table_and_goals.py    the table of the M4F in f32 and q31 at 2 and 4 states; goals of the M4F and the M3, up to 4 states
 
 A program has all sizes that the table or a goal asks for: each is compiled and emulated once.
 """
@@ -17,7 +17,7 @@ from cases import GCC, Choice, Program, programs
 from errors import told_in_one_line
 from measure import measure_all
 
-TABLE = Choice(core=("m4f",), profile=(GCC,), n=(2, 4))
+TABLE = Choice(core=("m4f",), arithmetic=("f32", "q31"), profile=(GCC,), n=(2, 4))
 CORES, MOST = ("m4f", "m3"), 4
 
 

@@ -8,23 +8,17 @@
 //
 // Units: an error of the mean counts in sigma of the smoothed state at that time, of a covariance
 // in sigma_i sigma_j: bounds and units are those of the fixed-interval smoother
-// (test_random_smoother.cpp).
+// (comparison.hpp).
 #include <algorithm>
-#include <cmath>
 #include <cstdio>
 #include <string>
 #include <vector>
 
-#include "accuracy.hpp"
-#include "api.hpp"
 #include "batch.hpp"
-#include "generator.hpp"
+#include "comparison.hpp"
 #include "library.hpp"
 #include "on_line.hpp"
-#include "report.hpp"
 #include "smoother_checks.hpp"
-#include "study.hpp"
-#include "textbook.hpp"
 
 using namespace reference;
 
@@ -48,6 +42,17 @@ struct Window {
 struct Case : Study {
     std::vector<Window> windows;
     explicit Case(const Sequence &data) : Study(data) {}
+
+    double refinement(double floor) const
+    {
+        double worst = 1;
+        for (const Window &window : windows) {
+            for (std::size_t k = 0; k < window.past.size(); ++k) {
+                refine(worst, *this, window.first + k, window.past[k].covariance, floor);
+            }
+        }
+        return worst;
+    }
 };
 
 /// Steps first .. last alone, with no more models than they use.
@@ -177,76 +182,35 @@ template <class T> void runPoint(Figures &figures, const Case &model, std::size_
     }
 }
 
-// ------------------------------------------------------------------ bounds
+// ------------------------------------------------------------------ groups
 
-/// The largest sigma of the filter over that of the smoother: see test_random_smoother.cpp.
-double refinement(const Case &model, double floor)
-{
-    double worst = 1;
-    for (const Window &window : model.windows) {
-        for (std::size_t k = 0; k < window.past.size(); ++k) {
-            const Belief<Quad> &filtered = model.track[window.first + k].filtered;
-            worst = std::max(worst, fallOf(units(model, filtered.covariance, floor),
-                                           units(model, window.past[k].covariance, floor)));
-        }
-    }
-    return worst;
-}
+const Claims claims = {
+    {"x"}, {"P"}, {}, {{"above filter", 8}, {"not PSD", 1}, {"lag 0", 0}, {"filter", 0}, {"means alone", 0}}};
 
-/// The figures once more, in roundings: those of the filter, refined.
-template <class T> Figures inRoundings(const Case &model, const Figures &figures)
+template <class T> void compareLibrary(Report &report, const std::string &group, const Case &model)
 {
-    const double unit = roundingOf<T>(model) * refinement(model, floorOf<T>());
-    const double amplification = amplificationOf<T>(model), reach = reachOf<T>(model);
-    Figures result;
-    for (const auto &[name, value] : figures) {
-        if (name == "x") result.add("x in roundings", value / (unit * (reach + amplification)));
-        if (name == "P") result.add("P in roundings", value / (unit * amplification));
-    }
-    return result;
-}
-
-/// What holds for all arithmetics: order in roundings of a covariance handed over, and flags.
-Bounds allOf(double mean, double covariance)
-{
-    return {{"x", mean},  {"P", covariance}, {"above filter", 8}, {"not PSD", 1},
-            {"lag 0", 0}, {"filter", 0},     {"means alone", 0}};
-}
-
-template <class T>
-void add(Report &report, const std::string &title, const Case &model, const Figures &figures,
-         const Bounds &bounds)
-{
-    report.add(title, model.sequence.name, figures, bounds);
-    report.add(
-        title, model.sequence.name, inRoundings<T>(model, figures),
-        {{"x in roundings", roundingsLimit<T>(32)}, {"P in roundings", roundingsLimit<T>(64)}});
-}
-
-template <class T>
-void compareLibrary(Report &report, const std::string &group, const Case &model,
-                    const Bounds &bounds)
-{
-    const std::string name = kq::Api<T>::name;
+    const auto add = [&](const std::string &title, const Figures &figures) {
+        judge<T>(report, title + group, group == "named models", model, figures, claims, {1e-9, 1e-10},
+                 model.refinement(floorOf<T>()));
+    };
     for (int L : lags) {
         Figures figures;
         runLag<T>(figures, model, L);
-        add<T>(report, name + ", L = " + std::to_string(L) + ", " + group, model, figures, bounds);
+        add(", L = " + std::to_string(L) + ", ", figures);
     }
     Figures figures;
     const std::size_t last = model.sequence.steps.size() - 1;
     for (std::size_t at : {std::size_t(0), last / 3, last - longest / 2}) {
         runPoint<T>(figures, model, at);
     }
-    add<T>(report, name + ", fixed point, " + group, model, figures, bounds);
+    add(", fixed point, ", figures);
 }
 
 void compareAll(Report &report, const std::string &group, const Case &model)
 {
-    compareLibrary<double>(report, group, model, allOf(1e-9, 1e-10));
-    const bool named = group == "named models";
-    compareLibrary<float>(report, group, model, named ? allOf(1e-3, 2e-5) : allOf(infinite, 1e-3));
-    compareLibrary<Q31>(report, group, model, named ? allOf(1e-5, 1e-5) : allOf(1e-4, 1e-4));
+    compareLibrary<double>(report, group, model);
+    compareLibrary<float>(report, group, model);
+    compareLibrary<Q31>(report, group, model);
 }
 
 void compareRecursion(Report &report, const std::string &group, const Sequence &sequence)

@@ -1,9 +1,9 @@
-// Filter and forecast against the textbook formulas in quadruple precision: random models and the
-// named classes of state-space models, 200 steps each.
+// Filter, forecast and smoother against the textbook formulas in quadruple precision: random models and the
+// named classes of state-space models, 200 steps each, and short ones whose smoother is one dense solve.
 //
-//     test_random_models [seed]
+//     test_random_models [seed [models]]
 //
-// Units: an error of the mean counts in sigma of the reference at that time, of a covariance in
+// Units of the filter: an error of the mean counts in sigma of the reference at that time, of a covariance in
 // sigma_i sigma_j, of an innovation in sqrt(S), of a gain in sigma_i / sqrt(S_jj).
 #include <cstdio>
 #include <cstring>
@@ -11,13 +11,8 @@
 #include <string>
 #include <vector>
 
-#include "accuracy.hpp"
-#include "api.hpp"
-#include "generator.hpp"
-#include "library.hpp"
-#include "report.hpp"
-#include "study.hpp"
-#include "textbook.hpp"
+#include "batch.hpp"
+#include "smoother_comparison.hpp"
 
 using namespace reference;
 
@@ -25,43 +20,15 @@ namespace
 {
 
 constexpr int randomModels = 216;
+constexpr int shortModels = 54;
+constexpr int shortSteps = 12; // of a dense solve
 constexpr int furthest = 10; // steps of a forecast
 
-// ------------------------------------------------------------------ figures in roundings
-
-bool isOfCovariance(const std::string &name)
-{
-    return name.back() == 'P' || name.back() == 'S' || name == "P-" || name == "K";
-}
-
-/// A NIS or a log-likelihood.
-bool isScore(const std::string &name)
-{
-    return name == "nis" || name == "logp" || name == "sum logp";
-}
-
-/// What a score is rounded to beside 1: in q31 it has 24 bits after the point, and a logarithm and
-/// a square for each of them.
-template <class T> constexpr double scoreRounding() { return 0; }
-template <> constexpr double scoreRounding<Q31>() { return 0x1p-23; }
-
-/// The figures once more, in roundings: the root of P takes a few n eps of its rows at each step,
-/// which are amplified to errors of P; the mean takes a few n eps of its reach, and has the errors
-/// of the gain, which are those of P.
-template <class T> Figures inRoundings(const Study &study, const Figures &figures)
-{
-    const double rounding = roundingOf<T>(study), amplification = amplificationOf<T>(study);
-    const double reach = reachOf<T>(study);
-    Figures result;
-    for (const auto &[name, value] : figures) {
-        if (name == "events" || name == "taken" || name == "forecast changed") continue;
-        const double ofMean = rounding * (reach + amplification);
-        if (isOfCovariance(name)) result.add("P in roundings", value / (rounding * amplification));
-        else if (!isScore(name)) result.add("x in roundings", value / ofMean);
-        else result.add("scores in roundings", value / (ofMean + scoreRounding<T>()));
-    }
-    return result;
-}
+const Claims filterClaims = {
+    {"x-", "x", "e", "forecast x", "forecast z"},
+    {"P-", "P", "S", "K", "forecast P", "forecast S"},
+    {"nis", "logp", "sum logp"},
+    {{"events", 0}, {"taken", 0}, {"forecast changed", 0}}};
 
 // ------------------------------------------------------------------ one sequence
 
@@ -235,37 +202,33 @@ template <class Real> Figures selfCheck(const Study &study, double floor)
     return figures;
 }
 
-// ------------------------------------------------------------------ groups and bounds
+// ------------------------------------------------------------------ groups
 
-Bounds allOf(double mean, double covariance)
+template <class T> void smoothLibrary(Report &report, const std::string &title, bool isNamed, const Case &model)
 {
-    Bounds bounds{{"events", 0}, {"taken", 0}, {"forecast changed", 0}};
-    for (const char *name :
-         {"x-", "x", "e", "nis", "logp", "sum logp", "forecast x", "forecast z"}) {
-        bounds[name] = mean;
-    }
-    for (const char *name : {"P-", "P", "S", "K", "forecast P", "forecast S"}) {
-        bounds[name] = covariance;
-    }
-    return bounds;
+    judge<T>(report, title, isNamed, model, smootherFigures<T>(model), smootherClaims, {1e-9, 1e-10},
+             model.refinement(floorOf<T>()));
 }
 
-template <class T>
-void compare(Report &report, const std::string &group, const Study &study, const Bounds &bounds)
+void smoothAll(Report &report, const std::string &group, const Case &model)
 {
-    const std::string name = study.sequence.name;
-    const Figures figures = Comparison<T>(study).run();
-    report.add(kq::Api<T>::name + group, name, figures, bounds);
-    report.add(kq::Api<T>::name + group, name, inRoundings<T>(study, figures),
-               {{"x in roundings", roundingsLimit<T>(32)},
-                {"P in roundings", roundingsLimit<T>(64)},
-                {"scores in roundings", roundingsLimit<T>(32)}});
+    const bool isNamed = group == "named models";
+    const std::string title = " smoother, " + group;
+    compareGain(report, group, model);
+    smoothLibrary<double>(report, title, isNamed, model);
+    smoothLibrary<float>(report, title, isNamed, model);
+    smoothLibrary<Q31>(report, title, isNamed, model);
+}
+
+template <class T> void filterLibrary(Report &report, const std::string &title, bool isNamed, const Study &study)
+{
+    judge<T>(report, title, isNamed, study, Comparison<T>(study).run(), filterClaims, {1e-9, 1e-11});
 }
 
 void compareAll(Report &report, const std::string &group, const Sequence &sequence)
 {
-    const Study study(sequence);
-    const bool easy = study.wellConditioned();
+    const Case study(sequence);
+    const bool easy = study.wellConditioned(), isNamed = group == "named models";
     const std::string title = ", " + group + (easy ? "" : ", not well-conditioned");
     report.add("reference in double" + title, sequence.name,
                selfCheck<double>(study, floorOf<double>()),
@@ -273,10 +236,23 @@ void compareAll(Report &report, const std::string &group, const Sequence &sequen
     report.add("reference in long double" + title, sequence.name,
                selfCheck<long double>(study, floorOf<double>()),
                easy ? Bounds{{"x", 1e-10}, {"P", 1e-12}} : Bounds{});
-    compare<double>(report, title, study, allOf(1e-9, 1e-11));
-    const bool named = group == "named models";
-    compare<float>(report, title, study, named ? allOf(1e-3, 2e-5) : allOf(infinite, 1e-3));
-    compare<Q31>(report, title, study, named ? allOf(1e-5, 1e-5) : allOf(1e-4, 1e-4));
+    filterLibrary<double>(report, title, isNamed, study);
+    filterLibrary<float>(report, title, isNamed, study);
+    filterLibrary<Q31>(report, title, isNamed, study);
+    smoothAll(report, group, study);
+}
+
+void compareBatch(Report &report, Random &random, int number, bool isCompared)
+{
+    generator::Options options;
+    options.steps = shortSteps;
+    options.invertible = true;
+    const Sequence sequence = generator::randomSequence(random, number, options);
+    if (!isCompared) return;
+    const Case model(sequence);
+    report.add("dense solve", sequence.name, compareReference(model, smoothByLeastSquares(sequence)),
+               boundsOf(smootherClaims, {1e-10, 1e-13}));
+    smoothAll(report, "12 steps", model);
 }
 
 // ------------------------------------------------------------------ singular covariances
@@ -328,7 +304,9 @@ int main(int argc, char **argv)
     for (const Sequence &sequence : generator::namedSequences(random)) {
         compareAll(report, "named models", sequence);
     }
+    Random others = random;
     compareSingular(report, random);
+    for (int number = 0; number < shortModels; ++number) compareBatch(report, others, number, number < compared);
     report.print();
     return report.verdict.finish();
 }

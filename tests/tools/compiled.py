@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import ctypes
+import pickle
 import subprocess
 from pathlib import Path
 from typing import Optional
@@ -11,11 +12,23 @@ import numpy as np
 
 from kalmanq import Model
 from kalmanq.compiler.proven.files import texts_of
-from kalmanq.compiler.proven.product import Product, Wanted, compiled
+from kalmanq.compiler.proven import product as proven
+from kalmanq.compiler.proven.product import Product, Wanted
 from kalmanq.compiler.host import compiler
 
 STRICT = ("-std=c11", "-O2", "-Wall", "-Wextra", "-Wpedantic", "-Wconversion", "-Wdouble-promotion", "-Wshadow",
           "-Werror")
+
+
+_MADE: dict[tuple[bytes, Wanted], Product] = {}
+
+
+def compiled(model: Model, wanted: Wanted) -> Product:
+    """The compiler's own, searched once for each model and what is wanted of it"""
+    key = pickle.dumps(model), wanted
+    if key not in _MADE:
+        _MADE[key] = proven.compiled(model, wanted)
+    return _MADE[key]
 
 
 class Compiled:

@@ -22,8 +22,8 @@ from kalmanq.model import model_file
 from kalmanq.model import Gaps
 
 MUST = {  # of n: M4F f32 two calls, a settled step, bytes at -Os; M3 q31 two calls, a settled step; M0 the same
-    2: (72, 33, 540, 110, 38, 600, 155), 3: (120, 46, 825, 210, 60, 1150, 290), 4: (183, 66, 1290, 420, 80, 2050, 435),
-    6: (344, 113, 2700, 1120, 145, 4750, 840), 9: (930, 160, 6600, 2500, 280, 10800, 1450)}
+    2: (75, 35, 590, 110, 38, 600, 155), 3: (120, 47, 890, 210, 60, 1150, 290), 4: (183, 67, 1360, 420, 80, 2050, 435),
+    6: (352, 117, 2700, 1120, 145, 4750, 840), 9: (930, 160, 6600, 2500, 280, 10800, 1450)}
 
 # Of the factor form: core, and of n instructions in two calls and of a settled step
 FACTOR = {"f32": ("m4f", {2: (102, 35), 3: (177, 49), 4: (300, 72), 6: (745, 122), 9: (2081, 164)}),
@@ -31,7 +31,7 @@ FACTOR = {"f32": ("m4f", {2: (102, 35), 3: (177, 49), 4: (300, 72), 6: (745, 122
 FEW = (2, 4)  # n of the models for every day
 # Of words, each on every core; they settle within the rows of NAME_test
 OPTIONS = {"lag": ("--lag", "3", "--settle", "1e-2"), "every": ("--every", "1,2", "--settle", "1e-2"),
-           "student": ("--student", "4", "--nis")}
+           "student": ("--student", "4", "--nis"), "loops": ("--loops", "--gate", "4")}
 
 
 def promises(n: int, arithmetic: str) -> dict[str, dict[str, int]]:

@@ -194,7 +194,7 @@ def test_a_range_is_refused_with_its_row(tmp_path):
 
 def test_an_interrupt_leaves_nothing(tmp_path):
     data, out = tmp_path / "data.csv", tmp_path / "out.csv"
-    data.write_text("flow\n" + "1000.5\n" * 2_000_000)
+    data.write_text("flow\n" + "1000.5\n" * 400_000)
     running = subprocess.Popen([sys.executable, "-m", "kalmanq.command_line", "run", str(MODEL), str(data), "--out", str(out)],
                                stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
     while running.poll() is None and not list(tmp_path.glob(".out*")):

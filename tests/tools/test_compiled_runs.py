@@ -89,10 +89,10 @@ def test_what_is_not_compiled_is_said_and_the_others_stay(tmp_path):
             "has no noise", tmp_path)
 
 
-@pytest.mark.parametrize("command", [("compare",), ("run",)])
-def test_a_nonlinear_model_is_not_compiled(command, tmp_path):
+def test_a_nonlinear_model_is_not_compiled_in_q31(tmp_path):
     model = EXAMPLES / "range_bearing.py"
-    refused(kalmanq(*command, model, EXAMPLES / "range_bearing.csv", "--compiled"), "--compiled: of a linear model", tmp_path)
+    refused(kalmanq("run", model, EXAMPLES / "range_bearing.csv", "--compiled", "--arith", "q31"),
+            "a nonlinear model is compiled in f32 and f64", tmp_path)
 
 
 # ------------------------------------------------------------------------------ report

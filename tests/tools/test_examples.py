@@ -38,9 +38,14 @@ def covariance_bound(arithmetic: str, largest: float, sigma: float) -> float:
     return bound(arithmetic, largest if arithmetic == "q31" else sigma, sigma)
 
 
-@lru_cache(None)
 def result(name: str, arithmetic: str = "f64", seed: int = 1):
-    return EXAMPLES[name].compute(arithmetic, seed)
+    return computed(name, arithmetic, seed)
+
+
+@lru_cache(None)
+def computed(*of: object):  # a default that is given is the same call
+    name, *others = of
+    return EXAMPLES[name].compute(*others)
 
 
 @pytest.mark.parametrize("arithmetic", ARITHMETICS)

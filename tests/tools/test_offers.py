@@ -115,7 +115,7 @@ def test_the_covariance_form_is_shown_where_it_saves(found: list[offers.Offer], 
     others = [one for one in found if one.form == "covariance"]
     assert others
     for one in others:
-        assert one.remark.startswith("kalmanq compile --form covariance allows gaps of at most 8 samples with 48 full")
+        assert one.remark.startswith("kalmanq compile --form covariance is for gaps of at most 8 samples with 48 full")
         for core, cost in one.costs.items():
             assert cost.two_calls < offers.SAVES * factor[one.arithmetic].costs[core].two_calls  # type: ignore[operator]
 

@@ -230,6 +230,7 @@ def test_any_number_of_workers_draws_the_same(every, tmp_path):
     assert_the_same(results[::every], tasks[::every], tmp_path / "two", workers=2)
 
 
+@WHOLE
 def test_a_cluster_draws_the_same(tmp_path):
     distributed = pytest.importorskip("distributed")
     tasks, results = tiny()
@@ -268,10 +269,11 @@ def curves(axis):
             and len(line.get_xdata()) > 1]
 
 
-def test_curves_can_be_told_apart(tmp_path):
+@pytest.mark.parametrize("every", [2, pytest.param(1, marks=WHOLE)])
+def test_curves_can_be_told_apart(every, tmp_path):
     """Each has a colour of its own, in its panel and in the file with its palette."""
     c = Collected(*tiny())
-    for name, draw in figures().items():
+    for name, draw in list(figures().items())[::every]:
         picture = draw(c)
         colours = [[np.array(to_rgb(line.get_color())) for line in curves(axis)] for axis in picture.axes]
         for panel in colours:

@@ -123,7 +123,8 @@ int main(void)
 @pytest.mark.parametrize("make, options", [
     (products.motor, {}), (products.press, {"nis": True}), (products.oven, {"gate": 3.0, "nis": True}),
     (fixed_bias, {}), (products.motor, {"student": 4.0, "nis": True}), (products.press, {"every": (1, 3)}),
-    (products.heart, {"lag": 4, "gate": 3.0})], ids=lambda one: getattr(one, "__name__", ""))
+    (products.heart, {"lag": 4, "gate": 3.0}), (products.motor, {"loops": True}),
+    (companion, {"loops": True, "student": 2.0, "nis": True})], ids=lambda one: getattr(one, "__name__", ""))
 def test_no_words_are_undefined_behaviour(make, options, tmp_path: Path):
     product = compiled_words(make(), **options)
     given = product.given

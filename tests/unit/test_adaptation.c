@@ -239,22 +239,6 @@ TEST(an_adaptation_works_at_every_size)
 
 /* ------------------------------------------------------------------------------ refusals */
 
-TEST(refusals_of_assign)
-{
-    static num words[ADAPTATION_LEN(2, 2)];
-    K(adaptation) a = {.states = 0};
-    WATCH(a);
-    ASSERT_REFUSED(KQ_ERR_NULL, K(adaptation_assign)(NULL, 2, 2, words, COUNT(words)));
-    ASSERT_REFUSED(KQ_ERR_NULL, K(adaptation_assign)(&a, 2, 2, NULL, COUNT(words)));
-    ASSERT_REFUSED(KQ_ERR_SIZE, K(adaptation_assign)(&a, 0, 2, words, COUNT(words)));
-    ASSERT_REFUSED(KQ_ERR_SIZE, K(adaptation_assign)(&a, 17, 2, words, COUNT(words)));
-    ASSERT_REFUSED(KQ_ERR_SIZE, K(adaptation_assign)(&a, 2, 0, words, COUNT(words)));
-    ASSERT_REFUSED(KQ_ERR_SIZE, K(adaptation_assign)(&a, 2, 17, words, COUNT(words)));
-    ASSERT_REFUSED(KQ_ERR_MEMORY, K(adaptation_assign)(&a, 2, 2, words, COUNT(words) - 1));
-    ASSERT_OK(K(adaptation_assign)(&a, 2, 2, words, COUNT(words)));
-    ASSERT_REFUSED(KQ_ERR_NOT_READY, K(attach)(&track, &a.attached));
-}
-
 static kq_status try_init(void) { return K(adaptation_init)(&tuner, &motion, &radar, &rule); }
 
 TEST(refusals_of_init)

@@ -353,6 +353,13 @@ TEST(a_copied_filter_has_no_start)
     TEST_ASSERT_TRUE(kq_mean_q31(&twin, 0) == KQ_NOT_A_VALUE_Q31);
 }
 
+TEST(the_filter_of_a_start_is_no_view)
+{
+    begin(0);
+    ASSERT_REFUSED(KQ_ERR_MISMATCH, kq_diffuse_smoothed_q31(&start, 0, &track));
+    ASSERT_OK(kq_predict_q31(&track, &motion.process, NULL));
+}
+
 TEST(the_rest_refuses)
 {
     ASSERT_REFUSED(KQ_ERR_SIZE, kq_diffuse_smoothed_q31(&start, 0, &view));

@@ -607,17 +607,9 @@ TEST(test_init_refuses_null)
     ASSERT_REFUSED(KQ_ERR_NULL, K(em_init)(NULL, &parameters, NULL, recordings, 1));
     ASSERT_REFUSED(KQ_ERR_NULL, K(em_init)(&em, NULL, NULL, recordings, 1));
     ASSERT_REFUSED(KQ_ERR_NULL, K(em_init)(&em, &parameters, NULL, NULL, 1));
-    for (int k = 0; k < COUNT(arrays); k++) {
-        num *const array = *arrays[k];
-        *arrays[k] = NULL;
-        ASSERT_REFUSED(KQ_ERR_NULL, init());
-        *arrays[k] = array;
-    }
-    parameters.B = NULL;
-    ASSERT_REFUSED(KQ_ERR_NULL, init());
-    parameters.B = B;
-    recordings[1].z = NULL;
-    ASSERT_REFUSED(KQ_ERR_NULL, init());
+    for (int k = 0; k < COUNT(arrays); k++) ASSERT_REFUSED_WITH(*arrays[k], NULL, KQ_ERR_NULL, init());
+    ASSERT_REFUSED_WITH(parameters.B, NULL, KQ_ERR_NULL, init());
+    ASSERT_REFUSED_WITH(recordings[1].z, NULL, KQ_ERR_NULL, init());
 }
 
 TEST(test_init_refuses_sizes)
@@ -627,41 +619,22 @@ TEST(test_init_refuses_sizes)
     ASSERT_REFUSED(KQ_ERR_SIZE, K(em_init)(&em, &parameters, NULL, recordings, 0));
     ASSERT_REFUSED(KQ_ERR_SIZE, K(em_init)(&em, &parameters, NULL, recordings, KQ_COUNT_MAX + 1));
     ASSERT_REFUSED(KQ_ERR_SIZE, K(em_init)(&em, &parameters, NULL, recordings, SIZE_MAX));
-    recordings[1].steps = 0;
-    ASSERT_REFUSED(KQ_ERR_SIZE, init());
-    recordings[1].steps = KQ_COUNT_MAX + 1;
-    ASSERT_REFUSED(KQ_ERR_SIZE, init());
-    recordings[1].steps = SIZE_MAX;
-    ASSERT_REFUSED(KQ_ERR_SIZE, init());
-    recordings[1].steps = STEPS + 1;
-    ASSERT_REFUSED(KQ_ERR_MEMORY, init());
+    ASSERT_REFUSED_WITH(recordings[1].steps, 0, KQ_ERR_SIZE, init());
+    ASSERT_REFUSED_WITH(recordings[1].steps, KQ_COUNT_MAX + 1, KQ_ERR_SIZE, init());
+    ASSERT_REFUSED_WITH(recordings[1].steps, SIZE_MAX, KQ_ERR_SIZE, init());
+    ASSERT_REFUSED_WITH(recordings[1].steps, STEPS + 1, KQ_ERR_MEMORY, init());
 #if SIZE_MAX > 65535
-    recordings[1].steps = 65536 + STEPS; /* STEPS in 16 bits */
-    ASSERT_REFUSED(KQ_ERR_MEMORY, init());
+    ASSERT_REFUSED_WITH(recordings[1].steps, 65536 + STEPS, KQ_ERR_MEMORY, init()); /* STEPS in 16 bits */
 #endif
-    recordings[1].steps = STEPS;
-    for (int32_t l = -1; l <= 17; l += 18) {
-        parameters.controls = l;
-        ASSERT_REFUSED(KQ_ERR_SIZE, init());
-    }
-    parameters.controls = 1;
-    parameters.noises = 1; /* without F */
-    ASSERT_REFUSED(KQ_ERR_SIZE, init());
+    for (int32_t l = -1; l <= 17; l += 18) ASSERT_REFUSED_WITH(parameters.controls, l, KQ_ERR_SIZE, init());
+    ASSERT_REFUSED_WITH(parameters.noises, 1, KQ_ERR_SIZE, init()); /* without F */
     parameters.F = F;
-    for (int32_t r = 0; r <= 3; r += 3) {
-        parameters.noises = r;
-        ASSERT_REFUSED(KQ_ERR_SIZE, init());
-    }
+    for (int32_t r = 0; r <= 3; r += 3) ASSERT_REFUSED_WITH(parameters.noises, r, KQ_ERR_SIZE, init());
     parameters.F = NULL;
-    parameters.noises = 0;
-    choice.free = KQ_EM_ALL + 1;
-    ASSERT_REFUSED(KQ_ERR_SIZE, init());
+    ASSERT_REFUSED_WITH(choice.free, KQ_EM_ALL + 1, KQ_ERR_SIZE, init());
     choice.free = KQ_EM_ALL;
-    choice.Q_form = (kq_em_form)(KQ_EM_MULTIPLE + 1);
-    ASSERT_REFUSED(KQ_ERR_SIZE, init());
-    choice.Q_form = KQ_EM_FULL;
-    choice.R_form = (kq_em_form)(KQ_EM_MULTIPLE + 1);
-    ASSERT_REFUSED(KQ_ERR_SIZE, init());
+    ASSERT_REFUSED_WITH(choice.Q_form, (kq_em_form)(KQ_EM_MULTIPLE + 1), KQ_ERR_SIZE, init());
+    ASSERT_REFUSED_WITH(choice.R_form, (kq_em_form)(KQ_EM_MULTIPLE + 1), KQ_ERR_SIZE, init());
 }
 
 TEST(test_init_refuses_numbers)

@@ -24,7 +24,6 @@ INSTANT(instant, 2, MOST);
 INSTANT(instant_twin, 2, MOST);
 static K(filter) past_view, past_twin_view, instant_view, instant_twin_view;
 
-PROCESS(blank_process, 2, 0);
 SENSOR(blank_sensor, 2, 1);
 FILTER(blank, 2);
 PROCESS(motion3, 3, 0);
@@ -314,49 +313,6 @@ static void assert_shifted(void)
     TEST_ASSERT_EQUAL_UINT(expected.events, actual.events);
 }
 
-TEST(every_update_takes_an_innovation)
-{
-    const num far[] = {200, -400}, diagonal[] = {N(0.5), 1};
-    const K(sensor) *differs;
-    K(loss) gate, gate_twin;
-    num w[2], w_twin[2];
-    for (int k = 0; k < 4; k++) { /* correlated, and independent */
-        const num *now = k % 2 ? far : e;
-        if (k == 2) ASSERT_OK(K(sensor_init_diagonal)(&radar, H, diagonal));
-        differs = of_innovations(&radar);
-        begin_at_zero();
-        ASSERT_OK(K(update)(&twin, &radar, now));
-        ASSERT_OK(K(update)(&track, differs, now));
-        assert_shifted();
-        begin_at_zero();
-        ASSERT_OK(K(update_subset)(&twin, &radar, now, 1));
-        ASSERT_OK(K(update_subset)(&track, differs, now, 1));
-        assert_shifted();
-        begin_at_zero();
-        gate = gate_twin = (K(loss)){.kind = &K(loss_gate), .limit = 36};
-        ASSERT_OK(K(update_robust)(&twin, &radar, now, UINT32_MAX, &gate_twin));
-        ASSERT_OK(K(update_robust)(&track, differs, now, UINT32_MAX, &gate));
-        TEST_ASSERT_EQUAL_INT(k % 2, gate.rejected);
-        assert_shifted();
-        begin_at_zero();
-        ASSERT_OK(update_huber(&twin, &radar, now, UINT32_MAX, 1.5, w_twin));
-        ASSERT_OK(update_huber(&track, differs, now, UINT32_MAX, 1.5, w));
-        TEST_ASSERT_EQUAL_MEMORY(w_twin, w, sizeof w);
-        TEST_ASSERT_TRUE(k % 2 == 0 || w[0] < 1);
-        assert_shifted();
-        begin_at_zero();
-        ASSERT_OK(update_student(&twin, &radar, now, UINT32_MAX, 4, w_twin));
-        ASSERT_OK(update_student(&track, differs, now, UINT32_MAX, 4, w));
-        TEST_ASSERT_EQUAL_MEMORY(w_twin, w, sizeof w);
-        assert_shifted();
-        begin_at_zero();
-        ASSERT_OK(update_jump(&twin, &radar, now, UINT32_MAX, 36));
-        ASSERT_OK(update_jump(&track, differs, now, UINT32_MAX, 36));
-        TEST_ASSERT_EQUAL_INT(k % 2, (K(events)(&track) & KQ_EVENT_JUMP) != 0);
-        assert_shifted();
-    }
-}
-
 /* Of which nothing is there, an update leaves the mean bit for bit. */
 TEST(an_innovation_that_is_missing_moves_nothing)
 {
@@ -445,28 +401,14 @@ TEST(an_init_refuses_as_the_plain_one)
     ASSERT_REFUSED(KQ_ERR_NOT_READY, K(update)(&track, &blank_sensor, H));
 }
 
-TEST(what_is_missing_or_not_ready_is_refused)
+TEST(an_innovation_needs_a_loss_that_is_one)
 {
     const num d[] = {1, 2};
-    begin_plane(&target); /* polar is initialised */
-    ASSERT_REFUSED(KQ_ERR_NULL, K(predict_extended)(NULL, &changing, d));
-    ASSERT_REFUSED(KQ_ERR_NULL, K(predict_extended)(&track, NULL, d));
-    ASSERT_REFUSED(KQ_ERR_NULL, K(predict_extended)(&track, &changing, NULL));
-    ASSERT_REFUSED(KQ_ERR_NOT_READY, K(predict_extended)(&blank, &changing, d));
-    ASSERT_REFUSED(KQ_ERR_NOT_READY, K(predict_extended)(&track, &blank_process, d));
-    ASSERT_REFUSED(KQ_ERR_MISMATCH, K(predict_extended)(&track, &motion3, d));
     const K(sensor) *differs = of_innovations(&radar);
-    ASSERT_REFUSED(KQ_ERR_NULL, K(update)(NULL, differs, d));
-    ASSERT_REFUSED(KQ_ERR_NULL, K(update)(&track, differs, NULL));
-    ASSERT_REFUSED(KQ_ERR_NOT_READY, K(update)(&blank, differs, d));
-    ASSERT_REFUSED(KQ_ERR_MISMATCH, K(update)(&track, &polar, d));
     ASSERT_REFUSED(KQ_ERR_NULL, K(update_robust)(&track, differs, d, 3, NULL));
     ASSERT_REFUSED(KQ_ERR_RANGE, update_huber(&track, differs, d, 3, 0, NULL));
     ASSERT_REFUSED(KQ_ERR_RANGE, update_student(&track, differs, d, 3, 0, NULL));
     ASSERT_REFUSED(KQ_ERR_RANGE, update_jump(&track, differs, d, 3, 0.5));
-    ASSERT_REFUSED(KQ_ERR_NULL, K(move)(NULL, d));
-    ASSERT_REFUSED(KQ_ERR_NULL, K(move)(&track, NULL));
-    ASSERT_REFUSED(KQ_ERR_NOT_READY, K(move)(&blank, d));
 }
 
 /* What is no filter's and no process's number of states is not read. */
@@ -611,29 +553,6 @@ TEST(a_copy_of_a_filter_records_nothing)
     TEST_ASSERT_EQUAL_UINT(KQ_EVENT_HISTORY_FULL, K(events)(&assigned));
     TEST_ASSERT_EQUAL_UINT(0, K(events)(&track));
     TEST_ASSERT_EQUAL_UINT(2, K(history_steps)(&record));
-}
-
-TEST(keepers_are_checked)
-{
-    static num room[JACOBIANS_LEN(2, 2, 1)];
-    static K(process) two[2];
-    static K(jacobians) j, never;
-    ASSERT_REFUSED(KQ_ERR_NULL, K(jacobians_assign)(NULL, &record, 2, two, 2, room, COUNT(room)));
-    ASSERT_REFUSED(KQ_ERR_NULL, K(jacobians_assign)(&j, NULL, 2, two, 2, room, COUNT(room)));
-    ASSERT_REFUSED(KQ_ERR_NULL, K(jacobians_assign)(&j, &record, 2, NULL, 2, room, COUNT(room)));
-    ASSERT_REFUSED(KQ_ERR_NULL, K(jacobians_assign)(&j, &record, 2, two, 2, NULL, COUNT(room)));
-    ASSERT_REFUSED(KQ_ERR_SIZE, K(jacobians_assign)(&j, &record, 0, two, 2, room, COUNT(room)));
-    ASSERT_REFUSED(KQ_ERR_SIZE, K(jacobians_assign)(&j, &record, 17, two, 2, room, COUNT(room)));
-    ASSERT_REFUSED(KQ_ERR_SIZE, K(jacobians_assign)(&j, &record, 2, two, 0, room, COUNT(room)));
-    ASSERT_REFUSED(KQ_ERR_SIZE, K(jacobians_assign)(&j, &record, 2, two, (size_t)-1, room, COUNT(room)));
-    ASSERT_REFUSED(KQ_ERR_MEMORY, K(jacobians_assign)(&j, &record, 2, two, 2, room, JACOBIANS_LEN(2, 1, 1) - 1));
-    ASSERT_OK(K(jacobians_assign)(&j, &record, 3, two, 2, room, COUNT(room) + 4));
-    ASSERT_REFUSED(KQ_ERR_NULL, K(attach)(&track, NULL));
-    ASSERT_REFUSED(KQ_ERR_NULL, K(attach)(NULL, &jacobians.attached));
-    ASSERT_REFUSED(KQ_ERR_NOT_READY, K(attach)(&blank, &jacobians.attached));
-    ASSERT_REFUSED(KQ_ERR_MISMATCH, K(attach)(&track, &j.attached));
-    ASSERT_REFUSED(KQ_ERR_NOT_READY, K(attach)(&track, &never.attached));
-    ASSERT_REFUSED(KQ_ERR_NOT_READY, K(detach)(&never.attached));
 }
 
 SUITE(extended, set_up)

@@ -11,7 +11,6 @@ static kq_sensor_q31 differs; /* the radar, which takes innovations */
 static prior_model start;
 static kq_process_q31 blank_process;
 KQ_FILTER_Q31(track, 2);
-KQ_FILTER_Q31(blank, 2);
 KQ_HISTORY_Q31(tape, 2, 2, STEPS, STEPS);
 KQ_JACOBIANS_Q31(jacobians, tape, 2, STEPS, 1);
 KQ_LAG_Q31(past, 2, 2, STEPS);
@@ -221,17 +220,9 @@ TEST(a_range_error_names_the_row)
     ASSERT_REFUSED(KQ_ERR_NULL, kq_sensor_change_measurement_q31(&radar.sensor, NULL, NULL));
 }
 
-TEST(what_is_missing_or_beyond_its_range_is_refused)
+TEST(an_innovation_beyond_its_range_is_refused)
 {
-    int32_t d[] = {1, 2}, no_word[] = {1, KQ_NOT_A_VALUE_Q31}, e[] = {0, radar.measurement_format[1].range};
-    ASSERT_REFUSED(KQ_ERR_NULL, kq_predict_extended_q31(&track, &motion.process, NULL));
-    ASSERT_REFUSED(KQ_ERR_NULL, kq_predict_extended_q31(&track, NULL, d));
-    ASSERT_REFUSED(KQ_ERR_NOT_READY, kq_predict_extended_q31(&track, &blank_process, d));
-    ASSERT_REFUSED(KQ_ERR_NOT_READY, kq_predict_extended_q31(&blank, &motion.process, d));
-    ASSERT_REFUSED(KQ_ERR_RANGE, kq_predict_extended_q31(&track, &motion.process, no_word));
-    ASSERT_REFUSED(KQ_ERR_RANGE, kq_move_q31(&track, no_word));
-    ASSERT_REFUSED(KQ_ERR_NULL, kq_move_q31(&track, NULL));
-    ASSERT_REFUSED(KQ_ERR_NULL, kq_update_q31(&track, &differs, NULL));
+    int32_t d[] = {1, 2}, e[] = {0, radar.measurement_format[1].range};
     ASSERT_OK(kq_update_q31(&track, &differs, e));
     ASSERT_OK(kq_filter_init_q31(&track, &start.table, NULL));
     e[1]++;
@@ -249,45 +240,6 @@ TEST(a_mean_is_held_at_its_word)
     TEST_ASSERT_EQUAL_UINT(KQ_EVENT_SATURATED, kq_events_q31(&track));
     TEST_ASSERT_EQUAL_INT32(INT32_MAX, kq_mean_q31(&track, 0));
     TEST_ASSERT_EQUAL_INT32(-INT32_MAX, kq_mean_q31(&track, 1));
-}
-
-/* Of an update of each kind: the mean moves as that of a filter at 0 does. */
-TEST(every_update_takes_an_innovation)
-{
-    static const double zero[2], far[] = {20, -15};
-    static const kq_scaled_q31 three = {3 << 29, -29};
-    KQ_FILTER_Q31(twin, 2);
-    kq_scaled_q31 w[2], w_twin[2];
-    prior_model at_zero;
-    const int32_t *e = words_of(far, 2, radar.measurement_format);
-    put_prior(&at_zero, 2, range, zero, P0);
-    for (int kind = 0; kind < 4; kind++) {
-        kq_loss_q31 gate = {.kind = &kq_loss_gate_q31, .limit = INT64_C(12) << 24}, gate_twin = gate;
-        ASSERT_OK(kq_filter_init_q31(&track, &start.table, NULL));
-        ASSERT_OK(kq_filter_init_q31(&twin, &at_zero.table, NULL));
-        if (kind == 0) {
-            ASSERT_OK(huber_q31(&twin, &radar.sensor, e, 3, three, w_twin));
-            ASSERT_OK(huber_q31(&track, &differs, e, 3, three, w));
-            TEST_ASSERT_EQUAL_MEMORY(w_twin, w, sizeof w);
-        } else if (kind == 1) {
-            ASSERT_OK(student_q31(&twin, &radar.sensor, e, 3, three, w_twin));
-            ASSERT_OK(student_q31(&track, &differs, e, 3, three, w));
-            TEST_ASSERT_EQUAL_MEMORY(w_twin, w, sizeof w);
-        } else if (kind == 2) {
-            ASSERT_OK(jump_q31(&twin, &radar.sensor, e, 3, three));
-            ASSERT_OK(jump_q31(&track, &differs, e, 3, three));
-        } else {
-            ASSERT_OK(kq_update_robust_q31(&twin, &radar.sensor, e, 3, &gate_twin));
-            ASSERT_OK(kq_update_robust_q31(&track, &differs, e, 3, &gate));
-            TEST_ASSERT_EQUAL_UINT(1, gate.rejected);
-        }
-        TEST_ASSERT_EQUAL_UINT(kq_events_q31(&twin), kq_events_q31(&track));
-        TEST_ASSERT_TRUE(kq_nis_q31(&twin) == kq_nis_q31(&track));
-        for (int i = 0; i < 2; i++) {
-            TEST_ASSERT_INT32_WITHIN(1, kq_mean_q31(&twin, i) + start.mean[i], kq_mean_q31(&track, i));
-            TEST_ASSERT_EQUAL_INT32(kq_sigma_q31(&twin, i), kq_sigma_q31(&track, i));
-        }
-    }
 }
 
 SUITE(extended_q31, set_up)

@@ -49,16 +49,6 @@ TEST(assign_does_what_the_macro_does)
     ASSERT_SAME_FILTER(&track, &declared, 2);
 }
 
-TEST(assign_refuses_short_memory)
-{
-    static num memory[FILTER_LEN(16)];
-    for (int n = 1; n <= 16; n++) {
-        const size_t length = (size_t)FILTER_LEN(n);
-        ASSERT_REFUSED(KQ_ERR_MEMORY, K(filter_assign)(&track, n, memory, length - 1));
-        ASSERT_REFUSED(KQ_ERR_MEMORY, K(filter_assign)(&track, n, memory, 0));
-    }
-}
-
 TEST(assign_takes_more_memory_than_it_needs)
 {
     K(filter) f;
@@ -96,21 +86,6 @@ TEST(init_keeps_neither_array)
     textbook_predict(&t, A, NULL, NULL, 0, Q);
     ASSERT_OK(K(predict)(&track, &motion, NULL));
     ASSERT_TEXTBOOK(&t, &track);
-}
-
-TEST(init_refuses_null)
-{
-    ASSERT_REFUSED(KQ_ERR_NULL, K(filter_init)(NULL, x0, P0));
-    ASSERT_REFUSED(KQ_ERR_NULL, K(filter_init)(&track, NULL, P0));
-    ASSERT_REFUSED(KQ_ERR_NULL, K(filter_init)(&track, x0, NULL));
-}
-
-TEST(init_refuses_a_filter_without_memory)
-{
-    K(filter) bare;
-    memset(&bare, 0, sizeof bare);
-    WATCH(bare);
-    ASSERT_REFUSED_SIZE_OR_MEMORY(K(filter_init)(&bare, x0, P0));
 }
 
 static kq_status init(void) { return K(filter_init)(&track, x0, P0); }

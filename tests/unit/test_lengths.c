@@ -62,20 +62,36 @@ TEST(those_of_sizes_are_the_macros)
     }
 }
 
-/* With it assign is content, and not with a word less. */
+/* With it assign is content, and not with a word less, nor with none. */
+#define ASSERT_ASKED(asked, call)                                                                  \
+    for (size_t less = 0; less < 3; less++) {                                                      \
+        const size_t length = less == 2 ? 0 : (asked)-less;                                        \
+        TEST_ASSERT_EQUAL_INT(less ? KQ_ERR_MEMORY : KQ_OK, call);                                 \
+    }
+
 TEST(it_is_what_assign_asks_for)
 {
     static word memory[1]; /* assign does not look at it */
     static S(lag) lag;
     static S(instant) point;
+    static S(filter) filter;
+#ifndef KQ_TEST_Q31
+    static S(process) process;
+    static S(sensor) sensor;
+#endif
+    for (int n = 1; n <= KQ_SIZE_MAX; n++) {
+        ASSERT_ASKED((size_t)LEN(FILTER)(n), S(filter_assign)(&filter, n, memory, length));
+#ifndef KQ_TEST_Q31
+        ASSERT_ASKED((size_t)KQ_PROCESS_LEN(n), S(process_assign)(&process, n, 0, memory, length));
+        ASSERT_ASKED((size_t)KQ_SENSOR_DIAGONAL_LEN(n), S(sensor_assign)(&sensor, 2, n, memory, length));
+#endif
+    }
     for (int k = 0; k < COUNT(measurements); k++) {
         const int m = measurements[k];
         const kq_length past = OF(LAG, 2, m, 3, 0), instant = OF(INSTANT, 2, m, 0, 0);
         if (past > SIZE_MAX || instant > SIZE_MAX) continue;
-        TEST_ASSERT_EQUAL_INT(KQ_OK, S(lag_assign)(&lag, 2, m, 3, memory, (size_t)past));
-        TEST_ASSERT_EQUAL_INT(KQ_ERR_MEMORY, S(lag_assign)(&lag, 2, m, 3, memory, (size_t)past - 1));
-        TEST_ASSERT_EQUAL_INT(KQ_OK, S(instant_assign)(&point, 2, m, memory, (size_t)instant));
-        TEST_ASSERT_EQUAL_INT(KQ_ERR_MEMORY, S(instant_assign)(&point, 2, m, memory, (size_t)instant - 1));
+        ASSERT_ASKED((size_t)past, S(lag_assign)(&lag, 2, m, 3, memory, length));
+        ASSERT_ASKED((size_t)instant, S(instant_assign)(&point, 2, m, memory, length));
     }
 }
 

@@ -63,35 +63,6 @@ TEST(assign_does_what_the_macro_does)
     for (int i = 0; i < 2; i++) ASSERT_CLOSE(mean[i], K(mean)(&track, i), 0);
 }
 
-TEST(assign_refuses_null)
-{
-    ASSERT_REFUSED(KQ_ERR_NULL, K(process_assign)(NULL, 2, 1, motion_memory, 3));
-    ASSERT_REFUSED(KQ_ERR_NULL, K(process_assign)(&motion, 2, 1, NULL, 3));
-}
-
-TEST(assign_refuses_sizes_out_of_range)
-{
-    static const int bad[] = {0, -1, 17, 258, -254, INT_MAX, INT_MIN};
-    static const int bad_controls[] = {-1, 17, 257, -255, INT_MAX, INT_MIN};
-    for (int k = 0; k < COUNT(bad); k++) {
-        ASSERT_REFUSED(KQ_ERR_SIZE, K(process_assign)(&motion, bad[k], 1, motion_memory, SIZE_MAX));
-    }
-    for (int k = 0; k < COUNT(bad_controls); k++) {
-        ASSERT_REFUSED(KQ_ERR_SIZE,
-                       K(process_assign)(&motion, 2, bad_controls[k], motion_memory, 3));
-    }
-}
-
-TEST(assign_refuses_short_memory)
-{
-    static num memory[KQ_PROCESS_LEN(16)];
-    for (int n = 1; n <= 16; n++) {
-        const size_t length = (size_t)KQ_PROCESS_LEN(n);
-        ASSERT_REFUSED(KQ_ERR_MEMORY, K(process_assign)(&motion, n, 0, memory, length - 1));
-        ASSERT_REFUSED(KQ_ERR_MEMORY, K(process_assign)(&motion, n, 0, memory, 0));
-    }
-}
-
 TEST(assign_takes_more_memory_than_it_needs)
 {
     static num memory[KQ_PROCESS_LEN(2) + 1];
@@ -122,29 +93,12 @@ TEST(init_prepares_the_model)
     assert_noise(&motion, Q);
 }
 
-TEST(init_refuses_null)
-{
-    ASSERT_REFUSED(KQ_ERR_NULL, K(process_init)(NULL, A, B, Q));
-    ASSERT_REFUSED(KQ_ERR_NULL, K(process_init)(&motion, NULL, B, Q));
-    ASSERT_REFUSED(KQ_ERR_NULL, K(process_init)(&motion, A, B, NULL));
-    ASSERT_REFUSED(KQ_ERR_NULL, K(process_init)(&motion, A, NULL, Q));
-}
-
 TEST(init_needs_no_control_matrix_without_controls)
 {
     K(process) p;
     ASSERT_OK(K(process_assign)(&p, 2, 0, motion_memory, COUNT(motion_memory)));
     ASSERT_OK(K(process_init)(&p, A, NULL, Q));
     ASSERT_OK(K(process_init_factor)(&p, A, NULL, F, 2));
-}
-
-TEST(init_refuses_a_process_without_memory)
-{
-    K(process) blank;
-    memset(&blank, 0, sizeof blank);
-    WATCH(blank);
-    ASSERT_REFUSED_SIZE_OR_MEMORY(K(process_init)(&blank, A, NULL, Q));
-    ASSERT_REFUSED_SIZE_OR_MEMORY(K(process_init_factor)(&blank, A, NULL, F, 2));
 }
 
 static kq_status init(void) { return K(process_init)(&motion, A, B, Q); }
@@ -305,30 +259,10 @@ TEST(init_root_refuses_what_is_no_root)
 {
     const num negative[] = {0.5, 0.25, N(-0.75)}, infinite[] = {0.5, (num)INFINITY, 0.75};
     const num large[] = {0.5, 0, N(1.01 * MOST_SIGMA)}, along[] = {N(MOST_SIGMA), N(MOST_SIGMA), 1};
-    ASSERT_REFUSED(KQ_ERR_NULL, K(process_init_root)(&motion, A, B, NULL));
-    ASSERT_REFUSED(KQ_ERR_NULL, K(process_init_root)(&motion, NULL, B, root));
-    ASSERT_REFUSED(KQ_ERR_NULL, K(process_init_root)(&motion, A, NULL, root));
-    ASSERT_REFUSED(KQ_ERR_NULL, K(process_init_root)(NULL, A, B, root));
     ASSERT_REFUSED(KQ_ERR_NOT_SEMIDEFINITE, K(process_init_root)(&motion, A, B, negative));
     ASSERT_REFUSED(KQ_ERR_NOT_FINITE, K(process_init_root)(&motion, A, B, infinite));
     ASSERT_REFUSED(KQ_ERR_RANGE, K(process_init_root)(&motion, A, B, large));
     ASSERT_REFUSED(KQ_ERR_RANGE, K(process_init_root)(&motion, A, B, along));
-}
-
-TEST(init_factor_refuses_null)
-{
-    ASSERT_REFUSED(KQ_ERR_NULL, K(process_init_factor)(NULL, A, B, F, 2));
-    ASSERT_REFUSED(KQ_ERR_NULL, K(process_init_factor)(&motion, NULL, B, F, 2));
-    ASSERT_REFUSED(KQ_ERR_NULL, K(process_init_factor)(&motion, A, NULL, F, 2));
-    ASSERT_REFUSED(KQ_ERR_NULL, K(process_init_factor)(&motion, A, B, NULL, 2));
-}
-
-TEST(init_factor_refuses_widths_out_of_range)
-{
-    static const int bad[] = {-1, 17, 258, INT_MAX, INT_MIN};
-    for (int k = 0; k < COUNT(bad); k++) {
-        ASSERT_REFUSED(KQ_ERR_SIZE, K(process_init_factor)(&motion, A, B, F, bad[k]));
-    }
 }
 
 static kq_status init_factor(void) { return K(process_init_factor)(&motion, A, B, F, 2); }
@@ -370,18 +304,6 @@ TEST(change_transition_takes_the_same_array_with_new_content)
     ASSERT_OK(K(filter_init)(&track, start, P0));
     ASSERT_OK(K(predict)(&track, &motion, NULL));
     ASSERT_TEXTBOOK(&t, &track);
-}
-
-TEST(change_transition_refuses_null)
-{
-    ASSERT_REFUSED(KQ_ERR_NULL, K(process_change_transition)(NULL, A));
-    ASSERT_REFUSED(KQ_ERR_NULL, K(process_change_transition)(&motion, NULL));
-}
-
-TEST(change_transition_refuses_a_process_not_initialised)
-{
-    ASSERT_OK(K(process_assign)(&motion, 2, 1, motion_memory, COUNT(motion_memory)));
-    ASSERT_REFUSED(KQ_ERR_NOT_READY, K(process_change_transition)(&motion, A));
 }
 
 static kq_status change(void) { return K(process_change_transition)(&motion, A); }

@@ -8,7 +8,7 @@
 #include "models.h"
 #include "unchanged.h"
 
-enum { MOST_ARGUMENTS = 6, STEPS = 4 };
+enum { MOST_ARGUMENTS = 7, STEPS = 4 };
 
 static process_model motion, other, three, unmade, scaled;
 static sensor_model radar, coupled, gauge3, unmade_sensor;
@@ -18,6 +18,7 @@ S_FILTER(twin, 2);
 S_FILTER(blank, 2);
 S_FILTER(track3, 3);
 static S(filter) bare, view;
+static S(sensor) differs; /* takes innovations */
 S_HISTORY(tape, 2, 2, STEPS, 0);
 S_HISTORY(recorded, 2, 2, STEPS, 0);
 S_HISTORY(unused, 2, 2, STEPS, 0);
@@ -32,6 +33,10 @@ S_FREEZE(calm, 2, 2);
 S_FREEZE(blank_calm, 2, 2);
 S_STEADY(steady, 2, 2);
 S_STEADY(blank_steady, 2, 2);
+S_CONSISTENCY(recent, 2, 2);
+S_HISTORY(course, 2, 2, STEPS, STEPS);
+S_JACOBIANS(kept, course, 2, 1, 1);
+static S(consistency) blank_recent;
 /* The losses, and what is wrong of each: 0, less, and what is no number */
 enum { LOSSES = 4, GATE = LOSSES - 1, BAD = 7 };
 static S(least_squares) fit, blank_fit, fit_of_nothing;
@@ -42,6 +47,7 @@ static S(adaptation_rule) rule;
 
 static word z[2], bad_z[8][2], u[2], bad_u[4], mean[2];
 static entry out[9], gains[4];
+static score scores[4];
 static int states = 2, bad_states[] = {0, -1, 17, 258, -254, INT_MAX, INT_MIN};
 static size_t count = 1, no_count = 0, too_many = KQ_COUNT_MAX + 1, negative = SIZE_MAX;
 static size_t filter_length = S_FILTER_LEN(2), short_filter = S_FILTER_LEN(2) - 1;
@@ -49,6 +55,19 @@ static size_t history_length = S_HISTORY_LEN(2, 1, 1, 0), short_history = S_HIST
 static size_t early = 0, no_early = UINT16_MAX;
 static size_t start_length = S_DIFFUSE_LEN(2, 0), short_start = S_DIFFUSE_LEN(2, 0) - 1;
 static size_t short_memory = 0;
+static size_t lag_length = S_LAG_LEN(2, 1, 1), short_lag = S_LAG_LEN(2, 1, 1) - 1;
+static size_t instant_length = S_INSTANT_LEN(2, 1), short_instant = S_INSTANT_LEN(2, 1) - 1;
+static size_t window = 2, no_window = KQ_WINDOW_MAX + 1;
+static size_t recent_length = S_CONSISTENCY_LEN(2, 2), short_recent = S_CONSISTENCY_LEN(2, 2) - 1;
+static size_t calm_length = S_FREEZE_LEN(2), short_calm = S_FREEZE_LEN(2) - 1;
+static size_t steady_length = S_STEADY_LEN(2), short_steady = S_STEADY_LEN(2) - 1;
+static size_t kept_length = S_JACOBIANS_LEN(2, 1, 1), short_kept = S_JACOBIANS_LEN(2, 1, 1) - 1;
+static score quantile, bad_quantile;
+static int component = 1, one = 1, many = INT_MAX, bits = 8, many_bits = 1000;
+static num A[] = {1, 0.5, 0, 1}, B[] = {0.125, 0.5}, Q[] = {0.25, 0.125, 0.125, 0.5};
+static num H[] = {1, 0, 0.5, 1}, R[] = {0.5, 0.25, 0.25, 1}, x0[] = {1, -2, 0}, P0[] = {2, 0.5, 0.5, 1};
+
+static int calls_of_rates; /* of the function that nonlinear calls are given */
 
 /* ------------------------------------------------------- what an argument may be instead */
 
@@ -85,6 +104,19 @@ static const way of_states[] = {{&bad_states[0], KQ_ERR_SIZE}, {&bad_states[1], 
 static const way of_count[] = {{&too_many, KQ_ERR_SIZE}, {&negative, KQ_ERR_SIZE}, END};
 static const way of_gains[] = {{&no_count, KQ_ERR_SIZE}, {&too_many, KQ_ERR_SIZE}, {&negative, KQ_ERR_SIZE}, END};
 static const way of_early[] = {{&no_early, KQ_ERR_SIZE}, {&negative, KQ_ERR_SIZE}, END};
+static const way of_measurements[] = {{&bad_states[0], KQ_ERR_SIZE}, {&bad_states[1], KQ_ERR_SIZE}, {&many, KQ_ERR_MEMORY}, END};
+static const way of_lag[] = {{&too_many, KQ_ERR_SIZE}, {&negative, KQ_ERR_SIZE}, END};
+static const way of_window[] = {{&no_count, KQ_ERR_SIZE}, {&no_window, KQ_ERR_SIZE}, {&negative, KQ_ERR_SIZE}, END};
+static const way of_bits[] = {{&bad_states[0], KQ_ERR_SIZE}, {&many_bits, KQ_ERR_SIZE}, END};
+static const way of_lag_length[] = {{&short_lag, KQ_ERR_MEMORY}, {&short_memory, KQ_ERR_MEMORY}, END};
+static const way of_instant_length[] = {{&short_instant, KQ_ERR_MEMORY}, {&short_memory, KQ_ERR_MEMORY}, END};
+static const way of_recent_length[] = {{&short_recent, KQ_ERR_MEMORY}, {&short_memory, KQ_ERR_MEMORY}, END};
+static const way of_calm_length[] = {{&short_calm, KQ_ERR_MEMORY}, {&short_memory, KQ_ERR_MEMORY}, END};
+static const way of_steady_length[] = {{&short_steady, KQ_ERR_MEMORY}, {&short_memory, KQ_ERR_MEMORY}, END};
+static const way of_kept_length[] = {{&short_kept, KQ_ERR_MEMORY}, {&short_memory, KQ_ERR_MEMORY}, END};
+static const way of_component[] = {{&bad_states[1], KQ_ERR_SIZE}, {&states, KQ_ERR_SIZE}, END};
+static const way of_quantile[] = {{&bad_quantile, KQ_ERR_RANGE}, END};
+static const way of_recent[] = {{NULL, KQ_ERR_NULL}, {&blank_recent, KQ_ERR_NOT_READY}, END};
 static const way of_filter_length[] = {{&short_filter, KQ_ERR_MEMORY}, {&short_memory, KQ_ERR_MEMORY}, END};
 static const way of_history_length[] = {{&short_history, KQ_ERR_MEMORY}, {&short_memory, KQ_ERR_MEMORY}, END};
 static const way of_start_length[] = {{&short_start, KQ_ERR_MEMORY}, {&short_memory, KQ_ERR_MEMORY}, END};
@@ -138,6 +170,29 @@ static const way of_format[] = {{NULL, KQ_ERR_NULL}, {(void *)&bad_formats[0], K
 static const way of_scaled[] = {{NULL, KQ_ERR_NULL}, {&unmade.process, KQ_ERR_SIZE}, {&motion.process, KQ_ERR_MISMATCH},
                                 {&three.process, KQ_ERR_MISMATCH}, END};
 #define A_ROOT {NULL, of_nothing}
+static size_t tuner_length = ADAPTATION_LEN(2, 2), short_tuner = ADAPTATION_LEN(2, 2) - 1;
+static const way of_tuner_length[] = {{&short_tuner, KQ_ERR_MEMORY}, {&short_memory, KQ_ERR_MEMORY}, END};
+static size_t model_length = KQ_PROCESS_LEN(2), short_model = KQ_PROCESS_LEN(2) - 2; /* a diagonal sensor has a word less */
+static const way of_model_length[] = {{&short_model, KQ_ERR_MEMORY}, {&short_memory, KQ_ERR_MEMORY}, END};
+static const way of_assigned_process[] = {{NULL, KQ_ERR_NULL}, {&unmade.process, KQ_ERR_SIZE}, END};
+static const way of_assigned_sensor[] = {{NULL, KQ_ERR_NULL}, {&unmade_sensor.sensor, KQ_ERR_SIZE}, END};
+static const way of_made_sensor[] = {{NULL, KQ_ERR_NULL}, {&unmade_sensor.sensor, KQ_ERR_NOT_READY}, END};
+/* Functions of a nonlinear model: one that is given something wrong is not called. */
+static int first_rule = KQ_SIGMA_POINTS_CUBATURE, no_rules[] = {-1, 2};
+static num work[KQ_SIGMA_POINTS_LEN(2, 2)], of_noise[4];
+static process_model bent;
+static sensor_model sharp, diagonal;
+static void rates(void *context, const num *x, num *y)
+{
+    (void)context;
+    calls_of_rates++;
+    y[0] = x[0] + x[1], y[1] = x[1];
+}
+static const way of_rule[] = {{&no_rules[0], KQ_ERR_RANGE}, {&no_rules[1], KQ_ERR_RANGE}, END};
+static const way of_bent[] = {{NULL, KQ_ERR_NULL}, {&unmade.process, KQ_ERR_SIZE}, {&motion.process, KQ_ERR_MISMATCH}, END};
+static const way of_sharp[] = {{NULL, KQ_ERR_NULL}, {&diagonal.sensor, KQ_ERR_MEMORY}, {&radar.sensor, KQ_ERR_MISMATCH},
+                               {&gauge3.sensor, KQ_ERR_MISMATCH}, END};
+static const way of_assigned_filter[] = {{NULL, KQ_ERR_NULL}, {&bare, KQ_ERR_SIZE}, END};
 #define FORMAT NULL
 #define A_FORMAT {FORMAT, of_nothing}
 #endif
@@ -161,6 +216,19 @@ CALL_OF(measurement, a[0], a[1], a[2], a[3])
 CALL_OF(innovation, a[0], a[1], a[2], a[3])
 CALL_OF(gain, a[0], a[1], a[2])
 CALL_OF(move, a[0], a[1])
+CALL_OF(predict_extended, a[0], a[1], a[2])
+CALL_OF(lag_assign, a[0], *(int *)a[1], *(int *)a[2], *(size_t *)a[3], a[4], *(size_t *)a[5])
+CALL_OF(instant_assign, a[0], *(int *)a[1], *(int *)a[2], a[3], *(size_t *)a[4])
+CALL_OF(steady_assign, a[0], *(int *)a[1], *(int *)a[2], a[3], *(size_t *)a[4])
+CALL_OF(freeze_assign, a[0], *(int *)a[1], *(int *)a[2], a[3], *(size_t *)a[4], a[5])
+CALL_OF(freeze_init, a[0], *(int *)a[1])
+CALL_OF(consistency_assign, a[0], *(int *)a[1], *(size_t *)a[2], a[3], *(size_t *)a[4])
+CALL_OF(consistency_clear, a[0])
+CALL_OF(consistency_watch, a[0], a[1], a[2], a[3], UINT32_MAX)
+CALL_OF(consistency_record, a[0], a[1])
+CALL_OF(consistency_nis, a[0], *(score *)a[1], a[2], a[3], a[4])
+CALL_OF(consistency_innovation, a[0], *(int *)a[1], *(score *)a[2], a[3], a[4], a[5], a[6])
+CALL_OF(jacobians_assign, a[0], a[1], *(int *)a[2], a[3], *(size_t *)a[4], a[5], *(size_t *)a[6])
 CALL_OF(attach, a[0], a[1])
 CALL_OF(detach, a[0])
 CALL_OF(history_assign, a[0], *(int *)a[1], a[2], *(size_t *)a[3])
@@ -172,7 +240,7 @@ CALL_OF(diffuse_assign, a[0], *(int *)a[1], *(size_t *)a[2], a[3], *(size_t *)a[
 CALL_OF(diffuse_smooth, a[0])
 CALL_OF(diffuse_smoothed, a[0], 0, a[1])
 CALL_OF(adaptation_init, a[0], a[1], a[2], a[3])
-CALL_OF(steady_init, a[0], a[1], a[2], mean, a[3], *(size_t *)a[4])
+CALL_OF(steady_init, a[0], a[1], a[2], a[5], a[3], *(size_t *)a[4])
 CALL_OF(steady_predict, a[0], a[1])
 CALL_OF(steady_update, a[0], a[1])
 CALL_OF(steady_step, a[0], a[1], a[2])
@@ -186,6 +254,35 @@ CALL_OF(process_scale_noise, a[0], a[1], a[3], *(entry *)a[2])
 CALL_OF(smooth_reweighted, a[0], a[1], a[2], a[5], *(entry *)a[3], a[4])
 #else
 CALL_OF(least_squares_init, a[0], a[1], *(entry *)a[2])
+CALL_OF(adaptation_assign, a[0], *(int *)a[1], *(int *)a[2], a[3], *(size_t *)a[4])
+static kq_status linearise_of(void *const *a)
+{
+    return S(linearise)(a[0], a[1] ? rates : NULL, NULL, *(int *)a[2], (kq_sigma_points)first_rule, a[3], a[4], a[5]);
+}
+static kq_status linearise_by_of(void *const *a)
+{
+    return S(linearise)(&track, rates, NULL, 2, (kq_sigma_points)*(int *)a[0], mean, out, work);
+}
+static kq_status predict_sigma_points_of(void *const *a)
+{
+    return S(predict_sigma_points)(a[0], a[1], a[2] ? rates : NULL, NULL, (kq_sigma_points)*(int *)a[3], a[4]);
+}
+static kq_status update_sigma_points_of(void *const *a)
+{
+    return S(update_sigma_points)(a[0], a[1], a[2] ? rates : NULL, NULL, (kq_sigma_points)*(int *)a[3], a[4]);
+}
+CALL_OF(process_linearise, a[0], a[1], a[2], a[3])
+CALL_OF(sensor_linearise, a[0], a[1], a[2], a[3], a[4])
+CALL_OF(process_assign, a[0], *(int *)a[1], *(int *)a[2], a[3], *(size_t *)a[4])
+CALL_OF(process_init, a[0], a[1], a[2], a[3])
+CALL_OF(process_init_root, a[0], a[1], a[2], a[3])
+CALL_OF(process_init_factor, a[0], a[1], a[2], a[3], *(int *)a[4])
+CALL_OF(process_change_transition, a[0], a[1])
+CALL_OF(sensor_assign, a[0], *(int *)a[1], *(int *)a[2], a[3], *(size_t *)a[4])
+CALL_OF(sensor_init, a[0], a[1], a[2])
+CALL_OF(sensor_init_diagonal, a[0], a[1], a[2])
+CALL_OF(sensor_change_measurement, a[0], a[1])
+CALL_OF(filter_init, a[0], a[1], a[2])
 CALL_OF(process_scale_noise, a[0], a[1], *(entry *)a[2])
 CALL_OF(smooth_reweighted, a[0], a[1], a[2], *(entry *)a[3], a[4])
 #endif
@@ -206,6 +303,7 @@ typedef struct {
 #define A_MEASUREMENT {z, of_measurement}
 #define A_CONTROL {u, of_control}
 #define AN_OUTPUT(array) {array, of_output}
+#define A_COUNT {&states, of_states + 1} /* of controls, of columns: 0 may be */
 
 /* What moves a filter, whatever is attached */
 static const row steps[] = {
@@ -239,6 +337,21 @@ static const row calls[] = {
     ROW(innovation, A_FILTER, A_SENSOR, A_MEASUREMENT, AN_OUTPUT(mean)),
     ROW(gain, A_FILTER, A_SENSOR, AN_OUTPUT(out)),
     ROW(move, {&track, of_source}, {z, of_increment}),
+    ROW(predict_extended, A_FILTER, {&other.process, of_process}, {z, of_increment}),
+    ROW(update, A_FILTER, {&differs, of_sensor}, {z, of_increment}),
+    ROW(lag_assign, AN_OUTPUT(&lag), {&states, of_states}, {&one, of_measurements}, {&count, of_lag}, AN_OUTPUT(lag_memory),
+        {&lag_length, of_lag_length}),
+    ROW(instant_assign, AN_OUTPUT(&instant), {&states, of_states}, {&one, of_measurements}, AN_OUTPUT(instant_memory),
+        {&instant_length, of_instant_length}),
+    ROW(steady_assign, AN_OUTPUT(&steady), {&states, of_states}, {&states, of_states}, AN_OUTPUT(steady_memory),
+        {&steady_length, of_steady_length}),
+    ROW(freeze_assign, AN_OUTPUT(&calm), {&states, of_states}, {&states, of_states}, AN_OUTPUT(calm_memory),
+        {&calm_length, of_calm_length}, AN_OUTPUT(calm_gain)),
+    ROW(freeze_init, AN_OUTPUT(&calm), {&bits, of_bits}),
+    ROW(consistency_assign, AN_OUTPUT(&recent), {&states, of_states}, {&window, of_window}, AN_OUTPUT(recent_memory),
+        {&recent_length, of_recent_length}),
+    ROW(consistency_clear, {&recent, of_recent}),
+    ROW(consistency_watch, {&recent, of_recent}, A_FILTER, A_SENSOR, A_MEASUREMENT),
     ROW(attach, {&track, of_source}, {&tape.attached, of_recorder}),
     ROW(detach, {&tape.attached, of_attached}),
     ROW(history_assign, AN_OUTPUT(&tape), {&states, of_states}, AN_OUTPUT(tape_memory),
@@ -250,8 +363,10 @@ static const row calls[] = {
     ROW(smooth_step, {&recorded, of_history}, {NULL, of_nothing}),
     ROW(diffuse_assign, AN_OUTPUT(&start), {&states, of_states}, {&early, of_early}, AN_OUTPUT(start_memory),
         {&start_length, of_start_length}),
+    ROW(jacobians_assign, AN_OUTPUT(&kept), AN_OUTPUT(&course), {&states, of_states}, AN_OUTPUT(kept_processes),
+        {&count, of_gains}, AN_OUTPUT(kept_memory), {&kept_length, of_kept_length}),
     ROW(adaptation_init, AN_OUTPUT(&tuner), A_PROCESS, A_SENSOR, AN_OUTPUT(&rule)),
-    ROW(steady_init, AN_OUTPUT(&steady), A_PROCESS, A_SENSOR, AN_OUTPUT(gains), {&count, of_gains}),
+    ROW(steady_init, AN_OUTPUT(&steady), A_PROCESS, A_SENSOR, AN_OUTPUT(gains), {&count, of_gains}, AN_OUTPUT(mean)),
     ROW(steady_predict, {&steady, of_steady}, A_CONTROL),
     ROW(steady_update, {&steady, of_steady}, A_MEASUREMENT),
     ROW(steady_step, {&steady, of_steady}, A_CONTROL, A_MEASUREMENT),
@@ -260,9 +375,40 @@ static const row calls[] = {
     ROW(forget, {&track, of_source}, {&lambda, of_lambda}),
     ROW(least_squares_init, AN_OUTPUT(&fit), AN_OUTPUT(&track), {&lambda, of_lambda}, A_FORMAT),
     ROW(least_squares_add, {&fit, of_fit}, {row_of_fit, of_row}, {z, of_first}, {&factor, of_variance}, {&count, of_count}),
+#ifndef KQ_TEST_Q31
+    ROW(adaptation_assign, AN_OUTPUT(&tuner), {&states, of_states}, {&states, of_states}, AN_OUTPUT(tuner_memory),
+        {&tuner_length, of_tuner_length}),
+    ROW(process_assign, AN_OUTPUT(&other.process), {&states, of_states}, A_COUNT, AN_OUTPUT(other.words),
+        {&model_length, of_model_length}),
+    ROW(process_init, {&other.process, of_assigned_process}, AN_OUTPUT(A), AN_OUTPUT(B), AN_OUTPUT(Q)),
+    ROW(process_init_root, {&other.process, of_assigned_process}, AN_OUTPUT(A), AN_OUTPUT(B), AN_OUTPUT(Q)),
+    ROW(process_init_factor, {&other.process, of_assigned_process}, AN_OUTPUT(A), AN_OUTPUT(B), AN_OUTPUT(Q),
+        A_COUNT),
+    ROW(process_change_transition, {&other.process, of_source_process}, AN_OUTPUT(A)),
+    ROW(sensor_assign, AN_OUTPUT(&coupled.sensor), {&states, of_states}, {&states, of_states}, AN_OUTPUT(coupled.words),
+        {&model_length, of_model_length}),
+    ROW(sensor_init, {&coupled.sensor, of_assigned_sensor}, AN_OUTPUT(H), AN_OUTPUT(R)),
+    ROW(sensor_init_diagonal, {&coupled.sensor, of_assigned_sensor}, AN_OUTPUT(H), AN_OUTPUT(B)),
+    ROW(sensor_change_measurement, {&coupled.sensor, of_made_sensor}, AN_OUTPUT(H)),
+    ROW(filter_init, {&twin, of_assigned_filter}, AN_OUTPUT(x0), AN_OUTPUT(P0)),
+    ROW(linearise, {&track, of_source}, AN_OUTPUT(&first_rule), {&states, of_states}, AN_OUTPUT(mean), AN_OUTPUT(out),
+        AN_OUTPUT(work)),
+    ROW(linearise_by, {&first_rule, of_rule}),
+    ROW(predict_sigma_points, A_FILTER, A_PROCESS, AN_OUTPUT(&first_rule), {&first_rule, of_rule}, AN_OUTPUT(work)),
+    ROW(update_sigma_points, A_FILTER, A_SENSOR, AN_OUTPUT(&first_rule), {&first_rule, of_rule}, AN_OUTPUT(work)),
+    ROW(process_linearise, {&bent.process, of_bent}, A_PROCESS, AN_OUTPUT(A), AN_OUTPUT(out)),
+    ROW(sensor_linearise, {&sharp.sensor, of_sharp}, A_SENSOR, AN_OUTPUT(H), AN_OUTPUT(out), AN_OUTPUT(of_noise)),
+#endif
 };
 
 /* Of a tape that has been smoothed, or of which a step has */
+static const row records[] = {ROW(consistency_record, {&recent, of_recent}, {&track, of_source})};
+static const row readings_of_records[] = {
+    ROW(consistency_nis, {&recent, of_recent}, {&quantile, of_quantile}, AN_OUTPUT(&scores[0]), AN_OUTPUT(&scores[1]),
+        AN_OUTPUT(&scores[2])),
+    ROW(consistency_innovation, {&recent, of_recent}, {&component, of_component}, {&quantile, of_quantile},
+        AN_OUTPUT(&scores[0]), AN_OUTPUT(&scores[1]), AN_OUTPUT(&scores[2]), AN_OUTPUT(&scores[3])),
+};
 static const row showings[] = {ROW(smoothed, AN_OUTPUT(&recorded), {&no_count, of_step}, AN_OUTPUT(&view))};
 static const row smoothings[] = {ROW(smooth_step, {&recorded, of_history}, {&motion.process, of_smoothing_process})};
 
@@ -277,8 +423,6 @@ static const row of_starts[] = {
 
 static void set_up(void)
 {
-    static const num A[] = {1, 0.5, 0, 1}, B[] = {0.125, 0.5}, Q[] = {0.25, 0.125, 0.125, 0.5};
-    static const num H[] = {1, 0, 0.5, 1}, R[] = {0.5, 0.25, 0.25, 1}, x0[] = {1, -2, 0}, P0[] = {2, 0.5, 0.5, 1};
     static const num I3[] = {1, 0, 0, 0, 1, 0, 0, 0, 1}, range[] = {100, 10, 10}, drive_range[] = {5};
     static const num seen[] = {3, 1}, push[] = {2};
     put_process(&motion, 2, 1, range, drive_range, A, B, Q);
@@ -288,6 +432,7 @@ static void set_up(void)
     put_sensor(&radar, 2, 2, range, range, H, R);
     put_sensor(&coupled, 2, 2, range, range, H, R);
     put_sensor(&gauge3, 3, 2, range, range, I3, R);
+    differs = *of_innovations(&radar);
     put_prior(&prior, 2, range, x0, P0);
     put_prior(&prior3, 3, range, x0, I3);
     memcpy(z, measured(&radar.sensor, seen), sizeof z);
@@ -304,6 +449,7 @@ static void set_up(void)
     losses[GATE] = (S(loss)){.kind = &S(loss_gate), .limit = score_of(9)};
     no_loss = losses[0], no_loss.kind = NULL;
     factor = number(2), lambda = number(0.5);
+    quantile = score_of(2), bad_quantile = score_of(-1);
     for (int k = 0; k < 2; k++) {
         row_of_fit[k] = number(1);
         for (int i = 0; i < 2; i++) bad_rows[k][i] = i == k ? bad_entry(k) : number(1);
@@ -331,12 +477,20 @@ static void set_up(void)
     ASSERT_OK(S(steady_init)(&steady, &motion.process, &radar.sensor, mean, gains, 1));
     ASSERT_OK(S(adaptation_init)(&tuner, &motion.process, &radar.sensor, &rule));
     ASSERT_OK(S(freeze_init)(&calm, 8));
+    ASSERT_OK(S(consistency_clear)(&recent));
+#ifndef KQ_TEST_Q31
+    ASSERT_OK(S(process_assign)(&bent.process, 2, 0, bent.words, COUNT(bent.words)));
+    ASSERT_OK(S(sensor_assign)(&sharp.sensor, 2, 2, sharp.words, COUNT(sharp.words)));
+    ASSERT_OK(S(sensor_assign)(&diagonal.sensor, 2, 2, diagonal.words, KQ_SENSOR_DIAGONAL_LEN(2)));
+#endif
     ASSERT_OK(least_squares_init_of((void *[]){&fit, &track, &lambda, FORMAT}));
     ASSERT_OK(least_squares_init_of((void *[]){&fit_of_nothing, &blank, &lambda, FORMAT}));
+    calls_of_rates = 0;
     watch_nothing();
     WATCH(track), WATCH(track_memory), WATCH(twin), WATCH(twin_memory), WATCH(track3), WATCH(bare), WATCH(blank);
     WATCH(z), WATCH(u), WATCH(mean), WATCH(out), WATCH(recorded), WATCH(recorded_memory), WATCH(tape);
     WATCH(steady), WATCH(steady_memory), WATCH(motion.process), WATCH(radar.sensor), WATCH(scaled.process);
+    WATCH(other.process), WATCH(coupled.sensor);
     WATCH(scales);
 }
 
@@ -353,6 +507,7 @@ static void assert_row(const row *r)
         a[k] = r->argument[k].good;
     }
     describe(r->name, "argument", 0, "spoiled by", 0);
+    TEST_ASSERT_EQUAL_INT_MESSAGE(0, calls_of_rates, description());
 }
 
 static void assert_rows(const row *rows, int count_of_rows, int are_good)
@@ -377,6 +532,15 @@ TEST(every_call_refuses)
     }
 }
 
+TEST(recording_refuses)
+{
+    ASSERT_REFUSED(KQ_ERR_NOT_READY, S(consistency_record)(&recent, &track));
+    ASSERT_OK(S(consistency_watch)(&recent, &track, &radar.sensor, z, UINT32_MAX));
+    ASSERT_OK(S(update)(&track, &radar.sensor, z));
+    ASSERT_ROWS(records, 1);
+    ASSERT_ROWS(readings_of_records, 1);
+}
+
 TEST(smoothing_refuses_a_process_that_does_not_fit)
 {
     ASSERT_OK(S(smooth_step)(&recorded, NULL, NULL));
@@ -387,6 +551,30 @@ TEST(showing_what_is_smoothed_refuses)
 {
     ASSERT_OK(S(smooth)(&recorded));
     ASSERT_ROWS(showings, 1);
+}
+
+/* What fits no filter, and what no filter fits */
+TEST(attaching_refuses)
+{
+    static S(history) no_tape;
+    static S(lag) no_lag;
+    static S(instant) no_instant;
+    static S(jacobians) none_kept;
+    struct S(attached) *const objects[] = {&tape.attached, &lag.attached, &instant.attached, &tuner.attached,
+                                           &calm.attached, &kept.attached};
+    struct S(attached) *const unready[] = {&no_tape.attached, &no_lag.attached, &no_instant.attached,
+                                           &blank_tuner.attached, &blank_calm.attached, &none_kept.attached};
+    WATCH(lag), WATCH(instant), WATCH(tuner), WATCH(calm), WATCH(kept);
+    for (int k = 0; k < COUNT(objects); k++) {
+        describe("object", "number", k, "", 0);
+        ASSERT_REFUSED(KQ_ERR_NULL, S(attach)(NULL, objects[k]));
+        ASSERT_REFUSED(KQ_ERR_NOT_READY, S(attach)(&blank, objects[k]));
+        ASSERT_REFUSED(KQ_ERR_MISMATCH, S(attach)(&track3, objects[k]));
+        ASSERT_REFUSED(KQ_ERR_NOT_READY, S(attach)(&track, unready[k]));
+        ASSERT_REFUSED(KQ_ERR_NOT_READY, S(detach)(unready[k]));
+    }
+    ASSERT_REFUSED(KQ_ERR_NULL, S(attach)(&track, NULL));
+    ASSERT_REFUSED(KQ_ERR_NULL, S(detach)(NULL));
 }
 
 /* What is attached watches the filter's steps, and has changed as little as the filter. */

@@ -4,11 +4,11 @@
 #include "unchanged.h"
 
 #define ALL UINT32_MAX
-enum { STEPS = 8, REWEIGHTED = 6 };
+enum { STEPS = 8, REWEIGHTED = 6, LOSSES = 4 };
 
 static process_model motion, scaled, direct;
 static sensor_model radar, coupled, twins;
-static prior_model prior, certain, wide;
+static prior_model prior, certain, wide, at_zero;
 S_FILTER(track, 2);
 S_FILTER(twin, 2);
 S_HISTORY(tape, 2, 2, STEPS, 0);
@@ -409,6 +409,56 @@ TEST(what_the_plain_update_does_not_take_no_robust_one_takes)
             predict_both();
         }
         if (of == HUBER) assert_same_smoothed(4, 0);
+    }
+}
+
+/* The loss `of`; behind the losses the plain update, and a part of it */
+static void update_by(int of, S(loss) *losses, S(filter) *f, const S(sensor) *s, const word *z)
+{
+    if (of == LOSSES) ASSERT_OK(S(update)(f, s, z));
+    else if (of > LOSSES) ASSERT_OK(S(update_subset)(f, s, z, 1));
+    else ASSERT_OK(S(update_robust)(f, s, z, ALL, &losses[of]));
+}
+
+/* track is where twin is, but for x0. */
+static void assert_shifted(void)
+{
+    reading a, b;
+    read_now(&a, &twin, 2);
+    read_now(&b, &track, 2);
+    for (int i = 0; i < 2; i++) ASSERT_WITHIN(EPS + sigma_step(range[i]), (double)x0[i] + whole(&a, i), whole(&b, i));
+    memcpy(a.mean, b.mean, sizeof a.mean), memcpy(a.low, b.low, sizeof a.low);
+    ASSERT_SAME_BITS(a, b);
+}
+
+/* An innovation is a measurement of a filter at 0, correlated and independent, near and far. */
+TEST(every_update_takes_an_innovation)
+{
+    S(loss) losses[LOSSES] = {{.kind = HUBER, .parameter = number(1.5)}, {.kind = STUDENT, .parameter = number(4)},
+                              {.kind = JUMP, .parameter = number(36)}, {.kind = &S(loss_gate), .limit = score_of(36)}};
+    S(loss) twins_of[LOSSES];
+    entry twin_weights[2];
+    losses[0].weights = losses[1].weights = weights;
+    memcpy(twins_of, losses, sizeof losses);
+    twins_of[0].weights = twins_of[1].weights = twin_weights;
+    put_prior(&at_zero, 2, range, none, P0);
+    for (int k = 0; k < 4 * (LOSSES + 2); k++) {
+        const int of = k / 4, is_far = k % 2;
+        sensor_model *s = k % 4 < 2 ? &coupled : &radar;
+        const word *e = is_far ? seen(200, -400) : seen(2, -4);
+        describe("way", "number", of, "far", is_far);
+        ASSERT_OK(init_filter(&track, &prior));
+        ASSERT_OK(init_filter(&twin, &at_zero));
+        update_by(of, twins_of, &twin, &s->sensor, e);
+        update_by(of, losses, &track, of_innovations(s), e);
+        assert_shifted();
+        if (of < 2) {
+            TEST_ASSERT_EQUAL_MEMORY(twin_weights, weights, sizeof weights);
+            TEST_ASSERT_TRUE(!is_far || number_of(weights[0]) < 1);
+        }
+        if (of == 2) TEST_ASSERT_EQUAL_INT(is_far, (S(events)(&track) & KQ_EVENT_JUMP) != 0);
+        if (of == 3) TEST_ASSERT_EQUAL_INT(is_far, losses[3].rejected);
+        losses[3].rejected = twins_of[3].rejected = 0;
     }
 }
 

@@ -57,31 +57,6 @@ TEST(assign_does_what_the_macro_does)
     assert_model(&narrow, H, R);
 }
 
-TEST(assign_refuses_null)
-{
-    ASSERT_REFUSED(KQ_ERR_NULL, K(sensor_assign)(NULL, 2, 2, radar_memory, 3));
-    ASSERT_REFUSED(KQ_ERR_NULL, K(sensor_assign)(&radar, 2, 2, NULL, 3));
-}
-
-TEST(assign_refuses_sizes_out_of_range)
-{
-    static const int bad[] = {0, -1, 17, 258, -254, INT_MAX, INT_MIN};
-    for (int k = 0; k < COUNT(bad); k++) {
-        ASSERT_REFUSED(KQ_ERR_SIZE, K(sensor_assign)(&radar, bad[k], 2, radar_memory, SIZE_MAX));
-        ASSERT_REFUSED(KQ_ERR_SIZE, K(sensor_assign)(&radar, 2, bad[k], radar_memory, SIZE_MAX));
-    }
-}
-
-TEST(assign_refuses_memory_too_short_for_a_diagonal)
-{
-    static num memory[KQ_SENSOR_LEN(16)];
-    for (int m = 1; m <= 16; m++) {
-        const size_t length = (size_t)KQ_SENSOR_DIAGONAL_LEN(m);
-        ASSERT_REFUSED(KQ_ERR_MEMORY, K(sensor_assign)(&radar, 2, m, memory, length - 1));
-        ASSERT_REFUSED(KQ_ERR_MEMORY, K(sensor_assign)(&radar, 2, m, memory, 0));
-    }
-}
-
 TEST(assign_takes_more_memory_than_it_needs)
 {
     K(sensor) s;
@@ -109,22 +84,6 @@ TEST(init_takes_independent_components)
     put_covariance(R, 0.5, 0, 0, 2);
     ASSERT_OK(K(sensor_init)(&radar, H, R));
     assert_model(&radar, H, R);
-}
-
-TEST(init_refuses_null)
-{
-    ASSERT_REFUSED(KQ_ERR_NULL, K(sensor_init)(NULL, H, R));
-    ASSERT_REFUSED(KQ_ERR_NULL, K(sensor_init)(&radar, NULL, R));
-    ASSERT_REFUSED(KQ_ERR_NULL, K(sensor_init)(&radar, H, NULL));
-}
-
-TEST(init_refuses_a_sensor_without_memory)
-{
-    K(sensor) blank;
-    memset(&blank, 0, sizeof blank);
-    WATCH(blank);
-    ASSERT_REFUSED_SIZE_OR_MEMORY(K(sensor_init)(&blank, H, R));
-    ASSERT_REFUSED_SIZE_OR_MEMORY(K(sensor_init_diagonal)(&blank, H, r));
 }
 
 TEST(init_refuses_correlation_where_there_is_memory_for_a_diagonal)
@@ -227,13 +186,6 @@ TEST(init_diagonal_takes_noise_free_components)
     ASSERT_CLOSE(0, K(sigma)(&track, 0), 1);
 }
 
-TEST(init_diagonal_refuses_null)
-{
-    ASSERT_REFUSED(KQ_ERR_NULL, K(sensor_init_diagonal)(NULL, H, r));
-    ASSERT_REFUSED(KQ_ERR_NULL, K(sensor_init_diagonal)(&radar, NULL, r));
-    ASSERT_REFUSED(KQ_ERR_NULL, K(sensor_init_diagonal)(&radar, H, NULL));
-}
-
 static kq_status init_diagonal(void) { return K(sensor_init_diagonal)(&radar, H, r); }
 
 TEST(init_diagonal_refuses_numbers_that_are_not_finite)
@@ -263,18 +215,6 @@ TEST(change_measurement_measures_otherwise_with_the_same_noise)
     H[1] = 3;
     ASSERT_OK(K(sensor_change_measurement)(&radar, H));
     assert_model(&radar, H, R);
-}
-
-TEST(change_measurement_refuses_null)
-{
-    ASSERT_REFUSED(KQ_ERR_NULL, K(sensor_change_measurement)(NULL, H));
-    ASSERT_REFUSED(KQ_ERR_NULL, K(sensor_change_measurement)(&radar, NULL));
-}
-
-TEST(change_measurement_refuses_a_sensor_not_initialised)
-{
-    ASSERT_OK(K(sensor_assign)(&radar, 2, 2, radar_memory, COUNT(radar_memory)));
-    ASSERT_REFUSED(KQ_ERR_NOT_READY, K(sensor_change_measurement)(&radar, H));
 }
 
 static kq_status change(void) { return K(sensor_change_measurement)(&radar, H); }

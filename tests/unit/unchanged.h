@@ -77,6 +77,16 @@ static inline void assert_unchanged(kq_status expected, kq_status actual, UNITY_
         assert_unchanged(status, call, __LINE__);                                                  \
     } while (0)
 
+/* The same as long as `field` has another value */
+#define ASSERT_REFUSED_WITH(field, value, status, call)                                            \
+    do {                                                                                           \
+        unsigned char its_value[sizeof(field)];                                                    \
+        memcpy(its_value, &(field), sizeof its_value);                                             \
+        (field) = (value);                                                                         \
+        ASSERT_REFUSED(status, call);                                                              \
+        memcpy(&(field), its_value, sizeof its_value);                                             \
+    } while (0)
+
 #define ASSERT_OK_UNCHANGED(call) ASSERT_REFUSED(KQ_OK, call)
 
 /* An object that was never given its sizes and memory. */

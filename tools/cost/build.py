@@ -86,14 +86,14 @@ def library(place: Place, key: tuple[str, str, str]) -> None:
         compiled(place, BY_NAME[core], profile, TARGET / "user.c", folder / "samples.o", flags)
 
 
-def library_sources(place: Place, arithmetic: str) -> list[Path]:
+def library_sources(place: Place, arithmetic: str, parts: Sequence[str] = PARTS) -> list[Path]:
     """The library, but for the other arithmetics and for what only a host needs."""
     if arithmetic in TEXTBOOK:
         return [TEXTBOOKS / f"{TEXTBOOK_PREFIX[arithmetic]}_filter.c"]
     return [
         path
         for path in sorted((place.source / "src").glob("*.c"))
-        if path.name in (f"kq_{part}_{arithmetic}.c" for part in PARTS)
+        if path.name in (f"kq_{part}_{arithmetic}.c" for part in parts)
         or path.name in ("kq_status.c", "kq_range_error_q31.c")
     ]
 
@@ -195,7 +195,9 @@ def program_of(place: Place, wanted: Program, what: str, n: int, m: int) -> Path
     the linker drops the rest."""
     name = f"use_{what}_{n}_{m}"
     target = place.work / wanted.name / f"{name}.elf"
-    return linked(BY_NAME[wanted.core], objects(place, wanted), target, entry=name)
+    if not target.exists():  # "nothing" is asked for again and again
+        linked(BY_NAME[wanted.core], objects(place, wanted), target, entry=name)
+    return target
 
 
 # ---- compiler and linker ---------------------------------------------------------------------

@@ -5,13 +5,15 @@
 
 FOLDER has NAME.c, NAME.h and NAME.json (`kalmanq compile --json`).  Printed, or written to OUT.csv: instructions of a
 row in two calls before and after the covariance has settled, of one step before and after, bytes of the whole file,
-of the filter, and of stack.  Where NAME.json has promises (`must`), what is measured has to be within them, and as near
+of the filter, and of stack.  Of a nonlinear model, whose NAME.json has `sensors`: instructions of a predict and of an
+update of each sensor, the most of the rows that NAME_test.c has.  Where NAME.json has promises (`must`), what is measured has to be within them, and as near
 to its estimate as that says.
 """
 
 from __future__ import annotations
 
 import json
+import re
 import tempfile
 from pathlib import Path
 from typing import Any
@@ -41,20 +43,53 @@ def measured(place: Place, core: Core, folder: Path, level: str) -> dict[str, An
     what = told(folder)
     name, work = what["name"], place.work / f"{core.name}-{folder.name}-{level}"
     work.mkdir()
-    (work / "compiled.h").write_text(naming(what), encoding="utf-8")
+    is_nonlinear = "sensors" in what
+    (work / "compiled.h").write_text(naming_calls(what, folder) if is_nonlinear else naming(what), encoding="utf-8")
     written, main, marks = work / "written.o", work / "main.o", work / "marks.o"
     run([*toolchain(core, "gcc").compiler, *flags_of(core, level), "-c", str(folder / f"{name}.c"), "-o", str(written)])
-    compiled(place, core, build.GCC, TARGET / "compiled.c", main, (f"-I{folder}", f"-I{work}"))
+    compiled(place, core, build.GCC, TARGET / ("equations.c" if is_nonlinear else "compiled.c"), main, (f"-I{folder}", f"-I{work}"))
     compiled(place, core, build.GCC, TARGET / "marks.c", marks)
     program = linked(core, [main, written, marks], work / "program.elf")
-    functions = {region: f"{name}_{call}" for region, call in enumerate(REGIONS)}
+    calls = ["predict", *map(updating, what["sensors"])] if is_nonlinear else REGIONS
+    functions = {region: f"{name}_{call}" for region, call in enumerate(calls)}
     counted = (count_avr(place.avr_counter, program, functions) if core.family == "avr" else
                Emulator(core, program).count_regions(functions))
     count = {region: counted[region].instructions for region in functions}
+    if is_nonlinear:
+        return {"core": core.name, "name": name, "arithmetic": what["arithmetic"], "level": level, "n": what["n"], "m": what["m"],
+                **{call: count[region] for region, call in enumerate(calls)}, "flash": flash(written), "program": flash(program),
+                "ram": what["ram"], "stack": max(counted[region].stack for region in functions)}
     return {"core": core.name, "name": name, "arithmetic": what["arithmetic"], "level": level, "n": what["n"],
             "m": what["m"], "two_calls": count[0] + count[1], "two_calls_settled": count[2] + count[3],
             "step": count[5], "step_settled": count[4], "flash": flash(written), "ram": what["ram"],
             "stack": max(counted[region].stack for region in functions)}
+
+
+def updating(sensor: dict[str, Any]) -> str:
+    return f"update_{sensor['name']}" if sensor["name"] else "update"
+
+
+def naming_calls(what: dict[str, Any], folder: Path) -> str:
+    """The rows of NAME_test.c, and the calls of each"""
+    name, word, sensors = what["name"], "float" if what["arithmetic"] == "f32" else "double", what["sensors"]
+    rows = re.search(r"static const struct \{.*?\n\};\n", (folder / f"{name}_test.c").read_text(encoding="utf-8"), re.S)
+    if rows is None:
+        raise UserError(f"{folder}: {name}_test.c has no rows")
+
+    def given(arguments: list[str], first: int, u: str) -> str:
+        values = {"z": f"rows[k].z + {first}", "u": f"rows[k].{u}", "t": f"({word})k"}
+        return "".join(f", {values[one]}" for one in arguments)
+
+    updates, first = [], 0
+    for region, sensor in enumerate(sensors, 1):
+        call = f"{name}_{updating(sensor)}(&f{given(sensor['arguments'], first, 'now')})"
+        whole = f"(rows[k].present >> {first} & {(1 << sensor['m']) - 1}u) == {(1 << sensor['m']) - 1}u"
+        updates.append(f"    if ({whole}) {{ cost_region({region}); {call}; }} \\")
+        first += sensor["m"]
+    return "\n".join([f'#include "{name}.h"', rows[0], f"enum {{ RECORDED = sizeof rows / sizeof rows[0], ROWS = 20, NO_MORE = {len(sensors) + 1} }};",
+                      f"#define FILTER {name}_filter", f"#define DO(call) {name}_##call", f"#define FAILED {name.upper()}_NOT_FINITE",
+                      f"#define PREDICT_OF(k) {name}_predict(&f{given(what['predict'], 0, 'u')})", "#define UPDATES_OF(k) \\",
+                      *updates, ""])
 
 
 def told(folder: Path) -> dict[str, Any]:
@@ -118,10 +153,10 @@ def main(folders: list[Path] = typer.Argument(...), core: list[str] = typer.Opti
                     made.append(row)
                     broken += broken_promises(row, folder)
                     if not out:
-                        print("  ".join(f"{column} {row[column]}" for column in COLUMNS), flush=True)
+                        print("  ".join(f"{column} {row[column]}" for column in ([*row] if "program" in row else COLUMNS)), flush=True)
     if out:
         write(out, "# compiled filters on emulated cores (tools/cost/compiled.py)\n" +
-              csv_text([COLUMNS, *([one[column] for column in COLUMNS] for one in made)]))
+              csv_text([COLUMNS, *([one.get(column, "") for column in COLUMNS] for one in made)]))
     end_of("compiled filters", len(made), broken)
 
 

@@ -32,6 +32,7 @@ from measure import WORKERS, finish
 from outputs import csv_text, end_of, write
 
 COUNTED = 8  # settled steps
+USED = ("filter", "steady")  # of the library's files, by what design writes
 SHARE = 0.2  # of what is promised
 CALLS = COUNTED  # the region of all that is called at first
 SAME_BITS = ("-ffp-contract=off",)  # as CMake builds by default
@@ -49,7 +50,7 @@ def library(place: Place, key: tuple[str, str]) -> None:
     core, arithmetic = key
     folder = place.work / f"{core}-{arithmetic}"
     folder.mkdir()
-    for source in build.library_sources(place, arithmetic):
+    for source in build.library_sources(place, arithmetic, USED):
         compiled(place, BY_NAME[core], build.GCC, source, folder / f"{source.stem}.o", SAME_BITS)
 
 

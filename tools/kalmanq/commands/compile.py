@@ -43,8 +43,9 @@ class Options:
     every: str = typer.Option("", "--every", metavar="K,K,...", help="Rows between two values of each measurement, if rates differ.")
     iterate: int = typer.Option(1, "--iterate", metavar="N", min=1, max=20, help="MODEL.py: linearise h so many times an update.")
     library: bool = typer.Option(False, "--library", help="MODEL.py: a device over kalmanq's library: histories, smoothers.")
+    smooth: int = typer.Option(0, "--smooth", metavar="STEPS", min=0, max=32767, help="MODEL.py: a smoother, and a history of so many steps.")
     loops: Optional[bool] = typer.Option(None, "--loops/--straight", help="The covariance in loops: small, but slow. Otherwise "
-                                         "only where straight lines take 20 kB.")
+                                         "only where straight lines take 20 kB (q31: 32 kB).")
     settle: float = typer.Option(1e-6, "--settle", help="Relative distance to the steady variance at which the gain is constant.")
     form: Optional[choices("Form", FORMS)] = typer.Option(None, "--form", help="covariance, gain: proven forms, cheaper, only for "
                                                           "short gaps; factor: the one for all, without a hint at those.")
@@ -55,19 +56,24 @@ class Options:
 
 def compile_file(options: Options, console: Console) -> None:
     name = name_of(options.out)
+    is_nonlinear = options.model.suffix == nonlinear_file.SUFFIX
     if options.form not in (None, "factor"):
+        if is_nonlinear:
+            raise KalmanqError(f"--form {options.form}: is of models with constant matrices")
         compile_proven.compile_file(options, name, write, console)
         return
     if options.partial:
         raise KalmanqError("--partial: is an option of --form covariance; the factor takes samples in part always")
     wanted = Wanted(options.arithmetic, options.settle, options.nis, options.gate, options.student, options.tunable, options.lag,
-                    options.loops, _rates(options.every), options.iterate)
-    if options.model.suffix == nonlinear_file.SUFFIX:
+                    options.loops, _rates(options.every), options.iterate, options.smooth)
+    if is_nonlinear:
         run = compile_equations.compile_device if options.library else compile_equations.compile_file
         run(options.model, name, wanted, lambda texts: write(options, texts), options.json, console)
         return
     if options.iterate > 1:
         raise KalmanqError("--iterate: is of nonlinear model files (MODEL.py)")
+    if options.smooth:
+        raise KalmanqError("--smooth: is of nonlinear model files (MODEL.py); --lag L is for a constant model, and the library smooths all")
     if options.library:
         raise KalmanqError("--library: is of nonlinear model files (MODEL.py); kalmanq design writes a constant model over the library")
     model = model_file.read(options.model)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from dataclasses import asdict, replace
 from pathlib import Path
 from typing import Any, Callable
@@ -63,7 +64,14 @@ def compile_device(path: Path, name: str, wanted: Options, write: Callable[[dict
 
 
 def _told(product: Any, found: equation_report.Findings, written: list[Path]) -> dict[str, Any]:
-    given = product.given
+    given, text = product.given, product.text
+    smooths = {"step": text.smoother.record_size, "history": text.smoother.history_size} if text.smoother else None
+    sensors = [{"name": one.name, "m": one.m, "arguments": _arguments(text.update_arguments(one))} for one in product.arithmetic.sensors]
     return {"name": given.name, "arithmetic": given.options.arithmetic, "form": "equations", "n": given.of.n, "m": given.of.m,
-            "l": given.of.l, "ram": product.ram, "entries": len(product.arithmetic.live), "observed": asdict(found),
-            "files": written}
+            "l": given.of.l, "ram": product.ram, "smooth": smooths, "entries": len(product.arithmetic.live), "observed": asdict(found),
+            "predict": _arguments(text.predict_arguments()), "sensors": sensors, "files": written}
+
+
+def _arguments(text: str) -> list[str]:
+    """z, u and t, as far as they are there"""
+    return re.findall(r"\b[zut]\b", text)

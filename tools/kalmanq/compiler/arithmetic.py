@@ -21,6 +21,7 @@ class Arithmetic:
     steady           None: the gain is never a constant
     events           bits of f->events after those of all filters: name, and what it means
     includes         what the header needs
+    operations       of the factor in a predict and an update, in straight lines; most_operations: beyond, it takes loops
     code_includes    what the code needs beside it
     """
 
@@ -31,6 +32,8 @@ class Arithmetic:
     model: Model
     live: Sequence[tuple[int, int]]
     steady: Optional[Settled]
+    operations: int
+    most_operations: int
     events: Sequence[tuple[str, str]] = ()
     includes: Sequence[str] = ()
     code_includes: Sequence[str] = ()

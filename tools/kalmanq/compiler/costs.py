@@ -20,6 +20,7 @@ from kalmanq.compiler.loops import LoopedFilter
 from kalmanq.compiler.operations import KINDS, counted, table_of
 from kalmanq.compiler.product import Product
 from kalmanq.compiler.request import Options
+from kalmanq.compiler.word_loops import LoopedWords
 
 ARITHMETICS = ("f32", "q31")  # that are estimated
 MEASURES = ("two_calls", "two_calls_settled", "step_settled", "flash", "stack")
@@ -59,7 +60,7 @@ class Cost:
 
 def operations_of(product: Product) -> dict[str, dict[str, int]]:
     """By measure; what never happens is left out; nothing of loops"""
-    if isinstance(product.arithmetic, LoopedFilter):
+    if isinstance(product.arithmetic, (LoopedFilter, LoopedWords)):
         return {}
     return operations(product.code, product.given.name, product.given.options.arithmetic == "q31")
 

@@ -28,7 +28,8 @@ class EquationHeader(Header):
                 *((f"{self.name}_update{one.suffix}(&f{self.c._same(self.c.update_arguments(one))});", "a sample")
                   for one in self.a.sensors),
                 (f"{self.name}_predict(&f{self.c._same(self.c.predict_arguments())});", "to the next instant"),
-                (f"{self.name}_mean_{self.given.carried[0]}(&f)", "the estimate")]
+                (f"{self.name}_mean_{self.given.carried[0]}(&f)", "the estimate"),
+                *(self.c.smoother.usage() if self.c.smoother else [])]
         return self._aligned(rows)
 
     def _calls(self) -> list[str]:
@@ -43,7 +44,10 @@ class EquationHeader(Header):
             if sensor.m > 1:
                 lines += ["/** Takes the components of a sample whose bits are set in `present`. */",
                           f"unsigned {self.name}_update{sensor.suffix}_some({self.filter}{arguments}, unsigned present);", ""]
-        return [*lines, *self._covariance()]
+        return [*lines, *self._covariance(), *(self.c.smoother.calls() if self.c.smoother else [])]
+
+    def _fields(self) -> list[str]:
+        return [*super()._fields(), *(self.c.smoother.structs() if self.c.smoother else [])]
 
 
 def _said(arguments: str, u: str, t: str) -> str:

@@ -66,11 +66,20 @@ def _findings(model: NonlinearModel, product: Product, host: Host) -> Findings:
         for seed in SEEDS:
             record, z = drawn(model, ROWS, seed)
             runs = [one.run(record.z, record.u, record.present, record.what, now=record.now) for one in (host, reference)]
-            tried.append((*_apart(model, *runs), _lost(product, runs[0]), *_library(model, options, z, record, runs[1])))
+            tried.append((*_apart(model, *runs), _lost(product, runs[0]),
+                          *_library(model, options, _whole_groups(product, z), record, runs[1])))
             points.append((runs[1].mean, _sigma(runs[1]), record.now))
     mean, covariance, lost, beside, least = (np.array(column) for column in zip(*tried))
     return Findings(float(mean.max()), float(covariance.max()), float(beside.max()), float(least.min()), int(lost.sum()),
                     lossy_formulas(model, points) if options.arithmetic == "f32" else ())
+
+
+def _whole_groups(product: Product, z: np.ndarray) -> np.ndarray:
+    """Components with correlated noises are taken together or not at all."""
+    made = z.copy()
+    for j, group in enumerate(product.given.together):
+        made[np.isnan(z[:, [k for k in range(z.shape[1]) if group >> k & 1]]).any(axis=1), j] = np.nan
+    return made
 
 
 def _sigma(ran: Ran) -> np.ndarray:
@@ -110,7 +119,8 @@ def lines(product: Product, found: Findings) -> list[str]:
     given, arithmetic = product.given, product.given.options.arithmetic
     sensors = ", ".join(f"{given.name}_update{one.suffix}" for one in product.arithmetic.sensors)
     made = [f"{given.name}: {arithmetic}, {product.ram} bytes of RAM, {product.arithmetic.operations} operations of the covariance",
-            f"  {given.name}_predict; {sensors}. The covariance is carried as a factor, so it cannot lose positive definiteness."]
+            f"  {given.name}_predict; {sensors}. The covariance is carried as a factor, so it cannot lose positive definiteness.",
+            *(product.text.smoother.told() if product.text.smoother else [])]
     if found.why_not:
         return [*made, f"  Not tried, because no rows can be simulated: {found.why_not}"]
     made += [f"  Observed in {len(SEEDS)} records of {ROWS} simulated rows, {100 * MISSING:.0f} % of the measurements missing:"]
@@ -129,8 +139,9 @@ def _told(found: Findings) -> list[str]:
     worst = [one for one in found.lossy if one.error > FAINT]
     made = [f"In float {one} is off by {one.error:.1e} sigma at {one.where}: write it so that nothing cancels, or use --arith f64."
             for one in worst]
-    if found.mean > COARSE and not worst:
-        made.append("Float is coarse here: a sensor is very sharp beside the prior. --arith f64 is finer.")
+    if found.mean > COARSE and found.lossy and not worst:
+        made.append(f"Float is coarse here: means are off by {found.mean:.1e} sigma, and the formula that loses most is "
+                    f"{found.lossy[0]}, {found.lossy[0].error:.1e} sigma a row. --arith f64 is finer.")
     return made
 
 

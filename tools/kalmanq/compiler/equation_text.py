@@ -6,6 +6,7 @@ import re
 from typing import Mapping
 
 from kalmanq.compiler.emit import PREDICTS, UPDATES, Row, Text, function, within
+from kalmanq.compiler.equation_smoother import Smoother
 from kalmanq.compiler.equations import EquationFilter, Sensor
 from kalmanq.compiler.printing import indented
 from kalmanq.compiler.request import Request
@@ -17,10 +18,12 @@ class EquationText(Text):
     def __init__(self, given: Request, a: EquationFilter):
         super().__init__(given, a)
         self.of = a
+        self.smoother = Smoother(a, self.predict_arguments(), self._controls(), self._refusal("")) if given.options.smooth else None
 
     def parts(self) -> list[list[str]]:
         updates = [lines for sensor in self.of.sensors for lines in self._sensor(sensor)]
-        return [self._start(), self._start_at(), self._control(), self._predict(), *updates, self._covariance()]
+        smooths = self.smoother.functions() if self.smoother else []
+        return [self._start(), self._start_at(), self._control(), self._predict(), *updates, self._covariance(), *smooths]
 
     # ---- arguments
 
@@ -37,7 +40,8 @@ class EquationText(Text):
     def row(self, of: Row) -> list[str]:
         name, lines = self.given.name, []
         before = self._given(self.predict_arguments(), {"u": of.u, "t": f"({self.a.type})({of.t} - 1)"})
-        lines = [f"if ({of.what} & {PREDICTS}) {name}_predict(&f{before});"]
+        predict = f"{name}_predict_recorded(&f, &history" if self.smoother else f"{name}_predict(&f"
+        lines = [f"if ({of.what} & {PREDICTS}) {predict}{before});"]
         for sensor in self.of.sensors:
             z = f"{of.z} + {sensor.first}" if sensor.first else of.z
             given = self._given(self.update_arguments(sensor), {"z": z, "u": of.now, "t": f"({self.a.type})({of.t})"})

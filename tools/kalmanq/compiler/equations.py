@@ -7,16 +7,16 @@ one after the other.  A call whose formulas are not finite changes nothing.
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
-from typing import Sequence
+from typing import Callable, Sequence
 
 import numpy as np
 
-from kalmanq.compiler import ud
+from kalmanq.compiler import back, ud
 from kalmanq.compiler.coefficients import Constant
 from kalmanq.compiler.floats import MOST, FloatFilter, Mean, carried, entry
 from kalmanq.compiler.printing import Body, Target, indented
 from kalmanq.compiler.names import named
-from kalmanq.compiler.request import Options, Request, request
+from kalmanq.compiler.request import FLOATS, Options, Request, request
 from kalmanq.errors import KalmanqError
 from kalmanq.formulas.calculus import substituted, without
 from kalmanq.formulas.graph import Node, add, call, constant, dot, make, needed, symbol
@@ -27,7 +27,7 @@ from kalmanq.nonlinear.model import Sensor
 LARGEST = {"float": 1e37, "double": 1e300}  # of a sum of variances: beyond it they count as infinite
 
 
-POLES = ("inverse", "sqrt", "tan", "exp", "log", "asin", "acos", "sinh", "cosh", "pow")  # not finite for some numbers
+POLES = ("inverse", "sqrt", "tan", "exp", "log", "asin", "acos", "sinh", "cosh", "pow", "fmod", "log1p", "expm1", "acosh", "atanh")  # not finite for some numbers
 
 
 @dataclass(frozen=True)
@@ -41,8 +41,10 @@ class Equations:
 
 def equations(model: NonlinearModel, name: str, options: Options) -> Equations:
     _refuse(options)
+    _refuse_names(model.sensors)
     frame = model.frame
     controls = {"B": np.zeros((model.n, model.l)), "controls": model.controls} if model.l else {}
+    _refuse_numbers(model, options)
     whole = Model(frame.A, frame.H, frame.R, frame.Q, x0=frame.x0, P0=frame.P0, states=frame.states,
                   measurements=frame.measurements, name=model.name, **controls)
     given = request(whole, name, options)
@@ -58,9 +60,40 @@ def _refuse(options: Options) -> None:
     if options.arithmetic == "q31":
         raise KalmanqError("--arith q31: a nonlinear model is compiled in f32 and f64; kalmanq design has q31 over the library")
     for name, value in (("--lag", options.lag), ("--every", options.every), ("--tunable", options.tunable),
-                        ("--loops", options.loops)):
+                        ("--loops", options.loops and not options.smooth)):
         if value:
             raise KalmanqError(f"{name}: is of models with constant matrices")
+
+
+def _refuse_names(sensors: Sequence[Sensor]) -> None:
+    """A sensor's name is a part of names of C."""
+    for one in sensors:
+        if not one.name.isascii():
+            raise KalmanqError(f"sensors: {one.name} is to be a part of functions' names: letters without accents, digits and _")
+        for other in sensors:
+            if other.m > 1 and one.name == f"{other.name}_some":
+                raise KalmanqError(f"sensors: {one.name} has the name of a function of {other.name}: give it another one")
+
+
+def _refuse_numbers(model: NonlinearModel, options: Options) -> None:
+    """Numbers in formulas that the arithmetic does not have, and what has no value, as 1 / 0"""
+    most, f = float(np.finfo(FLOATS[options.arithmetic]).max), model.formulas
+    names = {"f": (model.carried, [[one] for one in f.change]), "A": (model.states, f.transition),
+             "h": (model.measurements, [[one, *row] for one, row in zip(f.innovation, f.measurement)]),
+             "plus": (model.carried, [[one] for one in f.corrected])}
+    for which, (of, rows) in names.items():
+        for quantity, formulas in zip(of, rows):
+            for one in needed(formulas)[0]:
+                if one.is_constant and not abs(one.value) <= most:
+                    raise KalmanqError(f"{which}({quantity.name}): has the number {one.value:g}, which {options.arithmetic} does "
+                                       f"not have: {_cure(one.value, most, model.has_errors and which in 'Ah')}")
+
+
+def _cure(value: float, most: float, is_by_errors: bool) -> str:
+    if is_by_errors and not np.isfinite(value):
+        return "a root or a quotient of errors has no derivative where they are 0; take all that needs it in one branch, as " \
+            "(cos(a), sin(a) / a) if a > 1e-4 else (1, 1)"
+    return "use other units" + (", or --arith f64" if most < abs(value) < np.inf else "")
 
 
 class Formulas(Constant):
@@ -79,18 +112,6 @@ class Formulas(Constant):
             mean, memo = {f"x{i}": symbol(f"a{i}") for i in count}, {}
         self.e = self._mixed([[substituted(one, mean, memo)] for one in formulas.innovation])
         self.H = self._mixed([[substituted(one, mean, memo) for one in row] for row in formulas.measurement])
-
-        self._refuse_no_numbers(of.model)
-
-    def _refuse_no_numbers(self, model: NonlinearModel) -> None:
-        """Formulas with a constant that is NaN or infinite, as 1 / 0"""
-        errors = " where the errors are 0: a root or a quotient of errors has no derivative there; take all that needs it in one " \
-            "branch, as (cos(a), sin(a) / a) if a > 1e-4 else (1, 1)" if model.has_errors else ""
-        names = {"f": [self.change], "A": self.A, "z - h": self.e, "H": self.H, "plus": [self.corrected]}
-        for name, rows in names.items():
-            for one in (one for row in rows for one in row):
-                if any(part.is_constant and not np.isfinite(part.value) for part in needed([one])[0]):
-                    raise KalmanqError(f"{name}: has an entry that is not a number{errors if name in 'AH' else ''}")
 
     def _mixed(self, made: Sequence[Sequence[Node]]) -> list[list[Node]]:
         """Of what has independent noises"""
@@ -134,6 +155,11 @@ class EquationFilter(FloatFilter):
 
     # ---- hooks of FloatFilter
 
+    def _transfers(self, form: ud.UD) -> list[Callable[[ud.Entries], ud.Entries]]:
+        c = self.coefficients
+        smooths = [back.transfer(form, c.A, c.noise())] if self.given.options.smooth else []
+        return [*super()._transfers(form), *smooths]
+
     def slot(self, j: int) -> int:
         return j - self.sensor_of(j).first
 
@@ -175,13 +201,35 @@ class EquationFilter(FloatFilter):
 
     def predict(self, refused: Sequence[str]) -> list[str]:
         """Mean and factor, if the formulas are finite"""
-        c, body = self.coefficients, Body(self.words)
-        mean, after = self._moved(self.mean), self._predicted(self.form, self.entries)
+        body = Body(self.words)
+        mean, after = self.moved_mean(), self._predicted(self.form, self.entries)
         targets = [*self._written(mean), *((entry(key), after[key]) for key in self.live)]
-        doubtful = [one for f, row in zip(c.change, c.A) for one in self._doubtful(f, row)]
-        body.lines += self._unless_finite(body, doubtful, refused)
+        body.lines += self.unless_finite_step(body, refused)
         body.assign(targets)
-        return [*body.lines, *self._overflow()]
+        return [*body.lines, *self.overflow([entry(key) for key in self.live])]
+
+    def unless_finite_step(self, body: Body, refused: Sequence[str]) -> list[str]:
+        """`refused` where f or A is not finite"""
+        c = self.coefficients
+        return self._unless_finite(body, [one for f, row in zip(c.change, c.A) for one in self._doubtful(f, row)], refused)
+
+    def moved_mean(self) -> Mean:
+        return self._moved(self.mean)
+
+    def beside(self, x: Mean, other: Mean) -> list[Node]:
+        """x less another mean: the errors of that one that make x of it"""
+        if not self.given.nominal:
+            return [(high - h) + (low - l) for (high, low), (h, l) in zip(x, other)]
+        values = {f"{letter}{i}": high + low for letter, one in zip("ab", (x, other)) for i, (high, low) in enumerate(one)}
+        memo: dict[int, Node] = {}
+        return [substituted(one, values, memo) for one in self.equations.model.formulas.apart]
+
+    def moved_by(self, errors: Sequence[Node]) -> Mean:
+        """The mean with these errors"""
+        if not self.given.nominal:
+            return [carried(high, low + one) for (high, low), one in zip(self.mean, errors)]
+        values, memo = {f"c{k}": one for k, one in enumerate(errors)}, {}
+        return [self._carried_to(substituted(one, values, memo), i) for i, one in enumerate(self.coefficients.corrected)]
 
     def linearised(self, sensor: Sensor) -> list[str]:
         """Constants e0, h0_1, ... of a sensor, at the mean before it, and its corrections c0, c1, ...; those of a linear one
@@ -227,8 +275,9 @@ class EquationFilter(FloatFilter):
         fine = body.text(make("le", total, constant(MOST[self.type])))
         return [f"if (!({fine})) {{", *indented(refused), "}"]
 
-    def _overflow(self) -> list[str]:
-        total = Body(self.words).text(dot([(symbol(entry(key)), 1.0) for key in self.live if key[0] == key[1]]))
+    def overflow(self, names: Sequence[str]) -> list[str]:
+        """names: of the entries of the factor"""
+        total = Body(self.words).text(dot([(symbol(one), 1.0) for one, (i, j) in zip(names, self.live) if i == j]))
         return [f"if (!({total} <= {self.number(LARGEST[self.type])})) f->events |= {self.given.upper}_OVERFLOW;"]
 
     def _doubtful(self, value: Node, slopes: Sequence[Node]) -> list[Node]:

@@ -31,6 +31,8 @@ Place = tuple[str, str, str]
 class FloatFilter(Arithmetic):
     """In float or double"""
 
+    most_operations = 4000  # about 20 kB
+
     def __init__(self, given: Request, steady: Optional[Settled]):
         self.given, self.of = given, given.of.doubles()
         self.type = self.mean_type = self.covariance_type = "float" if given.options.arithmetic == "f32" else "double"
@@ -343,7 +345,7 @@ class FloatFilter(Arithmetic):
     def _likelihood(self) -> list[str]:
         """Of the components that the last update took"""
         given, logarithm, m = self.given, "logf" if self.type == "float" else "log", self.slots
-        return [f"/** Logarithm of the likelihood of the last update; `taken`: what it returned. */",
+        return ["/** Logarithm of the likelihood of the last update; `taken`: what it returned. */",
                 f"static inline {self.type} {given.name}_log_likelihood(const {given.type} *f, unsigned taken)", "{",
                 f"    {self.type} sum = f->nis;",
                 f"    for (int j = 0; j < {m}; j++)",

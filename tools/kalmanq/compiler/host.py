@@ -30,15 +30,18 @@ static uint32_t hash(uint32_t h, const void *field, unsigned size)
     return h;
 }}
 
+static {name}_filter f;
+{smooths}
 void run(int rows, int goes_on, int first, const unsigned char *what, const unsigned *present, const double *z, const double *u,
          const double *now, double *mean, double *reading, double *covariance, unsigned *taken, unsigned *events, unsigned *digest);
 
 void run(int rows, int goes_on, int first, const unsigned char *what, const unsigned *present, const double *z, const double *u,
          const double *now, double *mean, double *reading, double *covariance, unsigned *taken, unsigned *events, unsigned *digest)
 {{
-    static {name}_filter f;
     uint32_t h = UINT32_C(2166136261);
-    if (!goes_on) {name}_start(&f);
+    if (!goes_on) {{
+{start}
+    }}
 {lag}
     for (int t = 0; t < rows; t++, z += {m}, u += {l}, now += {l}) {{
         {type} v[{m}], w[{l} + 1], at[{l} + 1];
@@ -86,7 +89,8 @@ class Host:
                 for file, text in files.items():
                     (self.folder / file).write_text(text, encoding="utf-8")
             library = build(self.folder, [f"{name}.c", "driver.c"], "filter.so", (*self.flags, "-shared", "-fPIC"))
-            self._run = ctypes.CDLL(str(library)).run
+            self._library = ctypes.CDLL(str(library))
+            self._run = self._library.run
         except BaseException:
             self.__exit__()
             raise
@@ -116,6 +120,50 @@ class Host:
         self._run(rows, int(goes_on), first, *(ctypes.c_void_p(one.ctypes.data) for one in arrays))
         return replace(made, digest=int(arrays[-1][0]))
 
+    def smoothed(self, what: np.ndarray) -> Smoothed:
+        """Backwards over the rows of the last call, whose `what` it was, as far as --smooth holds them"""
+        n, size, rows = self.product.given.of.n, len(self.product.given.carried), len(what)
+        made = Smoothed(*(np.full(shape, np.nan) for shape in ((rows, size), (rows, n, n), (rows, size))))
+        predicts = np.ascontiguousarray(np.asarray(what) & PREDICTS, np.uint8)
+        self._library.smooth(rows, *(ctypes.c_void_p(one.ctypes.data) for one in (predicts, made.mean, made.covariance, made.lagged)))
+        return made
+
+    def steps_back(self, what: np.ndarray) -> np.ndarray:
+        """Smoothed means 1, 2, ... steps before the last one of such rows"""
+        predicts = np.flatnonzero(np.asarray(what) & PREDICTS)[::-1]
+        return self.smoothed(what).mean[predicts[:self.product.given.options.smooth] - 1]
+
+
+@dataclass(frozen=True)
+class Smoothed:
+    """Of each row given all rows, by NAME_smooth, and the mean by NAME_lagged; NaN where no step is recorded"""
+
+    mean: np.ndarray
+    covariance: np.ndarray
+    lagged: np.ndarray
+
+
+SMOOTHS = """
+static {name}_history history;
+
+void smooth(int rows, const unsigned char *predicts, double *mean, double *covariance, double *lagged);
+
+void smooth(int rows, const unsigned char *predicts, double *mean, double *covariance, double *lagged)
+{{
+    const {name}_filter now = f;
+    {type} v[{size}];
+    for (int t = rows - 1, back = 0; t >= 0; t--) {{
+{read}
+        for (int i = 0; i < {n}; i++)
+            for (int j = 0; j < {n}; j++) covariance[(t * {n} + i) * {n} + j] = {entry};
+        {name}_lagged(&now, &history, back, v);
+        for (int i = 0; i < {size}; i++) lagged[t * {size} + i] = v[i];
+        if (predicts[t] && !{name}_smooth(&f, &history, ++back)) break;
+    }}
+    f = now;
+}}
+"""
+
 
 def driver(product: Product) -> str:
     given, a = product.given, product.arithmetic
@@ -129,9 +177,14 @@ def driver(product: Product) -> str:
     follows, hashed = lag.followed(given), [f"f.{field}" for field in a.arrays]
     digests = [*follows[1:], *(f"h = hash(h, {one}, sizeof {one});" for one in (*hashed, *lag.kept(given)))]
     calls = product.text.row(Row("what[t]", "present[t]", "v", "w", "at", "first + t", "taken[t]"))
-    return DRIVER.format(name=name, type=a.type, n=of.n, m=of.m, l=of.l, digests=_inside(digests), calls=_inside(calls),
-                         given=_inside(convert), read=_inside(read), entry=a.covariance_double("i", "j"),
-                         lag="\n".join(f"    {line}" for line in follows[:1]))
+    start = [f"{name}_start(&f);"]
+    texts = {"name": name, "type": a.type, "n": of.n, "size": size, "read": _inside(read[:size]), "entry": a.covariance_double("i", "j"),
+             "smooths": ""}
+    if given.options.smooth:
+        start.append(f"{name}_history_start(&history);")
+        texts["smooths"] = SMOOTHS.format(**texts)
+    return DRIVER.format(**{**texts, "read": _inside(read)}, m=of.m, l=of.l, digests=_inside(digests), calls=_inside(calls),
+                         given=_inside(convert), start=_inside(start), lag="\n".join(f"    {line}" for line in follows[:1]))
 
 
 def _inside(lines: Sequence[str]) -> str:

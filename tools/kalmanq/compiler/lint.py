@@ -1,7 +1,7 @@
 """What float does to a model's own formulas: each is worked out in float and in double from the same state.
 
-Tried are the means of records, states within two sigma of them, and states with one of them near 0, where formulas such
-as (1 - cos w) / w lose their digits, if the records come near there.
+Tried are the means of records, states within two sigma of them, and the means at which a state is nearest to 0 with it
+nearer still, where formulas such as (1 - cos w) / w lose their digits, if the records come near there.
 """
 
 from __future__ import annotations
@@ -19,6 +19,7 @@ from kalmanq.nonlinear.formulas import values_of
 Visited = tuple[np.ndarray, np.ndarray, np.ndarray]  # means, sigmas, controls: of rows
 POINTS = 300  # rows that are looked at
 EPSILON, TINY = 2.0**-24, 1e-30  # rounding of a float; a value below counts as this
+NEAREST = 20  # means that are nearest to 0 in a state
 NEAR_ZERO = 10.0 ** -np.arange(1.0, 8.0)
 
 
@@ -38,7 +39,7 @@ class Lossy:
 def lossy_formulas(model: NonlinearModel, visited: Sequence[Visited]) -> list[Lossy]:
     """All formulas, the worst one first"""
     x, sigma, t, u = _points(model, visited)
-    rows = list(_formulas(model, sigma))
+    rows = list(_formulas(model, np.maximum(sigma, EPSILON * np.abs(x))))  # a state without noise gets more certain than a float
     program = Program([one for _, one, _ in rows])
     single = {name: np.asarray(value, np.float32) for name, value in values_of(x.T, t, u.T).items()}
     low = program.values(single, np.float32)
@@ -96,8 +97,8 @@ def _points(model: NonlinearModel, visited: Sequence[Visited]) -> tuple[np.ndarr
     low, high = x.min(axis=0) - 3 * sigma.max(axis=0), x.max(axis=0) + 3 * sigma.max(axis=0)
     for i in range(model.n):
         if low[i] <= 0 <= high[i]:
-            near = x.copy()
-            near[:, i] = draws.choice(NEAR_ZERO, len(x)) * np.where(x[:, i] == 0, sigma[:, i], x[:, i])
+            near = x[np.resize(np.argsort(np.abs(x[:, i]))[:NEAREST], len(x))]  # others are what they are there
+            near[:, i] = draws.choice(NEAR_ZERO, len(x)) * np.where(near[:, i] == 0, sigma[:, i], near[:, i])
             made.append(near)
     count = len(made)
     return np.concatenate(made), np.tile(sigma, (count, 1)), np.tile(t, count), np.tile(u, (count, 1))

@@ -6,15 +6,15 @@ lines, because A and H are sparse.
 
 from __future__ import annotations
 
-from typing import Sequence
+from typing import Callable, Iterable
+
+import numpy as np
 
 from kalmanq.compiler import ud
 from kalmanq.compiler.floats import LEAST, FloatFilter
-from kalmanq.formulas.graph import dot, symbol
 from kalmanq.compiler.printing import Body
 from kalmanq.compiler.request import RUN
-
-MOST_OPERATIONS = 4000  # of a predict and an update in straight lines: about 20 kB
+from kalmanq.formulas.graph import symbol
 
 PREDICT = """\
 /* U D U' becomes A U D U' A' + G q G' (Thornton): the rows of [A U, G] are made orthogonal, from the last one on. */
@@ -94,14 +94,11 @@ class LoopedFilter(FloatFilter):
         self.live = ud.keys(self.of.n)
         self.facts = {key: key for key in self.live}
 
-    def _table(self, values: Sequence[float]) -> str:
-        return f"{{{', '.join(self.number(value) for value in values)}}}"
-
     def predict_factor(self) -> list[str]:
         return ["predict_factor(f->P);"]
 
     def update(self, j: int) -> list[str]:
-        options, m, n = self.given.options, self.of.m, self.of.n
+        options, n = self.given.options, self.of.n
         body = Body(self.words)
         y = body.text(self.innovation(self.mean, j, symbol(f"z{j}")))
         lines = [f"const {self.type} y = {y};"]
@@ -137,15 +134,26 @@ class LoopedFilter(FloatFilter):
 
     def _matrices(self) -> list[str]:
         """A by its entries that are not 0, the factor of Q, H"""
-        of, n = self.of, self.of.n
-        places = [(i, k) for i in range(n) for k in range(n) if of.A[i, k]]
-        first = [sum(i < row for i, _ in places) for row in range(n + 1)]
-        noise = self.coefficients.noise()
-        lines = [f"static const int16_t a_first[{n + 1}] = {{{', '.join(map(str, first))}}}; /* rows of A */",
-                 f"static const uint8_t a_column[{len(places)}] = {{{', '.join(str(k) for _, k in places)}}};",
-                 f"static const {self.type} a_value[{len(places)}] = {self._table([of.A[one] for one in places])};",
-                 f"static const {self.type} q[{max(len(noise), 1)}] = {self._table([one.weight.value for one in noise] or [0])};",
-                 f"static const {self.type} noise[{n}][{max(len(noise), 1)}] = {{",
-                 *(f"    {self._table([one.entries[i].value for one in noise] or [0])}," for i in range(n)), "};",
-                 f"static const {self.type} H[{of.m}][{n}] = {{", *(f"    {self._table(row)}," for row in of.H), "};", ""]
-        return lines
+        of, noise = self.of, self.coefficients.noise()
+        weights = [one.weight.value for one in noise] or [0]
+        entries = [[one.entries[i].value for one in noise] or [0] for i in range(of.n)]
+        return [*sparse(of.A, self.type, lambda i, k: self.number(of.A[i, k])), *table(self.type, "q", [map(self.number, weights)]),
+                *table(self.type, "noise", [map(self.number, row) for row in entries], True),
+                *table(self.type, "H", [map(self.number, row) for row in of.H], True), ""]
+
+
+def table(type_: str, name: str, rows: Iterable[Iterable[str]], is_matrix: bool = False) -> list[str]:
+    """A constant array, of one row or as a matrix"""
+    made = [list(row) for row in rows]
+    texts = [f"{{{', '.join(row)}}}" for row in made]
+    if not is_matrix:
+        return [f"static const {type_} {name}[{len(made[0])}] = {texts[0]};"]
+    return [f"static const {type_} {name}[{len(made)}][{len(made[0])}] = {{", *(f"    {text}," for text in texts), "};"]
+
+
+def sparse(A: np.ndarray, type_: str, value: Callable[[int, int], str]) -> list[str]:
+    """A by its entries that are not 0, as value() writes them"""
+    places = [(i, k) for i, row in enumerate(A) for k, one in enumerate(row) if one]
+    first = [str(sum(i < row for i, _ in places)) for row in range(len(A) + 1)]
+    return [*table("int16_t", "a_first", [first]), *table("uint8_t", "a_column", [[str(k) for _, k in places]]),
+            *table(type_, "a_value", [[value(i, k) for i, k in places]])]

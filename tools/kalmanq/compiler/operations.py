@@ -24,7 +24,7 @@ KINDS = (
     "constant_products", "powers", "accumulated", "wide_sums", "roundings", "wide", "called_wide", "whole",
     "whole_wide", "highs", "high_shifts", "wide_shifts", "has_product", "has_wide", "has_inverse", "selects", "controls",
     "components", "settles", "tables", "parts", "shifted", "fractions", "words", "narrowed", "stopped", "checks", "far",
-    "checked",
+    "checked", "stays",
     *(f"spills{k}" for k in REGISTERS))
 ARGUMENTS = {"f", "z", "u"}  # which point to words
 CALLED = {"part": "parts", "half_part": "parts", "twice_part": "parts", "shifted": "shifted", "fraction": "fractions",

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import re
 from dataclasses import dataclass, field
-from typing import Iterable, Mapping, Optional, Protocol, Sequence
+from typing import Iterable, Optional, Protocol, Sequence
 
 import numpy as np
 
@@ -12,6 +12,7 @@ from kalmanq.formulas.graph import CONDITIONS, FUNCTIONS, Node, needed
 
 WORD = re.compile(r"\b[A-Za-z_]\w*\b")
 Target = tuple[str, Node]  # what is assigned to, and its formula
+DEEPEST = 100  # of operations in one expression: compilers limit brackets, and Python its stack
 ATOM = 9  # rank of a name, a literal and a call: never in brackets
 
 
@@ -68,10 +69,15 @@ class Body:
 
     def name_shared(self, roots: Sequence[Node]) -> None:
         order, uses = needed(roots)
+        depth: dict[int, int] = {}  # of what is written in one expression
         for one in order:
-            is_shared = uses[id(one)] > 1 or id(one) in self.hints
-            if one.op not in ("constant", "symbol") and id(one) not in self.known and is_shared:
+            depth[id(one)] = 0
+            if one.op in ("constant", "symbol") or id(one) in self.known:
+                continue
+            depth[id(one)] = 1 + max(depth[id(a)] for a in one.args)
+            if uses[id(one)] > 1 or id(one) in self.hints or depth[id(one)] > DEEPEST:
                 self._name(one)
+                depth[id(one)] = 0
 
     def _name(self, one: Node) -> None:
         text, hint = self.text(one), self.hints.get(id(one))
@@ -154,7 +160,8 @@ class Floats:
         if one.op == "not":
             return f"!{argument(args[0], rank + 1)}", rank
         right = rank if one.op in ("add", "and", "or") else rank + 1
-        return f"{argument(args[0], rank)} {self.SIGNS[one.op]} {argument(args[1], right)}", rank
+        least = rank + 2 if one.op == "or" else 0  # compilers warn of a && b || c
+        return f"{argument(args[0], max(rank, least))} {self.SIGNS[one.op]} {argument(args[1], max(right, least))}", rank
 
     def function(self, name: str) -> str:
         """Of math.h"""

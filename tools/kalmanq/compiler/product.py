@@ -11,8 +11,9 @@ from typing import Optional
 from kalmanq.compiler import cycle, emit, enclosure, head
 from kalmanq.compiler.arithmetic import Arithmetic
 from kalmanq.compiler.floats import FloatFilter
-from kalmanq.compiler.loops import MOST_OPERATIONS, LoopedFilter
+from kalmanq.compiler.loops import LoopedFilter
 from kalmanq.compiler.request import GAP, LONGEST_GAP, Options, Request, request
+from kalmanq.compiler.word_loops import LoopedWords
 from kalmanq.compiler.words import WordFilter
 from kalmanq.errors import KalmanqError
 from kalmanq.formulas import graph
@@ -44,10 +45,11 @@ class Product:
 
     @property
     def ram(self) -> int:
-        """Bytes of the filter where words are aligned: its arithmetic's, calls, a counter, events, rejections"""
+        """Bytes of the filter where words are aligned: its arithmetic's, calls and a counter if there are any, events, rejections"""
         options = self.given.options
-        size = self.arithmetic.size() + 8 + (self.given.of.m if options.gate is not None else 0)
         align = 4 if options.arithmetic == "f32" else 8
+        events = 8 if self.text.count_fields() else align if options.nis else 2
+        size = self.arithmetic.size() + events + (self.given.of.m if options.gate is not None else 0)
         return -(-size // align) * align
 
 
@@ -80,12 +82,13 @@ def _cycle(given: Request) -> Optional[cycle.Cycle]:
 
 
 def _arithmetic(given: Request, steady: Optional[enclosure.Settled], turn: Optional[cycle.Cycle]) -> Arithmetic:
-    if given.options.arithmetic == "q31":
-        return WordFilter(given, steady, turn)
-    if given.options.loops is None and not given.options.tunable:
-        straight = FloatFilter(given, steady)
-        return straight if straight.operations <= MOST_OPERATIONS else LoopedFilter(given, steady)
-    return (LoopedFilter if given.options.loops else FloatFilter)(given, steady)
+    is_fixed, options = given.options.arithmetic == "q31", given.options
+    straight, looped = (WordFilter, LoopedWords) if is_fixed else (FloatFilter, LoopedFilter)
+    known = (given, steady, turn) if is_fixed else (given, steady)
+    if options.loops is None and not options.tunable:
+        made = straight(*known)
+        return made if made.operations <= made.most_operations else looped(*known)
+    return (looped if options.loops else straight)(*known)
 
 
 def remarks(given: Request, steady: Optional[enclosure.Settled], turn: Optional[cycle.Cycle], source: str) -> list[str]:

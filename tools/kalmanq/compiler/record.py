@@ -94,17 +94,18 @@ def exact(given: Request, record: Record, taken: np.ndarray) -> tuple[np.ndarray
     """Means and covariances in long double, by Joseph's form; taken: the components that the filter took"""
     A, B, H, Q, R, x, P = (getattr(given.of, name).astype(float).astype(LONG)
                            for name in ("A", "B", "H", "Q", "R", "x0", "P0"))
-    mixed = record.z.astype(LONG) @ given.mixing.astype(LONG).T
+    mixed, u = record.z.astype(LONG) @ given.mixing.astype(LONG).T, record.u.astype(LONG)
     means, covariances = np.empty((len(taken), len(A)), LONG), np.empty((len(taken), *A.shape), LONG)
     eye = np.eye(len(A), dtype=LONG)
-    for t, bits in enumerate(taken):
+    for t, bits in enumerate(taken.tolist()):
         if record.what[t] & PREDICTS:
-            x, P = A @ x + B @ record.u[t].astype(LONG), A @ P @ A.T + Q
-        for j in (j for j in range(len(H)) if int(bits) >> j & 1):
+            x, P = A @ x + B @ u[t], A @ P @ A.T + Q
+        for j in (j for j in range(len(H)) if bits >> j & 1):
             row = P @ H[j]
             k = row / (H[j] @ row + R[j])
-            left = eye - np.outer(k, H[j])
-            x, P = x + k * (mixed[t, j] - H[j] @ x), left @ P @ left.T + R[j] * np.outer(k, k)
+            column = k[:, None]
+            left = eye - column * H[j]
+            x, P = x + k * (mixed[t, j] - H[j] @ x), left @ P @ left.T + R[j] * (column * k)
             P = (P + P.T) / 2
         means[t], covariances[t] = x, P
     return means, covariances

@@ -3,12 +3,11 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
-from decimal import Decimal
 from typing import Optional, Sequence
 
 import numpy as np
 
-from kalmanq.compiler.exact import Numbers, decimals, eye, inverse
+from kalmanq.compiler.exact import Numbers, decimals
 from kalmanq.compiler.names import named
 from kalmanq.errors import KalmanqError
 from kalmanq.model import Model
@@ -27,7 +26,7 @@ class Options:
     student: degrees of freedom; nis: NIS, the likelihood and variances of innovations are kept; tunable: A, Q and R are fields; lag: the mean so many samples ago, too;
     loops: of the factor in the place of straight lines; None: where those would be very long;
     every: of each measurement, in rows, where they have different rates; iterate: linearisations of h in an update, of a
-    nonlinear model"""
+    nonlinear model; smooth: steps that its history holds"""
 
     arithmetic: str = "f32"
     settle: float = 1e-6
@@ -39,6 +38,7 @@ class Options:
     loops: Optional[bool] = None
     every: Sequence[int] = ()
     iterate: int = 1
+    smooth: int = 0
 
     @property
     def settles(self) -> bool:

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import numpy as np
-
 from kalmanq.compiler import enclosure
 from kalmanq.compiler.request import GAP, LONGEST_GAP, Options, request
 from kalmanq.errors import KalmanqError

@@ -36,7 +36,7 @@ def function(given: Request, of: Continuous, type_: str, number: Callable[[float
     table = ", ".join(number(float(value)) for value in of.F.ravel())
     noise = ", ".join(number(float(value)) for value in of.Qc.ravel())
     halves = [] if of.ends else [
-        f"int doublings = 0;", f"for (; h * {number(of.norm)} > {number(SHORT)}; doublings++) h *= {number(0.5)};"]
+        "int doublings = 0;", f"for (; h * {number(of.norm)} > {number(SHORT)}; doublings++) h *= {number(0.5)};"]
     doubled = [] if of.ends else [
         "for (; doublings; doublings--) {", "    times(next, A, noise, 0);", "    times(term, next, A, 1);",
         f"    for (int i = 0; i < {size}; i++) Q[i] += term[i];", "    times(term, A, S, 0);",

@@ -28,19 +28,22 @@ static uint32_t digest(uint32_t h, const void *field, unsigned size)
 
 def trial(product: Product, host: Host, record: Optional[Record] = None) -> str:
     record = record or drawn(product.given, ROWS, SEED, 3)
-    return Trial(product, record, host.run(record.z, record.u, record.present, record.what, now=record.now)).text()
+    ran = host.run(record.z, record.u, record.present, record.what, now=record.now)
+    back = host.steps_back(record.what) if product.given.options.smooth else None
+    return Trial(product, record, ran, back).text()
 
 
 class Trial:
-    def __init__(self, product: Product, record: Record, ran: Ran):
+    def __init__(self, product: Product, record: Record, ran: Ran, back: Optional[np.ndarray] = None):
+        """back: smoothed means 1, 2, ... steps ago, of a filter with --smooth"""
         self.product, self.given, self.a = product, product.given, product.arithmetic
-        self.record, self.ran, self.name = record, ran, product.given.name
+        self.record, self.ran, self.back, self.name = record, ran, back, product.given.name
 
     def text(self) -> str:
         lines = comment([f"{self.name}_test: {ROWS} rows of the model, some of them missing, come to what they came to on the",
                          "host.  Prints OK, and a digest of all bits, which is the same on every core that does not",
                          f"fuse products (-ffp-contract=off): {self.ran.digest:08x}."])
-        return "\n".join([*lines, "#include <stdio.h>", "", f'#include "{self.name}.h"', "", *self._rows(), HASH,
+        return "\n".join([*lines, "#include <stdio.h>", "", f'#include "{self.name}.h"', "", *self._rows(), *self._smoothed(), HASH,
                           *self._near(), *self._main()])
 
     def _rows(self) -> list[str]:
@@ -61,6 +64,26 @@ class Trial:
     def _list(self, which: str, values: Sequence[float]) -> str:
         return f"{{{', '.join(self.a.literal(self.a.raw(which, k, value)) for k, value in enumerate(values))}}}"
 
+    def _smoothed(self) -> list[str]:
+        if self.back is None:
+            return []
+        rows = [f"{{{', '.join(self.a.literal(value) for value in row)}}}," for row in self.back]
+        return ["/* Means 1, 2, ... steps ago, given all rows */",
+                f"static const {self.a.type} smoothed[{len(rows)}][{len(self.given.carried)}] = {{", *indented(rows), "};", ""]
+
+    def _smooths(self) -> list[str]:
+        """Goes back over what is recorded, by both ways"""
+        if self.back is None:
+            return []
+        name, count = self.name, len(self.back)
+        near = [f"wrong += !is_near({{}}, smoothed[back - 1][{i}], {self._variance(i, 's')});" for i in range(len(self.given.carried))]
+        return [f"static {self.given.type} s;", f"{self.a.type} mean[{len(self.given.carried)}];", "int back = 1;", "s = f;",
+                f"for (; back <= {count} && {name}_smooth(&s, &history, back); back++) {{",
+                f"    if (!{name}_lagged(&f, &history, back, mean)) wrong++;",
+                *(f"    {one.format(f'{name}_mean_{state}(&s)')}" for one, state in zip(near, self.given.carried)),
+                *(f"    {one.format(f'mean[{i}]')}" for i, one in enumerate(near)), "}",
+                f"wrong += back != {count + 1};"]
+
     def _near(self) -> list[str]:
         type_, arithmetic = self.a.type, self.given.options.arithmetic
         if arithmetic == "q31":
@@ -70,10 +93,10 @@ class Trial:
                 f"    const {type_} apart = mean - expected;",
                 f"    return apart * apart <= {limit} * {limit} * variance;", "}", ""]
 
-    def _variance(self, i: int) -> str:
+    def _variance(self, i: int, of: str = "f") -> str:
         """Of number i of the mean; a nominal number has none of its own: the least of the errors"""
         if not self.given.nominal:
-            return f"{self.name}_variance_{self.given.states[i]}(&f)"
+            return f"{self.name}_variance_{self.given.states[i]}(&{of})"
         return self.a.literal(float(np.einsum("tii->ti", self.ran.covariance).min()))
 
     def _main(self) -> list[str]:
@@ -86,9 +109,10 @@ class Trial:
         digests = [f"h = digest(h, {one}, sizeof {one});"
                    for one in (*(f"f.{field}" for field in self.a.arrays), *lag.kept(self.given))]
         follows = lag.followed(self.given)
+        history = [] if self.back is None else [f"static {name}_history history;", f"{name}_history_start(&history);"]
         return ["int main(void)", "{", *indented([
-            f"static {self.given.type} f;", "int wrong = 0;", "uint32_t h = UINT32_C(2166136261);", f"{name}_start(&f);", *follows[:1],
+            f"static {self.given.type} f;", "int wrong = 0;", "uint32_t h = UINT32_C(2166136261);", f"{name}_start(&f);", *follows[:1], *history,
             f"for (int t = 0; t < {ROWS}; t++) {{", "    unsigned taken = 0;",
-            *indented([*calls, "wrong += taken != rows[t].taken;", *checks, *follows[1:], *digests]), "}",
+            *indented([*calls, "wrong += taken != rows[t].taken;", *checks, *follows[1:], *digests]), "}", *self._smooths(),
             f'printf("{name}: %d wrong, digest %08lx\\n", wrong, (unsigned long)h);', 'if (!wrong) puts("OK");',
             "return wrong != 0;"]), "}", ""]

@@ -8,7 +8,7 @@ Entry (i, j) with i < j is U_ij; entry (j, j) is D_j.
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Callable, Optional, Sequence
+from typing import Sequence
 
 import numpy as np
 
@@ -50,7 +50,7 @@ class UD:
     least: float = LEAST
 
     def predict(self, A: Sequence[Row], noise: Sequence[Column], P: Entries) -> Entries:
-        return self._triangular([*_times(A, P), *(Column(one.weight, list(one.entries)) for one in noise)], len(A))
+        return self.triangular([*times(A, P), *(Column(one.weight, list(one.entries)) for one in noise)], len(A))
 
     def update(self, h: Row, r: Given, P: Entries) -> tuple[list[Node], Node, Entries]:
         """Of one component with variance r: P H', the inverse of its innovation's variance, and P afterwards"""
@@ -74,9 +74,13 @@ class UD:
             variance, before = total, weight
         return products, weight, after
 
-    def _triangular(self, columns: list[Column], n: int) -> Entries:
+    def triangular(self, columns: list[Column], n: int) -> Entries:
+        return self.reduced(columns, range(n - 1, -1, -1))[0]
+
+    def reduced(self, columns: list[Column], rows: Sequence[int]) -> tuple[Entries, list[Column]]:
+        """U and D of some rows, the last one first, and the columns of what is left: of the rows above, given these"""
         after: Entries = {}
-        for row in range(n - 1, -1, -1):
+        for row in rows:
             parts = [one for one in columns if not one.entries[row].equals(0)]
             pivot = next((one for one in parts if one.entries[row].equals(1) and self.rotates), None)
             if not parts:
@@ -91,7 +95,7 @@ class UD:
                 after[row, row] = parts[0].weight * last * last
             else:
                 after.update(self._projected(parts, row))
-        return after
+        return after, columns
 
     def _rotated(self, pivot: Column, others: Sequence[Column], row: int) -> Entries:
         """The pivot's entry is 1, so nothing is divided by an entry that may be small."""
@@ -143,7 +147,7 @@ def columns_of_noise(Q: np.ndarray) -> list[Column]:
             for c in range(n) if q[c, c]]
 
 
-def _times(A: Sequence[Row], P: Entries) -> list[Column]:
+def times(A: Sequence[Row], P: Entries) -> list[Column]:
     """The columns of A U, with their weights D"""
     n = len(A)
     return [Column(P[c, c], [dot((row[k], ONE if k == c else P[k, c]) for k in range(c + 1)) for row in A])

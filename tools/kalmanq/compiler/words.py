@@ -36,6 +36,7 @@ class WordFilter(Readings):
     type, zero = "int32_t", "0"
     mean_type = covariance_type = "int64_t"
     arrays = ("x", "P")  # without padding
+    most_operations = 8000  # about 32 kB
     events = (("SIGMA_SATURATED", "a sigma would be beyond its format: the covariance was not predicted"),
               ("MEAN_SATURATED", "a mean or an innovation was beyond its format: the nearer end was taken"))
 
@@ -50,7 +51,7 @@ class WordFilter(Readings):
         self.formats = formats(given, self.model, self.constant, gains, sigma)
         self.mean = Mean(given.of, self.formats, self.event("MEAN_SATURATED"))
         made = [self._in_order(order) for order in self._orders()]
-        self.factor, self.live, _ = min(made, key=lambda one: one[2])
+        self.factor, self.live, self.operations = min(made, key=lambda one: one[2])
 
     # ---- the order of states, and which entries there are
 
@@ -142,7 +143,7 @@ class WordFilter(Readings):
         """Component j, whose value is z<j>"""
         f, lines = self.formats, Lines()
         weight = self._student(lines, j) if self.given.options.student else None
-        after, b, last = self.factor.update(lines, self.entries, j, weight)
+        b, last, first, stores = self._updated(lines, j, weight)
         if last is None:
             return []
         more, shift = f.more[j], f.wide[j] + f.row[j] - f.weighed[j] - f.more[j]
@@ -155,15 +156,16 @@ class WordFilter(Readings):
         if weight and self.given.options.nis:
             square = variance_word(self.of.R[j], 2 * f.row[j])
             last = "nominal"
-            made += [f"const reciprocal nominal = inverse_root(UINT64_C({square}) + {self.factor.spread(lines, self.entries, j)});",
+            made += [f"const reciprocal nominal = inverse_root(UINT64_C({square}) + {self._spread(lines, j)});",
                      f"const int32_t apart = narrow(shifted(wide(nominal.over, y), {shift + more} - nominal.half));"]
         writes += self._nis(j, "apart" if last == "nominal" else "v", f"word({last})")
+        writes += first
         moved = [(self.factor.order[i], one) for i, one in enumerate(b) if one is not None]
         for i, one in sorted(moved):
             by = f.weighed[j] + BITS - f.exponent[i] - f.x[i]
             text = f"product({one}, v)" + (f" + (product({one}, rest) >> {more})" if more else "")
             writes.append(f"x{i} += {f'shifted({text}, {by})' if by else text};")
-        writes += [*self.mean.stops(sorted(i for i, _ in moved)), *self._stored(after)]
+        writes += [*self.mean.stops(sorted(i for i, _ in moved)), *stores]
         if self.given.options.gate is None:
             return living([*made, *writes])
         most = self._gate(j)
@@ -172,13 +174,22 @@ class WordFilter(Readings):
                 *indented([*writes, f"if (is_near) f->rejected[{j}] = 0;"]), "} else {",
                 *indented([f"f->rejected[{j}]++;", self.event("GATED"), f"taken &= ~{1 << j}u;"]), "}"]
 
+    def _updated(self, lines: Lines, j: int, weight: Value) -> tuple[list[Value], Optional[str], list[str], list[str]]:
+        """Gain times sigma of the innovation, the name of that sigma, and lines before and after the mean's"""
+        after, b, last = self.factor.update(lines, self.entries, j, weight)
+        return b, last, [], self._stored(after)
+
+    def _spread(self, lines: Lines, j: int) -> str:
+        """The name of H_j P H_j'"""
+        return self.factor.spread(lines, self.entries, j)
+
     def _student(self, lines: Lines, j: int) -> str:
         """Name of the weight of component j, a fraction: sqrt of the least variance over that which it is taken with"""
         f, nu = self.formats, float(self.given.options.student or 0)
         r, least = (variance_word(one, 2 * f.far[j]) for one in (self.of.R[j], f.least[j]))
         root, half = root_of(least)
         y, by = aligned("y", f.wide[j] + f.far[j] - BITS), min(2 * (f.far[j] - f.row[j]), 63)
-        spread = self.factor.spread(lines, self.entries, j)
+        spread = self._spread(lines, j)
         return lines.let("k", f"student(narrow({y}), {f'{spread} >> {by}' if by else spread}, UINT64_C({r}), UINT64_C({least}), "
                          f"{min(round(2**31 / (nu + 1)), 2**31 - 1)}, {root}, {half})")
 

@@ -32,7 +32,7 @@ def derivative(one: Node, by: Node, memo: Memo) -> Node:
 def _derivative(one: Node, by: Node, memo: Memo) -> Node:
     if one.op == "symbol":
         return constant(one is by)
-    if one.op in CONDITIONS or one.op in ("constant", "floor"):
+    if one.op in CONDITIONS or one.op in ("constant", "floor", "rint"):
         return constant(0)
     d = [memo[id(a)] for a in one.args]
     if one.op == "select":
@@ -49,7 +49,13 @@ def _product(one: Node, d: Sequence[Node], a: Node, b: Node) -> Node:
 def _power(one: Node, d: Sequence[Node], a: Node, b: Node) -> Node:
     if b.is_constant:
         return mul(mul(b, power(a, b.value - 1)), d[0])
-    return mul(one, add(mul(d[1], call("log", a)), divide(mul(b, d[0]), a)))
+    slope = mul(mul(b, power(a, sub(b, 1.0))), d[0])
+    by_exponent = constant(0) if d[1].equals(0) else mul(mul(one, call("log", a)), d[1])
+    return add(slope, select(compare("eq", a, 0.0), 0.0, by_exponent))
+
+
+def _remainder(one: Node, d: Sequence[Node], a: Node, b: Node) -> Node:
+    return d[0] if d[1].equals(0) else sub(d[0], mul(call("rint", divide(sub(a, one), b)), d[1]))
 
 
 def _angle(one: Node, d: Sequence[Node], y: Node, x: Node) -> Node:
@@ -63,14 +69,19 @@ def _chain(slope: Callable[[Node, Node], Given]) -> Callable[..., Node]:
 
 _RULES: dict[str, Callable[..., Node]] = {
     "add": lambda one, d, a, b: add(d[0], d[1]), "sub": lambda one, d, a, b: sub(d[0], d[1]), "mul": _product,
-    "pow": _power, "atan2": _angle,
+    "pow": _power, "atan2": _angle, "fmod": _remainder,
     "inverse": _chain(lambda f, a: sub(0.0, mul(f, f))), "sqrt": _chain(lambda f, a: mul(0.5, inverse(f))),
     "sin": _chain(lambda f, a: call("cos", a)), "cos": _chain(lambda f, a: sub(0.0, call("sin", a))),
     "tan": _chain(lambda f, a: add(1.0, mul(f, f))), "exp": _chain(lambda f, a: f), "log": _chain(lambda f, a: inverse(a)),
+    "expm1": _chain(lambda f, a: add(f, 1.0)), "log1p": _chain(lambda f, a: inverse(add(1.0, a))),
+    "cbrt": _chain(lambda f, a: inverse(mul(3.0, mul(f, f)))),
     "atan": _chain(lambda f, a: inverse(add(1.0, mul(a, a)))),
     "asin": _chain(lambda f, a: inverse(call("sqrt", sub(1.0, mul(a, a))))),
     "acos": _chain(lambda f, a: sub(0.0, inverse(call("sqrt", sub(1.0, mul(a, a)))))),
     "sinh": _chain(lambda f, a: call("cosh", a)), "cosh": _chain(lambda f, a: call("sinh", a)),
+    "asinh": _chain(lambda f, a: inverse(call("sqrt", add(mul(a, a), 1.0)))),
+    "acosh": _chain(lambda f, a: inverse(call("sqrt", sub(mul(a, a), 1.0)))),
+    "atanh": _chain(lambda f, a: inverse(sub(1.0, mul(a, a)))),
     "tanh": _chain(lambda f, a: sub(1.0, mul(f, f))), "abs": _chain(lambda f, a: select(compare("lt", a, 0.0), -1.0, 1.0)),
 }
 _MADE: dict[str, Callable[..., Node]] = {"add": add, "sub": sub, "mul": mul, "inverse": inverse, "pow": power}
@@ -129,16 +140,29 @@ def less(one: Node, term: Node) -> Node:
 
 def without(one: Node, term: Node) -> Optional[Node]:
     """None: one is no sum with this term"""
+    memo: dict[int, Optional[Node]] = {}
+    waiting = [one]
+    while waiting:
+        last = waiting[-1]
+        needs = [] if last is term else [a for a in _TERMS.get(last.op, lambda args: ())(last.args) if id(a) not in memo]
+        waiting += needs
+        if not needs:
+            memo[id(waiting.pop())] = _less(last, term, memo)
+    return memo[id(one)]
+
+
+_TERMS: dict[str, Callable[..., Sequence[Node]]] = {"select": lambda args: args[1:], "add": lambda args: args,
+                                                    "sub": lambda args: args[:1]}
+
+
+def _less(one: Node, term: Node, memo: Mapping[int, Optional[Node]]) -> Optional[Node]:
     if one is term:
         return constant(0)
+    found = [memo[id(a)] for a in _TERMS.get(one.op, lambda args: ())(one.args)]
     if one.op == "select":
-        yes, no = (without(a, term) for a in one.args[1:])
+        yes, no = found
         return None if yes is None or no is None else select(one.args[0], yes, no)
-    if one.op not in ("add", "sub"):
-        return None
-    a, b = one.args
-    left = without(a, term)
-    if left is not None:
-        return remade(one.op, [left, b])
-    right = without(b, term) if one.op == "add" else None
-    return None if right is None else add(a, right)
+    for k, part in enumerate(found):
+        if part is not None:
+            return remade(one.op, [*one.args[:k], part, *one.args[k + 1:]])
+    return None

@@ -1,22 +1,21 @@
-"""A number that is a formula: what Python and NumPy do with numbers, they do with it."""
+"""A number that is a formula: what Python does with numbers, it does with it."""
 
 from __future__ import annotations
 
-import math
+from functools import partial
 from typing import Any, Callable, Optional
 
 import numpy as np
 
-from kalmanq.formulas import graph
-from kalmanq.formulas.graph import FUNCTIONS, Given, Node, add, call, compare, divide, inverse, logic, mul, node, power, select, sub
+from kalmanq.formulas.functions import COMPLEX, NAMED, NoFormula, named, truth, value
+from kalmanq.formulas.graph import Node, constant
 
-
-class NoFormula(Exception):
-    """What is done has none."""
-
-
-NO_NUMBER = ("wants a number where there is a formula (float, int, an index, an array of floats); of a table there is "
-             "np.interp")
+NO_NUMBER = ("wants a number where there is a formula (float, int, an index, an array of numbers from outside or of another "
+             "module): make arrays of floats in the function, import on top of the file; of a table there is np.interp, and what "
+             "changes with the row t is a control")
+NO_TEXT = "a text with a number in it has no formula: leave it out of the function; print(x) is left out by itself"
+NO_KEY = ("a formula cannot be looked up in a dict, a set or a cache: write comparisons, or np.interp of a table; what changes "
+          "with the row t is a control")
 
 
 class Formula(Node):
@@ -24,39 +23,33 @@ class Formula(Node):
 
     __slots__ = ()
     __array_priority__ = 1000.0
+    shape, ndim, size = (), 0, 1
     decide: Optional[Callable[[Node], bool]] = None
 
-    def __truediv__(self, other: Given) -> Node: return divide(self, other)
-    def __rtruediv__(self, other: Given) -> Node: return divide(other, self)
-    def __pow__(self, other: Given) -> Node: return power(self, other)
-    def __rpow__(self, other: Given) -> Node: return power(other, self)
-    def __pos__(self) -> Node: return self
-    def __abs__(self) -> Node: return call("abs", self)
-    def __floordiv__(self, other: Given) -> Node: return call("floor", divide(self, other))
-    def __rfloordiv__(self, other: Given) -> Node: return call("floor", divide(other, self))
-    def __mod__(self, other: Given) -> Node: return remainder(self, other)
-    def __rmod__(self, other: Given) -> Node: return remainder(other, self)
-    def __gt__(self, other: Given) -> Node: return compare("lt", other, self)
-    def __ge__(self, other: Given) -> Node: return compare("le", other, self)
-    def __eq__(self, other: object) -> Any: return compare("eq", self, other)
-    def __ne__(self, other: object) -> Any: return logic("not", compare("eq", self, other))
-    def __and__(self, other: Given) -> Node: return logic("and", self, other)
-    def __rand__(self, other: Given) -> Node: return logic("and", other, self)
-    def __or__(self, other: Given) -> Node: return logic("or", self, other)
-    def __ror__(self, other: Given) -> Node: return logic("or", other, self)
-    def __invert__(self) -> Node: return logic("not", self)
-    def __round__(self, *digits: int) -> Node: return _rounded(self, *digits)
-    def __floor__(self) -> Node: return call("floor", self)
-    def __ceil__(self) -> Node: return _upward(self)
-    def __trunc__(self) -> Node: return _toward_zero(self)
-    def __hash__(self) -> int: return id(self)
+    @property  # type: ignore[misc]
+    def __class__(self) -> type:  # type: ignore[override]
+        """What isinstance says: as the functions are called, t is an int"""
+        return int if self.op == "symbol" and self.args == ("t",) else np.float64
+
+    def __repr__(self) -> str:
+        if Formula.decide is not None and not self.is_constant:
+            raise NoFormula(NO_TEXT)
+        return str(self.args[0]) if self.op in ("constant", "symbol") else "(a formula)"
+
+    def __format__(self, form: str) -> str:
+        return format(self.value, form) if self.is_constant else str(self)
+
+    def __hash__(self) -> int:
+        if self.is_constant:
+            return hash(self.value)
+        raise NoFormula(NO_KEY)
 
     def __bool__(self) -> bool:
         if self.is_constant:
             return bool(self.value)
         if Formula.decide is None:
             raise NoFormula("a branch depends on a value")
-        return Formula.decide(self)
+        return Formula.decide(truth(self))
 
     def __float__(self) -> float:
         if self.is_constant:
@@ -70,148 +63,72 @@ class Formula(Node):
         raise NoFormula(NO_NUMBER)
 
     def __complex__(self) -> complex:
-        raise NoFormula("complex numbers have no formula here")
+        if self.is_constant:
+            return complex(self.value)
+        raise NoFormula(COMPLEX)
 
-    def conjugate(self) -> Node:
+    def __round__(self, digits: int = 0) -> Any:
+        return named("round", self, digits)
+
+    def __divmod__(self, other: Any) -> Any:
+        return self // other, self % other
+
+    def __rdivmod__(self, other: Any) -> Any:
+        return other // self, other % self
+
+    def __getattr__(self, name: str) -> Callable[..., Any]:
+        """NumPy's loops over arrays of objects call a method of the function's name."""
+        if name in NAMED and not name.startswith("_"):
+            return partial(NAMED[name], self)
+        raise AttributeError(f"a number of NumPy's has its {name}, a formula has not" if hasattr(np.float64, name) else
+                             f"'numpy.float64' object has no attribute '{name}'")
+
+    def item(self) -> Any:
         return self
+
+    copy = flatten = ravel = item
+
+    @property
+    def imag(self) -> Node:
+        return constant(0)
 
     @property
     def real(self) -> Node:
         return self
 
-    @property
-    def imag(self) -> Node:
-        return graph.constant(0)
+    T = real
 
-    def __getattr__(self, name: str) -> Callable[..., Any]:
-        """NumPy's loops over arrays of objects call a method of the function's name."""
-        if name in NAMED:
-            return lambda *others: NAMED[name](self, *others)
-        raise AttributeError(name)
-
-    def __array_ufunc__(self, ufunc: Any, method: str, *given: Any, **options: Any) -> Any:
-        if method != "__call__" or any(value is not None for key, value in options.items() if key != "out"):
-            return NotImplemented
-        if any(isinstance(one, np.ndarray) and one.ndim for one in given):
-            return getattr(ufunc, method)(*map(boxed, given), **options)
-        made = named(ufunc.__name__, *(one.item() if isinstance(one, (np.ndarray, np.generic)) else one for one in given))
-        if "out" not in options:
-            return made
-        options["out"][0][...] = made
-        return options["out"][0]
-
-    def __array_function__(self, function: Any, types: Any, args: Any, options: Any) -> Any:
-        return function(*map(boxed, args), **options)
+    def astype(self, kind: Any) -> Any:
+        return as_type(self, kind)
 
 
-def _leaves_arrays(operator: Callable[..., Any]) -> Callable[..., Any]:
-    """An array's own operator takes a formula, entry by entry."""
-    return lambda one, *other: NotImplemented if other and getattr(other[0], "ndim", 0) else operator(one, *other)
+def _operator(name: str, is_reversed: bool) -> Callable[..., Any]:
+    def operator(one: Node, *other: Any) -> Any:
+        if other and (getattr(other[0], "ndim", 0) or not isinstance(other[0], (Node, *NUMBERS))):
+            return NotImplemented  # an array's own operator takes a formula, entry by entry
+        return named(name, *((*other, one) if is_reversed else (one, *other)))
+
+    return operator
 
 
-for _name in "add sub mul truediv pow floordiv mod lt gt le ge eq ne and or".split():
-    for _full in (f"__{_name}__", f"__r{_name}__"):
-        if hasattr(Formula, _full):
-            setattr(Formula, _full, _leaves_arrays(getattr(Formula, _full)))
+NUMBERS = (int, float, complex, np.number, np.bool_, np.ndarray)
+for _name, _of in {"add": "add", "sub": "subtract", "mul": "multiply", "truediv": "divide", "pow": "power", "mod": "remainder",
+                   "floordiv": "floor_divide", "and": "bitwise_and", "or": "bitwise_or", "xor": "bitwise_xor"}.items():
+    setattr(Formula, f"__{_name}__", _operator(_of, False))
+    setattr(Formula, f"__r{_name}__", _operator(_of, True))
+for _name, _of in {"lt": "less", "le": "less_equal", "gt": "greater", "ge": "greater_equal", "eq": "equal", "ne": "not_equal",
+                   "neg": "negative", "pos": "positive", "abs": "absolute", "invert": "invert", "floor": "floor",
+                   "ceil": "ceil", "trunc": "trunc"}.items():
+    setattr(Formula, f"__{_name}__", _operator(_of, False))
 
 
-def boxed(one: Any) -> Any:
-    """A formula as an array of objects, so that NumPy's own loops take it"""
-    if not isinstance(one, Node):
-        return one
-    box = np.empty((), object)
-    box[()] = one
-    return box
-
-
-def named(name: str, *given: Any) -> Any:
-    """What NumPy's or math's function of this name answers"""
-    if name not in NAMED:
-        raise NoFormula(f"{name} has no formula here")
-    return NAMED[name](*given)
-
-
-def remainder(a: Given, b: Given) -> Node:
-    return sub(a, mul(b, call("floor", divide(a, b))))
-
-
-def _truncated_remainder(a: Given, b: Given) -> Node:
-    """As C's fmod: of the sign of a"""
-    return sub(a, mul(b, _toward_zero(divide(a, b))))
-
-
-def hypot(*given: Given) -> Node:
-    total = node(0.0)
-    for one in given:
-        total = add(total, mul(one, one))
-    return call("sqrt", total)
-
-
-def _lesser(a: Given, b: Given) -> Node:
-    return select(compare("lt", a, b), a, b)
-
-
-def _greater(a: Given, b: Given) -> Node:
-    return select(compare("lt", a, b), b, a)
-
-
-def _clipped(a: Given, low: Given, high: Given) -> Node:
-    made = a if low is None else _greater(a, low)
-    return node(made if high is None else _lesser(made, high))
-
-
-def _upward(a: Given) -> Node:
-    return sub(0.0, call("floor", sub(0.0, a)))
-
-
-def _toward_zero(a: Given) -> Node:
-    return select(compare("lt", a, 0.0), _upward(a), call("floor", a))
-
-
-def _rounded(a: Given, digits: int = 0) -> Node:
-    """The nearest: of two that are equally near, the upper one"""
-    if digits:
-        raise NoFormula("round to digits has no formula here")
-    return call("floor", add(a, 0.5))
-
-
-def _sinc(a: Given) -> Node:
-    turned = mul(math.pi, a)
-    return select(compare("eq", a, 0.0), 1.0, divide(call("sin", turned), turned))
-
-
-def _sign(a: Given) -> Node:
-    return select(compare("lt", a, 0.0), -1.0, select(compare("lt", 0.0, a), 1.0, 0.0))
-
-
-def _scaled(scale: float) -> Callable[[Given], Node]:
-    return lambda a: mul(a, scale)
-
-
-def _logarithm(a: Given, base: Optional[float] = None) -> Node:
-    return call("log", a) if base is None else mul(call("log", a), 1 / math.log(base))
-
-
-NAMED: dict[str, Callable[..., Any]] = {
-    **{name: (lambda *given, name=name: call(name, *given)) for name in FUNCTIONS if name not in ("log", "pow")},
-    **{f"arc{name[1:]}": (lambda *given, name=name: call(name, *given)) for name in ("atan", "asin", "acos", "atan2")},
-    "log": _logarithm, "log1p": lambda a: call("log", add(1.0, a)), "log2": lambda a: _logarithm(a, 2.0),
-    "log10": lambda a: _logarithm(a, 10.0), "exp2": lambda a: call("exp", mul(a, math.log(2))),
-    "expm1": lambda a: sub(call("exp", a), 1.0), "cbrt": lambda a: power(a, 1 / 3), "hypot": hypot, "sinc": _sinc,
-    "absolute": lambda a: call("abs", a), "fabs": lambda a: call("abs", a), "square": lambda a: mul(a, a),
-    "negative": lambda a: sub(0.0, a), "positive": lambda a: a, "reciprocal": inverse, "conjugate": lambda a: a,
-    "maximum": _greater, "minimum": _lesser, "fmax": _greater, "fmin": _lesser, "clip": _clipped, "sign": _sign,
-    "copysign": lambda a, b: mul(call("abs", a), select(compare("lt", b, 0.0), -1.0, 1.0)),
-    "heaviside": lambda a, half: select(compare("lt", a, 0.0), 0.0, select(compare("lt", 0.0, a), 1.0, half)),
-    "degrees": _scaled(180 / math.pi), "rad2deg": _scaled(180 / math.pi), "radians": _scaled(math.pi / 180),
-    "deg2rad": _scaled(math.pi / 180), "ceil": _upward, "trunc": _toward_zero, "fix": _toward_zero, "rint": _rounded,
-    "round": _rounded, "add": add, "subtract": sub, "multiply": mul, "matmul": mul, "divide": divide,
-    "true_divide": divide, "floor_divide": lambda a, b: call("floor", divide(a, b)), "power": power, "pow": power,
-    "float_power": power, "remainder": remainder, "mod": remainder,
-    "fmod": _truncated_remainder, "less": lambda a, b: compare("lt", a, b),
-    "greater": lambda a, b: compare("lt", b, a), "less_equal": lambda a, b: compare("le", a, b),
-    "greater_equal": lambda a, b: compare("le", b, a), "equal": lambda a, b: compare("eq", a, b),
-    "not_equal": lambda a, b: logic("not", compare("eq", a, b)), "logical_and": lambda a, b: logic("and", a, b),
-    "logical_or": lambda a, b: logic("or", a, b), "logical_not": lambda a: logic("not", a),
-    "isfinite": lambda a: True, "isnan": lambda a: False, "isinf": lambda a: False,
-}
+def as_type(one: Any, kind: Any) -> Any:
+    """A number as one of another kind"""
+    kind = np.dtype(getattr(kind, "real_type", kind))
+    if kind in (np.dtype(float), np.dtype(object)):
+        return value(one)
+    if kind.kind in "iu":
+        return named("trunc", one)
+    if kind.kind == "b":
+        return truth(one)
+    raise NoFormula(COMPLEX if kind.kind == "c" else f"numbers of {kind} have no formula here: write float")

@@ -11,6 +11,8 @@ from contextlib import contextmanager
 from dataclasses import dataclass, field
 from typing import Callable, ContextManager, Iterable, Iterator, Optional, Union
 
+import numpy as np
+
 Given = Union["Node", float, int]
 MOST_POWER = 16
 
@@ -51,12 +53,12 @@ class Node:
 
 @dataclass
 class Graph:
-    """kind: of its nodes; line: where in the user's file a node is made, while his function is traced"""
+    """kind: of its nodes; line: file and line of the user's where a node is made, while his function is traced"""
 
     kind: type[Node] = Node
     table: dict[tuple, Node] = field(default_factory=dict)
-    line: Optional[Callable[[], int]] = None
-    lines: dict[int, int] = field(default_factory=dict)
+    line: Optional[Callable[[], tuple[str, int]]] = None
+    lines: dict[int, tuple[str, int]] = field(default_factory=dict)
 
 
 _current = Graph()
@@ -92,7 +94,7 @@ def make(op: str, *args: object) -> Node:
 
 
 def constant(value: float) -> Node:
-    return make("constant", 0.0 if value == 0 else float(value))
+    return make("constant", 0.0 if value == 0 else math.nan if value != value else float(value))
 
 
 def symbol(name: str) -> Node:
@@ -160,26 +162,37 @@ def inverse(given: Given) -> Node:
     if a.op == "inverse":
         return a.args[0]
     if a.is_constant:
-        return constant(1 / a.value if a.value else math.nan)
+        return constant(_divided(1.0, a.value))
     return make("inverse", a)
 
 
 def divide(one: Given, other: Given) -> Node:
     a, b = node(one), node(other)
-    return mul(a, 1 / b.value) if b.is_constant and b.value else mul(a, inverse(b))
+    if a.is_constant and b.is_constant:
+        return constant(_divided(a.value, b.value))
+    return mul(a, inverse(b))
+
+
+def _divided(a: float, b: float) -> float:
+    """By 0 as NumPy does it"""
+    if b:
+        return a / b
+    return math.copysign(math.inf, a) if a else math.nan
 
 
 def power(one: Given, other: Given) -> Node:
     """A whole power is made of products."""
     a, b = node(one), node(other)
-    if not b.is_constant:
-        return call("exp", mul(b, call("log", a)))
+    if not b.is_constant and a.is_constant and 0 < a.value < math.inf:
+        return call("exp", mul(b, math.log(a.value)))
+    if not b.is_constant or a.is_constant:
+        return call("pow", a, b)
     k = b.value
     if k == 0.5:
         return call("sqrt", a)
     if k < 0:
         return inverse(power(a, -k))
-    if k != int(k) or k > MOST_POWER or a.is_constant:
+    if not k <= MOST_POWER or k != int(k):
         return call("pow", a, b)
     made, square, left = constant(1), a, int(k)
     while left:
@@ -192,17 +205,21 @@ def power(one: Given, other: Given) -> Node:
 def call(name: str, *given: Given) -> Node:
     """A function of math, by its name in C"""
     args = [node(one) for one in given]
-    if all(one.is_constant for one in args):
-        try:
-            return constant(_NUMBERS[name](*(one.value for one in args)))
-        except (ValueError, OverflowError):
-            return constant(math.nan)
-    return make(name, *args)
+    if not all(one.is_constant for one in args):
+        return make(name, *args)
+    values = [one.value for one in args]
+    try:
+        return constant(_NUMBERS[name](*values))
+    except (ValueError, OverflowError):  # of math; NumPy has NaN or infinity there
+        with np.errstate(all="ignore"):
+            return constant(getattr(np, IN_NUMPY.get(name, name))(*values))
 
 
 FUNCTIONS = ("sqrt", "sin", "cos", "tan", "exp", "log", "atan", "asin", "acos", "sinh", "cosh", "tanh", "atan2", "pow",
-             "floor", "abs")
-_NUMBERS = {**{name: getattr(math, name) for name in FUNCTIONS if name != "abs"}, "abs": abs}
+             "floor", "abs", "rint", "fmod", "log1p", "expm1", "cbrt", "asinh", "acosh", "atanh")
+IN_NUMPY = {"atan": "arctan", "asin": "arcsin", "acos": "arccos", "atan2": "arctan2", "pow": "power", "asinh": "arcsinh",
+            "acosh": "arccosh", "atanh": "arctanh"}
+_NUMBERS = {**{name: getattr(math, name, None) or getattr(np, name) for name in FUNCTIONS}, "abs": abs}
 _COMPARED = {"lt": lambda a, b: a < b, "le": lambda a, b: a <= b, "eq": lambda a, b: a == b}
 CONDITIONS = ("lt", "le", "eq", "not", "and", "or")
 
@@ -211,6 +228,9 @@ def compare(op: str, one: Given, other: Given) -> Node:
     a, b = node(one), node(other)
     if a.is_constant and b.is_constant:
         return constant(_COMPARED[op](a.value, b.value))
+    for one, sign in ((a, 1), (b, -1)):
+        if one.is_constant and not math.isfinite(one.value):  # what it is compared with is finite
+            return constant(op != "eq" and one.value * sign == -math.inf)
     return constant(op != "lt") if a is b else make(op, a, b)
 
 

@@ -6,13 +6,12 @@ from typing import Any, Callable, Mapping, Sequence
 
 import numpy as np
 
-from kalmanq.formulas.graph import FUNCTIONS, Node, needed
+from kalmanq.formulas.graph import FUNCTIONS, IN_NUMPY, Node, needed
 
 OPERATIONS: dict[str, Callable[..., Any]] = {
     "add": np.add, "sub": np.subtract, "mul": np.multiply, "inverse": lambda a: 1 / a, "select": np.where, "lt": np.less,
     "le": np.less_equal, "eq": np.equal, "not": np.logical_not, "and": np.logical_and, "or": np.logical_or,
-    **{name: getattr(np, {"atan": "arctan", "asin": "arcsin", "acos": "arccos", "atan2": "arctan2", "pow": "power"}
-                     .get(name, name)) for name in FUNCTIONS}}
+    **{name: getattr(np, IN_NUMPY.get(name, name)) for name in FUNCTIONS}}
 
 
 class Program:

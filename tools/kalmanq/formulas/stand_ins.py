@@ -1,186 +1,173 @@
-"""What stands for numpy and math in a user's module while his functions are traced.
+"""What stands for numpy, math and some of Python's own functions in a user's module while his functions are traced.
 
-NumPy's own functions take arrays of formulas, but for those that make arrays of floats, those that look into an array
-for its numbers, and those of linalg.
+NumPy's functions take arrays of formulas; a stand-in makes an array of what is a list, and lets an array of numbers hold
+formulas.
 """
 
 from __future__ import annotations
 
+import builtins
+import functools
 import math
 import types
-from itertools import permutations
 from typing import Any, Callable
 
 import numpy as np
 
-from kalmanq.formulas.formula import NAMED, NoFormula, boxed, hypot, named
-from kalmanq.formulas.graph import Given, Node, add, call, compare, constant, divide, mul, node, select, sub
+from kalmanq.formulas import numpy_functions  # noqa: F401  its functions are known by it
+from kalmanq.formulas.arrays import OWN, as_numbers, dispatched, held, is_constant, plain
+from kalmanq.formulas.formula import as_type
+from kalmanq.formulas.functions import NAMED, NoFormula, greater, hypot, lesser, named, near_in_math, value
+from kalmanq.formulas.graph import Node, add, call, divide, mul, sub
 
-MAKERS = ("zeros", "ones", "empty", "full", "eye", "identity", "diag", "zeros_like", "ones_like", "empty_like", "array",
-          "asarray", "asanyarray", "ascontiguousarray", "arange", "linspace", "full_like", "atleast_1d", "atleast_2d")
-LARGEST = 4  # of a system of equations that is solved by formulas
-
-
-class NumPy(types.ModuleType):
-    """numpy: what makes an array makes one that can hold formulas"""
-
-    def __init__(self) -> None:
-        super().__init__("numpy")
-        self.linalg = Linalg()
-
-    def __getattr__(self, name: str) -> Any:
-        return stand_in_of(getattr(np, name))
+OF_A_SEQUENCE = ("concatenate", "stack", "hstack", "vstack", "column_stack", "dstack", "block", "select", "piecewise")
+MAKERS = ("array", "asarray", "asanyarray", "ascontiguousarray")
 
 
-class Linalg(types.ModuleType):
-    def __init__(self) -> None:
-        super().__init__("numpy.linalg")
+class StandIn:
+    """A function of NumPy's"""
 
-    def __getattr__(self, name: str) -> Any:
-        return LINALG[name] if name in LINALG else _without_formulas(getattr(np.linalg, name), f"linalg.{name}")
+    def __init__(self, real: Any):
+        self.real, self.name = real, getattr(real, "__name__", "")
+        functools.update_wrapper(self, real, updated=())
 
-
-class Math(types.ModuleType):
-    """math, of formulas, too"""
-
-    def __init__(self) -> None:
-        super().__init__("math")
+    def __call__(self, *args: Any, **options: Any) -> Any:
+        kinds = [one for one in args[1:] if _is_kind(one)] if holds(args) or self.name in MAKERS else []
+        kind = options.pop("dtype", kinds[0] if kinds else None)
+        args = tuple(_taken(one, self.name) for one in args if not any(one is other for other in kinds))
+        options = {key: _taken(one, self.name) for key, one in options.items()}
+        if not holds([args, *options.values()]):
+            made = self.real(*args, **options, **({} if kind is None else {"dtype": _real(kind)}))
+            return held(np.full_like(made, np.nan) if self.name in ("empty", "empty_like") and made.dtype.kind == "f" else made)
+        made = held(dispatched(self.real, args, options) if self.real in OWN else self.real(*args, **options))
+        is_same = kind is None or self.name.startswith("as") and np.dtype(_real(kind)) == float
+        if is_same or not isinstance(made, np.ndarray):
+            return made
+        return held(as_numbers(made).astype(_real(kind))) if is_constant(made) else made.astype(kind)
 
     def __getattr__(self, name: str) -> Any:
-        real = getattr(math, name)
-        return stand_in_of(real) if callable(real) else real
+        found = getattr(self.real, name)
+        return StandIn(found) if callable(found) else found
+
+
+def _is_kind(one: Any) -> bool:
+    return isinstance(one, (type, np.dtype))
+
+
+def _real(kind: Any) -> Any:
+    return getattr(kind, "real_type", kind)
+
+
+def holds(given: Any) -> bool:
+    """A formula in it?"""
+    if isinstance(given, (list, tuple)):
+        return any(map(holds, given))
+    return isinstance(given, Node) or isinstance(given, np.ndarray) and given.dtype == object
+
+
+def _taken(given: Any, name: str) -> Any:
+    if isinstance(given, np.ndarray) and given.dtype == object:
+        return held(given)
+    if not isinstance(given, (list, tuple)) or not holds(given):
+        return _real(given)
+    if name in OF_A_SEQUENCE:
+        return [_taken(one, name if name == "block" else "") if isinstance(one, (list, tuple, np.ndarray)) else one for one in given]
+    return held(np.array([plain(one) if isinstance(one, np.ndarray) else one for one in given], object))
+
+
+class Module(types.ModuleType):
+    def __init__(self, real: types.ModuleType):
+        super().__init__(real.__name__)
+        self._real = real
+
+    def __getattr__(self, name: str) -> Any:
+        return stand_in_of(getattr(self._real, name))
 
 
 def stand_in_of(real: Any) -> Any:
-    """Of a function, or what was given"""
-    name = getattr(real, "__name__", "")
+    """Of a module or a function, or what was given"""
+    if isinstance(real, types.ModuleType):
+        return Module(real) if real in (np, math, np.linalg) else real
+    if isinstance(real, type) or not callable(real):
+        return real
+    if hasattr(real, "cache_clear") and hasattr(real, "__wrapped__"):  # a cache would keep what one path answers
+        return real.__wrapped__
+    name, home = getattr(real, "__name__", ""), getattr(real, "__module__", None) or ""
     if getattr(math, name, None) is real:
         return _of_math(real, name)
-    if name in MAKERS and getattr(np, name, None) is real:
-        return _maker(real)
-    return OWN.get(name, real) if getattr(np, name, None) is real else real
+    is_numpys = isinstance(real, np.ufunc) or home.split(".")[0] == "numpy"
+    return StandIn(real) if is_numpys and (isinstance(real, np.ufunc) or hasattr(real, "__name__")) else real
 
 
 def _of_math(real: Callable[..., Any], name: str) -> Callable[..., Any]:
-    def function(*args: Any) -> Any:
-        given = [one.item() if getattr(one, "shape", None) == () and not isinstance(one, Node) else one for one in args]
-        return MATH.get(name, lambda *a: named(name, *a))(*given) if any(isinstance(a, Node) for a in given) else real(*given)
+    def function(*args: Any, **options: Any) -> Any:
+        given = [one.item() if isinstance(one, np.ndarray) and one.size == 1 else one for one in args]
+        if not holds(given):
+            return real(*given, **options)
+        if name in MATH:
+            return MATH[name](*given, **options)
+        return real(*as_numbers(given), **options) if is_constant(given) else named(name, *given, **options)
 
     return function
 
 
-def _maker(real: Callable[..., Any]) -> Callable[..., Any]:
-    def make(*args: Any, **options: Any) -> Any:
-        holds = any(_holds(one) for one in args)
-        dtype = options.pop("dtype", None)
-        made = real(*args, **options) if holds or dtype is None else real(*args, dtype=dtype, **options)
-        return made.astype(object) if isinstance(made, np.ndarray) and made.dtype.kind in "fiu" else made
-
-    return make
+def _sum(given: Any) -> Node:
+    return functools.reduce(add, map(value, given), value(0.0))
 
 
-def _holds(given: Any) -> bool:
-    """A formula in it?"""
-    if isinstance(given, (list, tuple)):
-        return any(map(_holds, given))
-    return isinstance(given, Node) or isinstance(given, np.ndarray) and given.dtype == object
-
-
-def _without_formulas(real: Any, name: str) -> Any:
-    def function(*args: Any, **options: Any) -> Any:
-        if any(isinstance(one, Node) for one in np.ravel(np.array(args[0], object))):
-            raise NoFormula(f"{name} has no formula here")
-        return real(*(_floats(one) for one in args), **options)
-
-    return function if callable(real) and not isinstance(real, type) else real
-
-
-def _floats(given: Any) -> Any:
-    return given.astype(float) if isinstance(given, np.ndarray) and given.dtype == object else given
-
-
-def interp(x: Any, xs: Any, ys: Any, *rest: Any, **options: Any) -> Any:
-    """Straight between the points, the ends' values beyond: a tree of selects"""
-    if isinstance(x, np.ndarray) and x.ndim:
-        return np.array([interp(one, xs, ys, *rest, **options) for one in x.ravel()], object).reshape(x.shape)
-    if not isinstance(x, Node):
-        return np.interp(x, _floats(np.asarray(xs)), _floats(np.asarray(ys)), *rest, **options)
-    if rest or options or _holds(np.asarray(xs)) and any(isinstance(one, Node) for one in (*xs, *ys)):
-        raise NoFormula("interp takes a table of numbers, without left, right and period")
-    xs, ys = np.asarray(xs, float), np.asarray(ys, float)
-    if len(xs) < 2:
-        return constant(ys[0])
-    slopes = np.diff(ys) / np.diff(xs)
-    pieces = [constant(ys[0]), *(add(mul(a, sub(x, at)), y) for a, at, y in zip(slopes, xs, ys)), constant(ys[-1])]
-
-    def pick(low: int, high: int) -> Node:
-        if high - low == 1:
-            return pieces[low]
-        middle = (low + high) // 2
-        return select(compare("lt", x, xs[middle - 1]), pick(low, middle), pick(middle, high))
-
-    return pick(0, len(pieces))
-
-
-def where(condition: Any, *branches: Any) -> Any:
-    if len(branches) != 2:
-        raise NoFormula("where without two branches has no formula")
-    entries = np.broadcast(*(boxed(one) for one in (condition, *branches)))
-    made = np.empty(entries.shape, object)
-    made.ravel()[:] = [select(c, a, b) for c, a, b in entries]
-    return made if made.ndim else made.item()
-
-
-def clip(a: Any, a_min: Any = None, a_max: Any = None) -> Any:
-    return np.array([NAMED["clip"](one, a_min, a_max) for one in np.ravel(boxed(a))], object).reshape(np.shape(boxed(a))) \
-        if not isinstance(a, Node) else NAMED["clip"](a, a_min, a_max)
-
-
-def norm(given: Any, ord: Any = None, axis: Any = None) -> Any:
-    array = np.array(given, object)
-    if ord not in (None, 2) or axis is not None or array.ndim != 1:
-        raise NoFormula("linalg.norm is of one vector, ord 2, here")
-    return hypot(*array)
-
-
-def det(given: Any) -> Any:
-    """By its permutations"""
-    a, n = np.array(given, object), len(given)
-    if n > LARGEST:
-        raise NoFormula(f"linalg: formulas are solved up to {LARGEST} x {LARGEST}")
-    total: Given = 0.0
-    for order in permutations(range(n)):
-        turns = sum(order[i] > order[j] for i in range(n) for j in range(i + 1, n))
-        term: Given = -1.0 if turns % 2 else 1.0
-        for row, column in enumerate(order):
-            term = mul(term, a[row, column])
-        total = add(total, term)
-    return total
-
-
-def inv(given: Any) -> Any:
-    """By its minors"""
-    a, n = np.array(given, object), len(given)
-    whole = det(a)
-    made = np.empty((n, n), object)
-    for i in range(n):
-        for j in range(n):
-            minor = np.delete(np.delete(a, j, 0), i, 1)
-            made[i, j] = divide(mul(-1.0 if (i + j) % 2 else 1.0, det(minor) if n > 1 else 1.0), whole)
-    return made
-
-
-def solve(a: Any, b: Any) -> Any:
-    return inv(a) @ np.array(b, object)
-
-
-def as_float(given: Any = 0.0) -> Any:
-    """float(formula) is the formula."""
-    return given if isinstance(given, Node) else float(given)
-
-
-OWN: dict[str, Callable[..., Any]] = {"interp": interp, "where": where, "clip": clip}
-LINALG: dict[str, Callable[..., Any]] = {"norm": norm, "det": det, "inv": inv, "solve": solve}
 MATH: dict[str, Callable[..., Any]] = {
-    "remainder": lambda a, b: sub(a, mul(b, NAMED["rint"](divide(a, b)))),
-    "dist": lambda p, q: hypot(*(sub(a, b) for a, b in zip(p, q)))}
+    "remainder": lambda a, b: sub(a, mul(b, call("rint", divide(a, b)))), "fsum": _sum, "isclose": near_in_math,
+    "dist": lambda p, q: hypot(*(sub(a, b) for a, b in zip(p, q))),
+    "sumprod": lambda p, q: _sum(mul(a, b) for a, b in zip(p, q)),
+    "prod": lambda given, start=1: functools.reduce(mul, map(value, given), value(start)),
+    "modf": lambda a: (NAMED["fmod"](a, 1.0), NAMED["trunc"](a))}
+
+
+class _Like(type):
+    def __instancecheck__(cls, one: Any) -> bool:
+        return isinstance(one, cls.real_type)
+
+    def __subclasscheck__(cls, one: type) -> bool:
+        return issubclass(one, cls.real_type)
+
+
+class Float(float, metaclass=_Like):
+    """float(formula) is the formula."""
+
+    real_type = float
+
+    def __new__(cls, *given: Any) -> Any:
+        return _converted(float, given)
+
+
+class Int(int, metaclass=_Like):
+    """int(formula) is the formula, cut."""
+
+    real_type = int
+
+    def __new__(cls, *given: Any, **options: Any) -> Any:
+        return int(*given, **options) if options else _converted(int, given)
+
+
+def _converted(kind: type, given: Any) -> Any:
+    one = given[0].item() if given and isinstance(given[0], np.ndarray) and given[0].size == 1 else given[0] if given else 0
+    return as_type(one, kind) if isinstance(one, Node) and not one.is_constant else kind(*given)
+
+
+def _extreme(real: Callable[..., Any], pick: Callable[[Any, Any], Node]) -> Callable[..., Any]:
+    def function(*given: Any, **options: Any) -> Any:
+        several = list(given[0]) if len(given) == 1 else given
+        if options or not any(isinstance(one, Node) for one in several):
+            return real(*([several] if len(given) == 1 else given), **options)
+        if not all(isinstance(one, (Node, int, float)) for one in several):
+            raise NoFormula(f"{real.__name__} of arrays has no formula here: write np.{real.__name__}imum")
+        return functools.reduce(pick, map(value, several))
+
+    return function
+
+
+def _printed(*given: Any, **options: Any) -> None:
+    """print, of which nothing is to be seen"""
+
+
+BUILTINS = {"print": _printed, "float": Float, "int": Int, "max": _extreme(builtins.max, greater), "min": _extreme(builtins.min, lesser)}

@@ -80,6 +80,15 @@ class Formulas:
             return [add(x, d) for x, d in zip(self.x, self.d)]
 
     @cached_property
+    def apart(self) -> list[Node]:
+        """The errors of b0, b1, ... that make a0, a1, ... of them"""
+        with using(self.graph):
+            a, b = (tracing.symbols(stem, self.count) for stem in "ab")
+            if "minus" not in self.given:
+                return [sub(one, other) for one, other in zip(a, b)]
+        return self._traced_at(self.given["minus"], [a, b], self.n)
+
+    @cached_property
     def derived_transition(self) -> Rows:
         """A, of f: n x n"""
         if "plus" not in self.given:

@@ -119,6 +119,12 @@ class NonlinearModel:
                 raise ModelError("angles", f"there is no measurement {which!r}")
         return made
 
+    def __copy__(self) -> NonlinearModel:
+        """Itself: to another process it goes as its file (file.py)"""
+        made = object.__new__(type(self))
+        made.__dict__.update(self.__dict__)
+        return made
+
     def without_jacobians(self) -> NonlinearModel:
         functions = {key: given.function for key, given in self.given.items() if isinstance(given, Given) and key not in ("A", "H")}
         functions.update({"nominal": self.carried} if self.has_errors else {})

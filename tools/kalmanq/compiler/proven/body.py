@@ -41,8 +41,13 @@ class Body:
         self.before = [list(words) for words in self.x], dict(self.P)
 
     def predict(self) -> None:
-        self._predict_covariance()
+        """The mean goes on before the gap is looked at."""
         self.predict_mean()
+        self._store_mean()
+        for line in counted(self.plan):
+            self.lines.do(line)
+        self.lines.put_off(self.plan.field(key) for key in self.plan.structure.carried)
+        self._predict_covariance()
 
     def _predict_covariance(self) -> None:
         self.P = self.plan.form.predict(self.plan.subject, self.lines, self.P)
@@ -82,16 +87,20 @@ class Body:
 
     def text(self) -> list[str]:
         """Of its lines and of what is stored."""
-        plan, s = self.plan, self.plan.subject
-        x, P = self.before
-        for i in range(s.of.n):
-            for (name, _), new, old in zip(s.mean.fields(i), self.x[i], x[i]):
-                if new.key() != old.key():
-                    self.lines.do(f"f->{name} = {s.words.store(new)};")
+        plan, s, P = self.plan, self.plan.subject, self.before[1]
+        self._store_mean()
         for key in plan.structure.carried if self.carries else ():
             if self.P[key].key() != P[key].key():
                 self.lines.do(f"f->{plan.field(key)} = {s.words.store(self.P[key], plan.form.word(s, key))};")
         return [one for line in self.lines.living() for one in self._written(line)]
+
+    def _store_mean(self) -> None:
+        s = self.plan.subject
+        for i in range(s.of.n):
+            for (name, _), new, old in zip(s.mean.fields(i), self.x[i], self.before[0][i]):
+                if new.key() != old.key():
+                    self.lines.do(f"f->{name} = {s.words.store(new)};")
+        self.before = [list(words) for words in self.x], self.before[1]
 
     def _written(self, line: Line) -> list[str]:
         place = f"{self.function} {line.name}"
@@ -134,7 +143,7 @@ def too_soon(plan: Plan) -> str:
 
 def counted(plan: Plan) -> list[str]:
     """What a predict begins with: a gap beyond those declared is another function's."""
-    other = [f"beyond(f{', u' if plan.subject.of.l else ''});", "return;"]
+    other = ["beyond(f);", "return;"]
     if plan.max_gap:
         other = [f"if (f->missed == {plan.max_gap} || ({too_soon(plan)})) {{ "
                  "/* too long, or too soon after another */", *indented(other), "}", "f->missed++;"]
@@ -143,19 +152,16 @@ def counted(plan: Plan) -> list[str]:
 
 
 def beyond(plan: Plan, capped: Sequence[str]) -> list[str]:
-    """A predict beyond the declared gaps.  capped: lines that make the covariance the cap"""
-    body = Body(plan, "beyond", carries=False)
-    body.predict_mean()
+    """Of a predict beyond the declared gaps.  capped: lines that make the covariance the cap"""
     again = [f"if ({too_soon(plan)}) {{ /* too soon after another */", *indented([
         *capped, "f->rows = 0;", f"f->missed = {plan.max_gap};"]), "}"] if plan.max_gap else []
     fields = [name for i in range(plan.subject.of.n) for name, _ in plan.subject.mean.fields(i)]
     stays = [f"f->{name} = stay(f, f->{name}, {plan.subject.mean.word(i, most)});"
              for i, (name, most) in enumerate(zip(fields, plan.stays))]
-    remark = "The mean goes on, the covariance stays" + \
-        (", or becomes what the longest declared gap leaves of the start" if again and capped else "")
-    head = f"static void beyond({plan.type} *restrict f{plan.controls})"
-    return [*(stay(plan) if stays else []), *function(head, [event(plan, "SIGMA_SATURATED"), *again, *body.text(), *stays],
-                                                      remark)]
+    remark = "A gap that was not declared: the covariance stays" + \
+        (", or becomes what the longest one leaves of the start" if again and capped else "")
+    return [*(stay(plan) if stays else []), *function(f"static void beyond({plan.type} *restrict f)", [
+        event(plan, "SIGMA_SATURATED"), *again, *stays], remark)]
 
 
 def stay(plan: Plan) -> list[str]:

@@ -61,6 +61,7 @@ def operations(text: str, name: str, is_fixed: bool) -> dict[str, dict[str, int]
     of = {called: counted(body, is_fixed) for called, body in bodies.items()}
     whole = sum((counted(body, is_fixed) for body in apart), sum(of.values(), Counter()))
     whole["functions"] = len(functions)
+    whole["stays"] = len(re.findall(r"^    f->x_", functions["start"], re.M)) // (1 if is_fixed else 2)  # means, in a gap
     whole.update({f"has_{routine}": bool(re.search(rf"\b{routine}\(", text)) for routine in ROUTINES})
     made = {"two_calls": of.get("predict", Counter()) + of.get("update", Counter()),
             "step_settled": of["step"], "flash": whole}

@@ -30,7 +30,7 @@ def predict(plan: Plan) -> list[str]:
     body = Body(plan, "predict", carries=False)
     body.predict_mean()
     return [*beyond(plan, ()), *function(f"void {plan.name}_predict({plan.type} *restrict f{plan.controls})",
-                                         [*counted(plan), *body.text()])]
+                                         [*body.text(), *counted(plan)])]
 
 
 def update(plan: Plan) -> list[str]:

@@ -59,6 +59,11 @@ class Lines:
             self.formats[name] = word
         return made
 
+    def put_off(self, names: Iterable[str]) -> None:
+        """The lines of these names come after what is written so far, which has no use for them."""
+        late = set(names)
+        self.rows = [row for row in self.rows if row.name not in late] + [row for row in self.rows if row.name in late]
+
     def do(self, statement: str) -> None:
         self.rows.append(Line("", "", statement))
 

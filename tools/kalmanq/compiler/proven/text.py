@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from kalmanq.compiler.proven import gain_text, lag_text
-from kalmanq.compiler.proven.body import PROBE, Body, beyond, counted, door, function, not_yet, numbered, outside_of, second, stops, \
+from kalmanq.compiler.proven.body import PROBE, Body, beyond, door, function, not_yet, numbered, outside_of, second, stops, \
     too_soon
 from kalmanq.compiler.proven.header import comment
 from kalmanq.compiler.proven.lines import indented
@@ -37,7 +37,7 @@ def predict(plan: Plan) -> list[str]:
     body = Body(plan, "predict")
     body.predict()
     return [*beyond(plan, covariance_of(plan, plan.cap)), *function(
-        f"void {plan.name}_predict({plan.type} *restrict f{plan.controls})", [*counted(plan), *body.text()])]
+        f"void {plan.name}_predict({plan.type} *restrict f{plan.controls})", body.text())]
 
 
 def update(plan: Plan) -> list[str]:

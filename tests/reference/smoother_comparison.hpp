@@ -1,50 +1,48 @@
-// Smoother against the textbook formulas in quadruple precision: the sequences of
-// test_random_models, and short ones against one dense least-squares solve.
+// The smoother against the textbook formulas in quadruple precision.  The reference has to stand singular predicted
+// covariances, so it is that of Bryson and Frazier; it is itself compared with Rauch, Tung and Striebel, and with one
+// dense least-squares solve.
 //
-//     test_random_smoother [seed]
-//
-// The reference has to stand singular predicted covariances, so it is that of Bryson and Frazier;
-// it is itself compared with Rauch, Tung and Striebel, and with the dense solve.
-//
-// Units: an error of the mean counts in sigma of the smoothed state at that time, of a covariance
-// in sigma_i sigma_j, of the process noise in sqrt(Q_ii), of the measurement noise, which is
-// standardised, in 1.
+// Units: an error of the mean counts in sigma of the smoothed state at that time, of a covariance in sigma_i sigma_j, of
+// the process noise in sqrt(Q_ii), of the measurement noise, which is standardised, in 1.
+#ifndef KALMANQ_TESTS_REFERENCE_SMOOTHER_COMPARISON_HPP
+#define KALMANQ_TESTS_REFERENCE_SMOOTHER_COMPARISON_HPP
+
 #include <algorithm>
 #include <cmath>
-#include <cstdio>
-#include <limits>
 #include <string>
 #include <vector>
 
-#include "accuracy.hpp"
-#include "api.hpp"
-#include "batch.hpp"
+#include "comparison.hpp"
 #include "decompositions.hpp"
-#include "generator.hpp"
 #include "library.hpp"
-#include "report.hpp"
 #include "smoother_checks.hpp"
-#include "study.hpp"
-#include "textbook.hpp"
 
-using namespace reference;
-
-namespace
+namespace reference
 {
 
-constexpr int randomModels = 216;
-constexpr int shortModels = 54;
-constexpr int shortSteps = 12; // of a dense solve
+/// A covariance that is handed over and what says yes or no have limits of their own.
+inline const Claims smootherClaims = {
+    {"x", "x alone", "x alone - x", "w", "v"},
+    {"P", "lag one", "cov w", "var v"},
+    {},
+    {{"above filter", 8}, {"not PSD", 1}, {"last step", 0}, {"one by one", 0}, {"count of v", 0}}};
 
 /// A sequence, and what is right for it.
 struct Case : Study {
     std::vector<Smoothed<Quad>> past;
 
     explicit Case(const Sequence &data) : Study(data), past(smoothWithoutInverse(data, track)) {}
+
+    double refinement(double floor) const
+    {
+        double worst = 1;
+        for (std::size_t t = 0; t < past.size(); ++t) refine(worst, *this, t, past[t].belief.covariance, floor);
+        return worst;
+    }
 };
 
 /// sqrt(Q_ii); a state without noise has to have none beside its own sigma.
-Vector<Quad> noiseUnits(const Case &model, std::size_t t)
+inline Vector<Quad> noiseUnits(const Case &model, std::size_t t)
 {
     const Matrix<Quad> F =
         convert<Quad>(model.sequence.processes[model.sequence.steps[t].process].F);
@@ -76,7 +74,7 @@ struct Decorrelation {
     Vector<Quad> variances;
 };
 
-Decorrelation decorrelate(const Matrix<Quad> &R)
+inline Decorrelation decorrelate(const Matrix<Quad> &R)
 {
     const Index m = R.rows();
     Matrix<Quad> U = Matrix<Quad>::Identity(m, m), rest = R;
@@ -196,7 +194,7 @@ void smoothStates(Figures &figures, const Case &model, const std::vector<Belief<
     }
 }
 
-template <class T> Figures compareLibrary(const Case &model)
+template <class T> Figures smootherFigures(const Case &model)
 {
     Figures figures;
     const std::vector<Belief<Wide<T>>> beliefs = smoothAll<T>(figures, model);
@@ -225,60 +223,9 @@ Figures compareReference(const Case &model, const std::vector<Smoothed<Real>> &p
     return figures;
 }
 
-/// The largest sigma of the filter over that of the smoother: the smoothed mean is the filtered one
-/// with a correction, and what rounding did to that one counts in the sigma of the smoother.
-double refinement(const Case &model, double floor)
-{
-    double worst = 1;
-    for (std::size_t t = 0; t < model.past.size(); ++t) {
-        worst = std::max(worst, fallOf(units(model, model.track[t].filtered.covariance, floor),
-                                       units(model, model.past[t].belief.covariance, floor)));
-    }
-    return worst;
-}
-
-/// The figures once more, in roundings: those of the filter, refined.
-template <class T> Figures inRoundings(const Case &model, const Figures &figures)
-{
-    const double unit = roundingOf<T>(model) * refinement(model, floorOf<T>());
-    const double amplification = amplificationOf<T>(model), reach = reachOf<T>(model);
-    Figures result;
-    for (const auto &[name, value] : figures) {
-        if (name == "x" || name == "x alone" || name == "x alone - x" || name == "w" ||
-            name == "v") {
-            result.add("x in roundings", value / (unit * (reach + amplification)));
-        } else if (name == "P" || name == "lag one" || name == "cov w" || name == "var v") {
-            result.add("P in roundings", value / (unit * amplification));
-        }
-    }
-    return result;
-}
-
-/// What holds for all arithmetics: order in roundings of a covariance handed over, and flags.
-Bounds allOf(double mean, double covariance)
-{
-    return {
-        {"x", mean},           {"x alone", mean},   {"x alone - x", mean},   {"w", mean},
-        {"v", mean},           {"P", covariance},   {"lag one", covariance}, {"cov w", covariance},
-        {"var v", covariance}, {"above filter", 8}, {"not PSD", 1},          {"last step", 0},
-        {"one by one", 0},     {"count of v", 0}};
-}
-
-template <class T>
-void compareLibrary(Report &report, const std::string &group, const Case &model,
-                    const Bounds &bounds)
-{
-    const std::string title = kq::Api<T>::name + (", " + group), &name = model.sequence.name;
-    const Figures figures = compareLibrary<T>(model);
-    report.add(title, name, figures, bounds);
-    report.add(
-        title, name, inRoundings<T>(model, figures),
-        {{"x in roundings", roundingsLimit<T>(32)}, {"P in roundings", roundingsLimit<T>(64)}});
-}
-
 /// The gain of Rauch, Tung and Striebel needs the inverse of P-: a tolerance decides on its rank,
 /// and only where nothing is near that tolerance the result is a reference.
-void compareGain(Report &report, const std::string &group, const Case &model)
+inline void compareGain(Report &report, const std::string &group, const Case &model)
 {
     double condition = 1;
     for (const Track<Quad> &now : model.track) {
@@ -289,51 +236,9 @@ void compareGain(Report &report, const std::string &group, const Case &model)
     const Quad tolerance(1e-17);
     report.add(title, model.sequence.name,
                compareReference(model, smooth(model.sequence, model.track, tolerance)),
-               regular ? allOf(1e-10, 1e-13) : Bounds{});
+               regular ? boundsOf(smootherClaims, {1e-10, 1e-13}) : Bounds{});
 }
 
-void compareAll(Report &report, const std::string &group, const Case &model)
-{
-    compareGain(report, group, model);
-    compareLibrary<double>(report, group, model, allOf(1e-9, 1e-10));
-    const bool named = group == "named models";
-    compareLibrary<float>(report, group, model, named ? allOf(1e-3, 2e-5) : allOf(infinite, 1e-3));
-    compareLibrary<Q31>(report, group, model, named ? allOf(1e-5, 1e-5) : allOf(1e-4, 1e-4));
-}
+} // namespace reference
 
-void compareBatch(Report &report, Random &random, int number, bool isCompared)
-{
-    generator::Options options;
-    options.steps = shortSteps;
-    options.invertible = true;
-    const Sequence sequence = generator::randomSequence(random, number, options);
-    if (!isCompared) return;
-    const Case model(sequence);
-    report.add("dense solve", sequence.name,
-               compareReference(model, smoothByLeastSquares(sequence)),
-               allOf(1e-10, 1e-13));
-    compareAll(report, "12 steps", model);
-}
-
-} // namespace
-
-int main(int argc, char **argv)
-{
-    const std::uint64_t seed = seedOf(argc, argv, generator::defaultSeed);
-    const int compared = static_cast<int>(amountOf(argc, argv, randomModels)); // all are drawn
-    std::printf("seed %llu\n", static_cast<unsigned long long>(seed));
-    Random random(seed);
-    Report report;
-    for (int number = 0; number < randomModels; ++number) {
-        const Sequence sequence = generator::randomSequence(random, number);
-        if (number < compared) compareAll(report, "random models", Case(sequence));
-    }
-    for (const Sequence &sequence : generator::namedSequences(random)) {
-        compareAll(report, "named models", Case(sequence));
-    }
-    for (int number = 0; number < shortModels; ++number) {
-        compareBatch(report, random, number, number < compared);
-    }
-    report.print();
-    return report.verdict.finish();
-}
+#endif
