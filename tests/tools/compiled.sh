@@ -1,6 +1,6 @@
 #!/usr/bin/env bash
 # compiled.sh TOOLS_PYTHON PYTHON WORK [few]: five models compiled in f32 and q31; few: two, in the factor form, at -O2.  On the emulated cores each does what it did
-# on the host, with gcc at -Os and -O2 and on one with clang, and costs no more than it may.
+# on the host (so do nonlinear models, two of them every day), with gcc at -Os and -O2 and on one with clang, and costs no more than it may.
 set -euo pipefail
 tools_python=$1 python=$2 work=$3 which=${4:-others}
 here=$(cd "$(dirname "$0")" && pwd)
@@ -42,7 +42,7 @@ for folder in "$work"/filters/*; do
         for level in $([ "$which" = few ] || echo Os) O2; do
             tried "$gcc"
         done
-        case $name in factor_*) same_digest ;; esac
+        case $name in factor_* | exact_*) same_digest ;; esac
         echo "$(basename "$folder") on $core: as on the host"
     done
     if [ "$which" != few ] && command -v clang >/dev/null; then

@@ -28,6 +28,10 @@ MUST = {  # of n: M4F f32 two calls, a settled step, bytes at -Os; M3 q31 two ca
 # Of the factor form: core, and of n instructions in two calls and of a settled step
 FACTOR = {"f32": ("m4f", {2: (102, 35), 3: (177, 49), 4: (300, 72), 6: (745, 122), 9: (2081, 164)}),
           "q31": ("m3", {2: (385, 45), 3: (686, 61), 4: (1367, 127), 6: (3132, 243), 9: (6771, 365)})}
+MODELS = Path(__file__).parent / "equations"
+EQUATIONS = sorted(one.stem for one in MODELS.glob("*.py") if one.stem not in ("planar", "rotations"))
+EVERY_DAY = ("unicycle", "glucose")
+EXACT = ("glucose",)  # no function of math.h: the same bits on every core
 FEW = (2, 4)  # n of the models for every day
 # Of words, each on every core; they settle within the rows of NAME_test
 OPTIONS = {"lag": ("--lag", "3", "--settle", "1e-2"), "every": ("--every", "1,2", "--settle", "1e-2"),
@@ -59,6 +63,18 @@ def write(folder: Path, model: Model, arithmetic: str, name: str, must: dict, op
     if "rows" not in told:  # after so many it has settled
         told["rows"] = (told["settles"] or {"samples": 0})["samples"]
     (here / "compiled.json").write_text(json.dumps({**told, "must": must}), encoding="utf-8")
+
+
+def write_equations(folder: Path, few: bool) -> None:
+    """Nonlinear models, in f32; those for every day: one of two sensors, and one without functions of math.h"""
+    for name in EVERY_DAY if few else EQUATIONS:
+        here = folder / f"{'exact' if name in EXACT else 'equations'}_{name}_f32"
+        here.mkdir(parents=True)
+        done = subprocess.run([sys.executable, "-m", "kalmanq.command_line", "compile", str(MODELS / f"{name}.py"), "-o",
+                               str(here / f"{here.name.removesuffix('_f32')}.c"), "--json"], capture_output=True, text=True)
+        if done.returncode:
+            raise SystemExit(done.stderr)
+        (here / "compiled.json").write_text(done.stdout, encoding="utf-8")
 
 
 def judge(told: dict) -> None:
@@ -100,6 +116,7 @@ def write_factors(folder: Path, few: bool) -> None:
 def main() -> None:
     folder = Path(sys.argv[1])
     write_factors(folder, "few" in sys.argv[2:])
+    write_equations(folder, "few" in sys.argv[2:])
     for arithmetic in () if "few" in sys.argv[2:] else ("f32", "q31"):
         for model in five(arithmetic == "q31"):
             write(folder, model, arithmetic, model.name, promises(model.n, arithmetic))

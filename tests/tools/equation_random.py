@@ -110,7 +110,7 @@ class Of:
         """Positive and finite, or an event says otherwise"""
         variances = np.einsum("tii->ti", self.covariance)
         fine = np.all(np.isfinite(self.mean)) and np.all(np.isfinite(self.covariance)) and np.all(variances >= 0)
-        return bool(self.events & {"OVERFLOW"}) or bool(fine and np.all(np.isfinite(self.least)) and np.all(self.least >= 0))
+        return bool(self.events & {"OVERFLOW", "NOT_FINITE"}) or bool(fine and np.all(np.isfinite(self.least)) and np.all(self.least >= 0))
 
 
 class Library:
@@ -118,7 +118,7 @@ class Library:
 
     def __init__(self, products: Sequence[Product], folder: Path):
         self.products = products
-        text = "\n".join(_own(product) for product in products)
+        text = "\n".join(["#include <math.h>", "#include <stdint.h>", *map(_own, products)])
         (folder / "all.c").write_text(text, encoding="utf-8")
         self.library = ctypes.CDLL(str(build(folder, ["all.c"], "all.so", ("-O0", "-shared", "-fPIC"))))
 

@@ -40,7 +40,7 @@ BATTERY = FOLDER.parents[2] / "tools" / "kalmanq" / "examples" / "battery.py"
 def test_double_is_the_library_and_float_is_near(name: str) -> None:
     model, double, single = model_of(name), product_of(name, "f64"), product_of(name, "f32")
     with Host(double) as of_double, Host(single) as of_single:
-        _compare(model, double, of_double, of_single, TOLD.get(name, MEAN), 250, SEEDS[:1], 1)
+        _compare(model, double, of_double, of_single, TOLD.get(name, MEAN), 120, SEEDS[:1], 1)
 
 
 @WHOLE
@@ -82,7 +82,8 @@ def test_where_float_is_coarse_the_report_says_so() -> None:
     """A mean that is off by more than 1e-2 sigma, or a formula that is"""
     model = model_of("orbit")
     with Host(product_of("orbit", "f32")) as host:
-        assert _told(findings(model, product_of("orbit", "f32"), host))
+        told = _told(findings(model, product_of("orbit", "f32"), host))
+    assert re.search(r" \(line \d+\)", told[0])
 
 
 # GENERATED: errors of f32 that straight-line C of these models had in a prototype, in sigma and sigma_i sigma_j; rows, and
@@ -95,15 +96,14 @@ PROTOTYPE = {"battery": (2e-4, 2e-5, 2000, 1), "coordinated_turn": (4e-4, 3e-4, 
 def test_float_is_as_near_as_a_prototype_was(name: str) -> None:
     mean, covariance, rows, every = PROTOTYPE[name]
     model = model_of(name) if name in NAMES else read(BATTERY.with_name(f"{name}.py"))
-    if name == "battery":  # its own current empties it in 2000 rows
-        model.given["simulated_controls"].function = lambda t: [2 * np.sin(0.01 * t)]
     products = {one: compiled_equations(model, "kf", Options(one)) for one in ("f32", "f64")}
     begun = copy.copy(model)  # half a sigma off at first
     begun.P0 = model.P0 / 4
     worst = np.zeros(2)
     with Host(products["f32"]) as single, Host(products["f64"]) as double:
         for seed in range(1, 5 if rows < 2000 else 2):
-            _, z, u = simulated(begun, rows, seed)
+            own = 2 * np.sin(0.01 * np.arange(rows))[:, None] if name == "battery" else None  # its own empties it in 2000 rows
+            _, z, u = simulated(begun, rows, seed, own)
             z[np.arange(rows) % every != 0] = np.nan
             runs = [one.run(z, np.vstack([np.zeros((1, model.l)), u[:-1]]), now=u) for one in (single, double)]
             worst = np.maximum(worst, apart(*runs))
@@ -171,7 +171,7 @@ def test_its_program_finds_another_filter(tmp_path: Path) -> None:
 
 
 def test_random_models_stay_positive() -> None:
-    _sound(tried(range(30)))
+    _sound(tried(range(20)))
 
 
 @WHOLE
@@ -456,7 +456,7 @@ NAMED = (["int", "double"], ["x", "x low"], ["Höhe über NN", "速度"], ["a b"
          ["*/ evil", "\\"], ["covariance", "start"], ["f", "z"], ["", " "], ["mean", "variance_mean"])
 
 
-@pytest.mark.parametrize("names", NAMED, ids=str)
+@pytest.mark.parametrize("names", first(4, NAMED), ids=str)
 def test_states_of_any_name(names: list[str], tmp_path: Path) -> None:
     """They come to C that compiles, or are refused by name."""
     text = FINE + f"\n\nstates = {{'names': {names!r}, 'units': ['*/', 'm\\n2']}}\nmeasurements = {names[:1]!r}\n"
@@ -468,7 +468,7 @@ def test_states_of_any_name(names: list[str], tmp_path: Path) -> None:
         _compiled([compiler(), *STRICT, "-fsyntax-only", tmp_path / "kf.c", tmp_path / "kf_test.c"])
 
 
-@pytest.mark.parametrize("name", ("int", "some", "A", "covariance", "a_some", "größe"))
+@pytest.mark.parametrize("name", first(3, ["int", "a_some", "größe", "some", "A", "covariance"]))
 def test_sensors_of_any_name(name: str, tmp_path: Path) -> None:
     sensors = f"sensors = {{'{name}': (h, [0.1]), 'a': (lambda x: x, [1.0, 1.0])}}"
     text = FINE.replace("Q, R =", "Q, _ =") + f"\n\n{sensors}\ndel h\n"

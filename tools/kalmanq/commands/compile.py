@@ -42,8 +42,8 @@ class Options:
     tunable: bool = typer.Option(False, "--tunable", help="f32, f64: A, Q and R are fields that a program may change; no fast path.")
     every: str = typer.Option("", "--every", metavar="K,K,...", help="Rows between two values of each measurement, if rates differ.")
     iterate: int = typer.Option(1, "--iterate", metavar="N", min=1, max=20, help="MODEL.py: linearise h so many times an update.")
-    library: bool = typer.Option(False, "--library", help="MODEL.py: a device over kalmanq's library: histories, smoothers.")
     smooth: int = typer.Option(0, "--smooth", metavar="STEPS", min=0, max=32767, help="MODEL.py: a smoother, and a history of so many steps.")
+    library: bool = typer.Option(False, "--library", help="MODEL.py: a device over kalmanq's library: histories, smoothers.")
     loops: Optional[bool] = typer.Option(None, "--loops/--straight", help="The covariance in loops: small, but slow. Otherwise "
                                          "only where straight lines take 20 kB (q31: 32 kB).")
     settle: float = typer.Option(1e-6, "--settle", help="Relative distance to the steady variance at which the gain is constant.")
@@ -70,12 +70,7 @@ def compile_file(options: Options, console: Console) -> None:
         run = compile_equations.compile_device if options.library else compile_equations.compile_file
         run(options.model, name, wanted, lambda texts: write(options, texts), options.json, console)
         return
-    if options.iterate > 1:
-        raise KalmanqError("--iterate: is of nonlinear model files (MODEL.py)")
-    if options.smooth:
-        raise KalmanqError("--smooth: is of nonlinear model files (MODEL.py); --lag L is for a constant model, and the library smooths all")
-    if options.library:
-        raise KalmanqError("--library: is of nonlinear model files (MODEL.py); kalmanq design writes a constant model over the library")
+    _refuse_of_functions(options)
     model = model_file.read(options.model)
     source = f"Model file {options.model.name}, SHA-256 {hashlib.sha256(options.model.read_bytes()).hexdigest()}"
     with console.status("compiling", spinner="line"):
@@ -114,6 +109,15 @@ def _in_time(search: Callable[[], Optional[str]]) -> Optional[str]:
     finally:
         signal.setitimer(signal.ITIMER_REAL, 0)
         signal.signal(signal.SIGALRM, before)
+
+
+def _refuse_of_functions(options: Options) -> None:
+    """What a constant model has not"""
+    for name, value, other in (("--iterate", options.iterate > 1, ""), ("--smooth", options.smooth, "; --lag L is for a constant "
+                                "model, and the library smooths all"),
+                               ("--library", options.library, "; kalmanq design writes a constant model over the library")):
+        if value:
+            raise KalmanqError(f"{name}: is of nonlinear model files (MODEL.py){other}")
 
 
 def _rates(given: str) -> tuple[int, ...]:

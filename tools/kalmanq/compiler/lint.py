@@ -39,7 +39,8 @@ class Lossy:
 def lossy_formulas(model: NonlinearModel, visited: Sequence[Visited]) -> list[Lossy]:
     """All formulas, the worst one first"""
     x, sigma, t, u = _points(model, visited)
-    rows = list(_formulas(model, np.maximum(sigma, EPSILON * np.abs(x))))  # a state without noise gets more certain than a float
+    least = 0 if model.has_errors else EPSILON * np.abs(x)  # a state without noise gets more certain than a float
+    rows = list(_formulas(model, np.maximum(sigma, least)))
     program = Program([one for _, one, _ in rows])
     single = {name: np.asarray(value, np.float32) for name, value in values_of(x.T, t, u.T).items()}
     low = program.values(single, np.float32)
@@ -63,7 +64,7 @@ def _line(model: NonlinearModel, root: Node, point: dict[str, np.ndarray]) -> in
     low = program.every(point, np.float32)
     high = program.every({key: value.astype(float) for key, value in point.items()}, np.float64)
     off = {id(one): abs(float(a) - float(b)) / max(abs(float(b)), TINY) for one, a, b in zip(program.order, low, high)}
-    losses = [(off[id(one)] / max([EPSILON, *(off[id(a)] for a in one.args if isinstance(a, Node))]), lines[id(one)])
+    losses = [(off[id(one)] / max([EPSILON, *(off[id(a)] for a in one.args if isinstance(a, Node))]), lines[id(one)][1])
               for one in program.order if lines.get(id(one))]
     return max(losses, default=(0.0, 0))[1]
 
