@@ -133,7 +133,7 @@ def test_what_is_linear_is_told_once_and_the_rest_in_each_call(tmp_path):
 
 
 @pytest.mark.parametrize("option, call", [(["--gate", 3], "kq_loss_gate"), (["--student", 10], "kq_loss_student"), (["--nis"], "kq_nis"),
-                                          (["--iterate", 3], "sigma_points.h")])
+                                          (["--iterate", 3], "sigma_points.h"), (["--smooth", 9], "kq_smooth")])
 def test_options_of_straight_lines_name_the_library_s_call(option, call, tmp_path):
     done = kalmanq("compile", EXAMPLES / "range_bearing.py", "--library", *option, "-o", tmp_path / "own.c")
     assert done.returncode and option[0] in done.stderr and call in done.stderr and not (tmp_path / "own.c").exists()

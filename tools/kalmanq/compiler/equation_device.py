@@ -25,6 +25,7 @@ from kalmanq.nonlinear.model import Sensor
 INSTEAD = (("--gate", "gate", "kq_update_robust with kq_loss_gate (kalmanq/robust.h)"),
            ("--student", "student", "kq_update_robust with kq_loss_student (kalmanq/robust.h)"),
            ("--nis", "nis", "kq_nis and kq_log_likelihood of NAME_filter (kalmanq/filter.h)"),
+           ("--smooth", "smooth", "kq_smooth of a history (kalmanq/smoother.h)"),
            ("--iterate", "iterate", "the iterated update of kalmanq/sigma_points.h, by kq_filter_copy and kq_update"))
 
 
