@@ -19,7 +19,7 @@ from kalmanq.compiler.names import named
 from kalmanq.compiler.request import FLOATS, Options, Request, request
 from kalmanq.errors import KalmanqError
 from kalmanq.formulas.calculus import substituted, without
-from kalmanq.formulas.graph import Node, add, call, constant, dot, make, needed, symbol
+from kalmanq.formulas.graph import Node, add, constant, dot, make, mul, needed, symbol
 from kalmanq.model import Model
 from kalmanq.nonlinear import NonlinearModel
 from kalmanq.nonlinear.model import Sensor
@@ -253,8 +253,8 @@ class EquationFilter(FloatFilter):
         names = {id(c.e[j][0]): symbol(f"e{j}"), **{id(one): name for one, name in zip(c.H[j], self.row(j))}}
         if self.sensor_of(j) in self.linear:
             names[id(c.e[j][0])] = c.e[j][0]
-        return [*self._unless_finite(body, [names[id(one)] for one in self._doubtful(c.e[j][0], c.H[j])], refused),
-                *self.update(j, refused)]
+        check = self._unless_finite(body, [names[id(one)] for one in self._doubtful(c.e[j][0], c.H[j])], refused)
+        return [*body.lines, *check, *self.update(j, refused)]
 
     def finished(self, sensor: Sensor) -> list[str]:
         """After all components: the corrections go over to the mean."""
@@ -270,9 +270,10 @@ class EquationFilter(FloatFilter):
         """`refused` where the sum of the formulas is NaN, infinite or very large"""
         if not formulas:
             return []
-        total = call("abs", dot([(one, 1.0) for one in formulas]))
-        body.name_shared([*formulas, total])
-        fine = body.text(make("le", total, constant(MOST[self.type])))
+        total = dot([(one, 1.0) for one in formulas])
+        square = mul(total, total)  # AVR has no fabsf
+        body.name_shared([*formulas, square])
+        fine = body.text(make("le", square, constant(MOST[self.type]**2)))
         return [f"if (!({fine})) {{", *indented(refused), "}"]
 
     def overflow(self, names: Sequence[str]) -> list[str]:
