@@ -71,7 +71,7 @@ std::size_t firstFlag(const Outcome &outcome, const Exact &exact)
         const unsigned events = outcome.events[t];
         if ((events & ~static_cast<unsigned>(KQ_EVENT_REDUNDANT)) || (events && !same)) return t;
     }
-    return outcome.smootherEvents ? outcome.instants.size() : SIZE_MAX;
+    return outcome.smootherEvents | outcome.onLineEvents ? outcome.instants.size() : SIZE_MAX;
 }
 
 /// The worst excess of one quantity.
@@ -140,7 +140,7 @@ void reportSaturation(const Case &now, const char *name, const Outcome &outcome,
     for (const auto &step : allowed) {
         if (!(step[smootherMean] <= beyond)) return;
     }
-    if (outcome.smootherEvents & KQ_EVENT_SATURATED) {
+    if ((outcome.smootherEvents | outcome.onLineEvents) & KQ_EVENT_SATURATED) {
         now.report(std::string(name) + " saturated inside its range", "smoothers");
     }
 }

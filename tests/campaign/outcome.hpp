@@ -21,6 +21,7 @@ struct Outcome {
     Exact instants;
     std::vector<unsigned> events; // of each step: its updates, and the predict that led to it
     unsigned smootherEvents = 0;
+    unsigned onLineEvents = 0; // of the smoothers that show means alone or work on line, and of the filters that they follow
     double indefinite = 0; // smoothed P, over what rounding makes of it where it is handed over
     std::string refused; // the call that answered an error, with its status
 };
@@ -142,7 +143,7 @@ template <class T> class Campaigner
         for (std::size_t t = 0; t < outcome.instants.size(); ++t) tell(outcome, t, 0, reference::readSmoothedMean(history_, t));
         typename Api::Filter view;
         (void)Api::smoothed(history_.get(), 0, &view);
-        outcome.smootherEvents |= Api::events(&view);
+        outcome.onLineEvents |= Api::events(&view);
     }
 
     /// At the end of the run, where they know what the textbook does: the last steps, and the first one
@@ -154,10 +155,10 @@ template <class T> class Campaigner
         follow([&] { lag.attach(filter_); });
         const std::size_t last = outcome.instants.size() - 1;
         for (int k = 0; k <= lags; ++k) tell(outcome, last - static_cast<std::size_t>(k), 1, lag.smooth(k).mean);
-        outcome.smootherEvents |= Api::events(filter_.get()) & ~static_cast<unsigned>(KQ_EVENT_REDUNDANT);
+        outcome.onLineEvents |= Api::events(filter_.get()) & ~static_cast<unsigned>(KQ_EVENT_REDUNDANT);
         follow([&] { point.attach(filter_); });
         tell(outcome, 0, 2, point.smooth().mean);
-        outcome.smootherEvents |= Api::events(filter_.get()) & ~static_cast<unsigned>(KQ_EVENT_REDUNDANT);
+        outcome.onLineEvents |= Api::events(filter_.get()) & ~static_cast<unsigned>(KQ_EVENT_REDUNDANT);
     }
 
     const Sequence &sequence_;
