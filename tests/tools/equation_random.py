@@ -114,7 +114,7 @@ class Of:
 
 
 class Library:
-    """Many filters in one: a translation unit, each with names of its own"""
+    """Many filters in one translation unit, each under other names"""
 
     def __init__(self, products: Sequence[Product], folder: Path):
         self.products = products

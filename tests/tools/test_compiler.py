@@ -702,6 +702,18 @@ def test_an_int_of_16_bits_counts_as_far(arithmetic: str, said: str, tmp_path: P
     assert said in done.stderr if said else done.returncode == 0, done.stderr
 
 
+@pytest.mark.parametrize("arithmetic", ARITHMETICS)
+def test_sixteen_controls_have_names_of_their_own(arithmetic: str) -> None:
+    """u12 is a control, and was an entry of U"""
+    A = 0.9 * np.eye(3) + np.triu(np.full((3, 3), 0.05), 1)
+    model = Model(A, [1, 0, 0], 1.0, 0.1 * np.eye(3), B=0.1 * np.ones((3, 16)), P0=np.eye(3))
+    z, u = np.random.default_rng(1).standard_normal((40, 1)), np.random.default_rng(2).standard_normal((40, 16))
+    expected = kalmanq.Filter(model, "f64").run(z, u)
+    with Host(compiled(model, "flt", Options(arithmetic))) as host:
+        ran = host.run(z, np.vstack([np.zeros((1, 16)), u[:-1]]))
+    assert np.abs((ran.mean - expected.mean) / expected.sigma).max() < (1e-5 if arithmetic == "f32" else 1e-9)
+
+
 def test_sixteen_measurements_have_a_bit_each(tmp_path: Path) -> None:
     model = Model(0.9, np.ones((16, 1)), np.ones(16), Q=0.1, P0=1)
     accurate(model.changed(name="many"), "f32", 200, (1,), tmp_path)

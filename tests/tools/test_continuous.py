@@ -100,6 +100,13 @@ MODELS = {
     "gyro": dict(F=[[0, -1, 0], [0, -0.01, 0], [0, 0, -3]], Qc=[1e-4, 1e-6, 0.1], H=[[1, 0, 1]], R=0.02, B=[1, 0, 0])}
 
 
+def test_a_decay_that_is_1_in_a_float_is_a_field_all_the_same():
+    model = Model.of_continuous([[0, 1, 0], [0, 0, 0], [0, 0, -1e-9]], [[1, 0, 1]], 0.01, [0, 0.5, 1e-9], dt=0.05, P0=[1, 1, 1])
+    assert np.float32(model.A[2, 2]) == 1
+    made = compiled(model, "flt", Options("f32", tunable=True))
+    assert made.arithmetic.coefficients.places == [(0, 1), (2, 2)]
+
+
 @pytest.mark.parametrize("arithmetic, most", [("f32", 1e-4), ("f64", 1e-9)])
 @pytest.mark.parametrize("name", MODELS)
 def test_move_is_a_step_of_another_length(name, arithmetic, most, tmp_path):

@@ -48,9 +48,8 @@ class Tunable(Constant):
         super().__init__(given)
         self.type, self.number, of = type_, number, given.of.doubles()
         self.continuous = given.model.continuous
-        has = of.A != 0 if self.continuous is None else _reached(self.continuous.F)
-        self.places = [(i, k) for i, row in enumerate(of.A) for k, value in enumerate(row)
-                       if has[i, k] and not (i == k and value == 1)]
+        has, ones = (of.A != 0, np.diag(of.A) == 1) if self.continuous is None else _structure(self.continuous.F)
+        self.places = [(int(i), int(k)) for i, k in zip(*np.nonzero(has)) if not (i == k and ones[i])]
         self.pushes = [] if self.continuous is None or not of.l else list(zip(*np.nonzero(has.astype(float) @ (self.continuous.B != 0))))
         for slot, (i, k) in enumerate(self.pushes):
             self.B[i][k] = symbol(f"f->B[{slot}]")
@@ -138,9 +137,12 @@ class Tunable(Constant):
         return stepping.function(self.given, self.continuous, self.type, self.number, stores)
 
 
-def _reached(F: np.ndarray) -> np.ndarray:
-    """Entries of e^(F dt) that are not 0 for most dt"""
-    return np.linalg.matrix_power((np.eye(len(F)) + (F != 0)), len(F)) != 0
+def _structure(F: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Entries of e^(F dt) that are not 0 for most dt, and which of the diagonal are 1 for every dt: those of states that
+    nothing leads back to"""
+    pattern = (F != 0).astype(float)
+    has = np.linalg.matrix_power(np.eye(len(F)) + pattern, len(F))
+    return has != 0, np.diag(pattern @ has) == 0
 
 
 NONE = 255  # no field

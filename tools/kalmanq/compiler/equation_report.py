@@ -56,7 +56,7 @@ def findings(model: NonlinearModel, product: Product, host: Host) -> Findings:
     try:
         return _findings(model, product, host)
     except KalmanqError as problem:
-        return Findings(0, 0, 0, 1, 0, (), str(problem))
+        return Findings(np.nan, np.nan, np.nan, np.nan, 0, (), str(problem))
 
 
 def _findings(model: NonlinearModel, product: Product, host: Host) -> Findings:
@@ -87,7 +87,7 @@ def _sigma(ran: Ran) -> np.ndarray:
 
 
 def _lost(product: Product, ran: Ran) -> int:
-    """Rows in which a call changed nothing"""
+    """Rows in which a call left mean and covariance as they were"""
     return int(np.sum(ran.events >> list(product.events).index("NOT_FINITE") & 1))
 
 

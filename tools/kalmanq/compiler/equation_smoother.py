@@ -136,7 +136,7 @@ class Smoother:
                                    "f goes back to the step of the record.  is_whole: its covariance, too")]
 
     def _straight(self) -> tuple[list[str], int]:
-        """Its lines, whose locals x0, l0, u01, d0, ... are of the record, and how many operations they are"""
+        """Its lines, whose locals x0, l0, u0_1, d0, ... are of the record, and how many operations they are"""
         a, body = self.a, Body(self.a.words)
         c, fields = a.coefficients, {key: symbol(f"f->P[{slot}]") for slot, key in enumerate(a.live)}
         back = Back.of(a.form, c.A, c.noise(), a.entries)

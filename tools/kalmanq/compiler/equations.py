@@ -127,7 +127,7 @@ class EquationFilter(FloatFilter):
         super().__init__(of.given, None)
         c = self.coefficients
         self.linear = [] if of.given.options.iterate > 1 or of.given.nominal else [one for one in of.sensors if all(_is_linear(c.e[j][0], c.H[j]) for j in range(one.first, one.first + one.m))]
-        self.events = (("NOT_FINITE", "a function of the model or a derivative was not finite: the call changed nothing"),
+        self.events = (("NOT_FINITE", "a function of the model or a derivative was not finite: mean and covariance stay as they were"),
                        ("OVERFLOW", "a variance is infinite: start again"))
         self.code_includes = ["#include <math.h>"]
 

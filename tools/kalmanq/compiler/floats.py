@@ -1,4 +1,4 @@
-"""f32 and f64: UD and a mean in two numbers a state, as lines of C over the locals x0, l0, ..., u01, d0, ...
+"""f32 and f64: UD and a mean in two numbers a state, as lines of C over the locals x0, l0, ..., u0_1, d0, ...
 
 The mean of a state is x + l: an update adds to l, so a small correction of a large state is not lost.
 """
@@ -382,6 +382,6 @@ def carried(high: Node, change: Node) -> tuple[Node, Node]:
 
 
 def entry(key: ud.Key) -> str:
+    """d1, or u0_1: never the name of a control, u1"""
     i, j = key
-    gap = "_" if max(key) > 9 else ""
-    return f"d{j}" if i == j else f"u{i}{gap}{j}"
+    return f"d{j}" if i == j else f"u{i}_{j}"
