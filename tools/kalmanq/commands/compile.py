@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import hashlib
 import signal
 from contextlib import ExitStack
 from dataclasses import asdict, dataclass
@@ -18,7 +17,7 @@ from kalmanq.commands.options import JSON, MODEL, choices, command_of
 from kalmanq.compiler import costs, report
 from kalmanq.compiler.host import Host
 from kalmanq.compiler.offers import cheaper
-from kalmanq.compiler.product import Product, compiled
+from kalmanq.compiler.product import Product, compiled, fingerprint
 from kalmanq.compiler.request import ARITHMETICS, Options as Wanted
 from kalmanq.data.files import whole
 from kalmanq.errors import KalmanqError
@@ -72,7 +71,7 @@ def compile_file(options: Options, console: Console) -> None:
         return
     _refuse_of_functions(options)
     model = model_file.read(options.model)
-    source = f"Model file {options.model.name}, SHA-256 {hashlib.sha256(options.model.read_bytes()).hexdigest()}"
+    source = fingerprint(options.model)
     with console.status("compiling", spinner="line"):
         product = compiled(model, name, wanted, source)
         with Host(product) as host:

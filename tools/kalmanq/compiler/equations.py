@@ -125,11 +125,15 @@ class EquationFilter(FloatFilter):
     def __init__(self, of: Equations):
         self.equations, self.sensors = of, of.sensors
         super().__init__(of.given, None)
-        c = self.coefficients
-        self.linear = [] if of.given.options.iterate > 1 or of.given.nominal else [one for one in of.sensors if all(_is_linear(c.e[j][0], c.H[j]) for j in range(one.first, one.first + one.m))]
+        bends = of.given.options.iterate > 1 or bool(of.given.nominal)
+        self.linear = [] if bends else [one for one in of.sensors if self._is_linear_sensor(one)]
         self.events = (("NOT_FINITE", "a function of the model or a derivative was not finite: mean and covariance stay as they were"),
                        ("OVERFLOW", "a variance is infinite: start again"))
         self.code_includes = ["#include <math.h>"]
+
+    def _is_linear_sensor(self, sensor: Sensor) -> bool:
+        c = self.coefficients
+        return all(_is_linear(c.e[j][0], c.H[j]) for j in range(sensor.first, sensor.first + sensor.m))
 
     def made_coefficients(self) -> Formulas:
         return Formulas(self.equations)
@@ -164,7 +168,7 @@ class EquationFilter(FloatFilter):
         return j - self.sensor_of(j).first
 
     def row(self, j: int) -> ud.Row:
-        """While entries are looked for: the formulas; in an update: their names"""
+        """Of H: what is constant, and names of the rest, which `linearised` works out"""
         return [one if one.is_constant else symbol(f"h{j}_{i}") for i, one in enumerate(self.coefficients.H[j])]
 
     @property
