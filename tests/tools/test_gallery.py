@@ -16,7 +16,7 @@ import pytest
 from command import kalmanq as command
 from models import pair, textbook
 
-from kalmanq import Filter, KalmanqError, Model, Quantity, Smoother, VaryingSmoother
+from kalmanq import Filter, KalmanqError, Model, Quantity, Smoother, Varying
 from kalmanq.commands.messages import console
 from kalmanq.data import tables
 from kalmanq.model import model_file
@@ -150,7 +150,7 @@ def test_varying_beside_the_dense_solution(arithmetic, most):
     """All states of all rows at once, by the normal equations"""
     for seed in (1, 2, 3):
         model, (z, H) = regression(), regressors(seed)
-        run = VaryingSmoother(model, arithmetic).run(z, H)
+        run = Smoother(model, arithmetic).run(z, varying=Varying(H=H))
         mean, sigma = dense(model, z, H)
         assert np.max(np.abs(run.smoothed - mean) / sigma) < most
         assert np.max(np.abs(run.smoothed_sigma / sigma - 1)) < most
@@ -183,11 +183,11 @@ def test_varying_by_the_same_H_is_the_smoother(arithmetic):
     z = np.random.default_rng(4).normal(size=(30, 2))
     z[3, 1] = z[8] = np.nan
     plain = Smoother(model, arithmetic).run(z, covariance=True)
-    run = VaryingSmoother(model, arithmetic).run(z, np.tile(model.H, (30, 1, 1)), covariance=True)
+    run = Smoother(model, arithmetic).run(z, varying=Varying(H=np.tile(model.H, (30, 1, 1))), covariance=True)
     for name in ("mean", "sigma", "innovation", "nis", "log_likelihood", "smoothed", "smoothed_sigma",
                  "smoothed_covariance"):
         assert np.array_equal(getattr(plain, name), getattr(run, name), equal_nan=True), name
-    alone = VaryingSmoother(model, arithmetic).run(z, np.tile(model.H, (30, 1, 1)), smooth=False)
+    alone = Filter(model, arithmetic).run(z, varying=Varying(H=np.tile(model.H, (30, 1, 1))))
     assert alone.smoothed is None and np.array_equal(alone.mean, plain.mean)
     assert not np.allclose(textbook(model, z, None)["smoothed"][0], plain.mean[0])
 
@@ -197,7 +197,7 @@ def test_varying_from_an_unknown_start_is_least_squares():
     z, H = regressors(7)
     there = ~np.isnan(z[:, 0])
     model = regression(unknown=True).changed(Q=np.zeros((2, 2)))
-    run = VaryingSmoother(model).run(z, H)
+    run = Smoother(model).run(z, varying=Varying(H=H))
     exact = np.linalg.lstsq(H[there, 0], z[there, 0], rcond=None)[0]
     assert np.allclose(run.smoothed, exact, rtol=0, atol=1e-12)
     spread = np.sqrt(np.diag(np.linalg.inv(H[there, 0].T @ H[there, 0])) * 0.25)
@@ -209,14 +209,14 @@ def test_varying_from_an_unknown_start_is_least_squares():
     (np.full((80, 2), np.nan), "row 0: H has an entry that is not finite")])
 def test_varying_refuses(H, reason):
     with pytest.raises(KalmanqError, match=reason):
-        VaryingSmoother(regression()).run(regressors(1)[0], H)
+        Smoother(regression()).run(regressors(1)[0], varying=Varying(H=H))
 
 
 def test_varying_names_the_row():
     z, H = regressors(1)
     z[17] = 70
     with pytest.raises(KalmanqError, match="row 17: z = 70: measurements: beyond the declared range"):
-        VaryingSmoother(regression(), "q31").run(z, H)
+        Smoother(regression(), "q31").run(z, varying=Varying(H=H))
 
 
 # ------------------------------------------------------------------------------ the command

@@ -299,6 +299,6 @@ def test_complex_numbers_are_refused(z):
         with pytest.raises(KalmanqError, match=f"{key}: .*complex"):
             kalmanq.Model(**{"A": 1.0, "H": 1.0, "R": 1.0, "Q": 1.0, "x0": 0.0, "P0": 1.0, key: z[1:2]})
     with pytest.raises(KalmanqError, match="H: not an array of numbers .*complex"):
-        kalmanq.VaryingSmoother(kalmanq.Model(1, 1, 1, 1, P0=1)).run(np.zeros(3), np.array(z)[:, None])
+        kalmanq.Filter(kalmanq.Model(1, 1, 1, 1, P0=1)).run(np.zeros(3), varying=kalmanq.Varying(H=np.array(z)[:, None]))
     with pytest.raises(KalmanqError, match="complex"):
         kalmanq.LeastSquares([0.0], [1.0]).run(np.ones(3), np.zeros(3), z)

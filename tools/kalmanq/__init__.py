@@ -11,6 +11,7 @@ from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:  # for type checkers; at run time a name is imported when it is first used, from its place below
+    from kalmanq.data.rows import Varying
     from kalmanq.errors import KalmanqError, KalmanqWarning, ModelError
     from kalmanq.fitting import Estimate, Estimation, Fit, fit, gradient, likelihood
     from kalmanq.model import Gaps, Model, Quantity
@@ -21,9 +22,9 @@ if TYPE_CHECKING:  # for type checkers; at run time a name is imported when it i
     from kalmanq.run.reweighting import ReweightedSmoother
     from kalmanq.run.statistics import Consistency, LeastSquares
     from kalmanq.run.steady import SteadyFilter, SteadyState, steady_state
-    from kalmanq.run.varying import VaryingSmoother
 
 _PLACES = {
+    "data.rows": "Varying",
     "errors": "KalmanqError KalmanqWarning ModelError",
     "fitting": "Estimate Estimation Fit fit gradient likelihood",
     "model": "Gaps Model Quantity",
@@ -34,7 +35,6 @@ _PLACES = {
     "run.reweighting": "ReweightedSmoother",
     "run.statistics": "Consistency LeastSquares",
     "run.steady": "SteadyFilter SteadyState steady_state",
-    "run.varying": "VaryingSmoother",
 }
 _PLACE = {name: place for place, names in _PLACES.items() for name in names.split()}
 __all__ = sorted(_PLACE)

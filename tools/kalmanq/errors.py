@@ -8,12 +8,14 @@ from typing import Optional
 class KalmanqError(Exception):
     """What the C core refused, or a tool cannot do; its text is one line.
 
+    text    without the row
     status  the core's kq_status, or None
     row     of a sequence, counted from 0, or None
     """
 
     def __init__(self, text: str, status: Optional[int] = None, row: Optional[int] = None):
         super().__init__(text if row is None else f"row {row}: {text}")
+        self.text = text
         self.status = status
         self.row = row
 

@@ -192,8 +192,7 @@ class _FileRun:
         except KalmanqError as problem:
             if problem.row is None:
                 raise
-            text = str(problem).split(": ", 1)[1]
-            raise KalmanqError(f"{self.options.data}: row {row + problem.row}: {text}", problem.status) from problem
+            raise KalmanqError(f"{self.options.data}: row {row + problem.row}: {problem.text}", problem.status) from problem
         self.rows += len(made)
         self.taken += int(made.taken.clip(0).sum())
         self.missing += int(np.isnan(z).sum())

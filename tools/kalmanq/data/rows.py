@@ -1,8 +1,9 @@
-"""What comes in: rows of measurements and controls as arrays, lists or tables of pandas."""
+"""What comes in: rows of measurements and controls as arrays, lists or tables of pandas; their times, their matrices."""
 
 from __future__ import annotations
 
-from typing import Any, Optional, Sequence
+from dataclasses import dataclass, field
+from typing import Any, Mapping, Optional, Sequence
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -10,6 +11,100 @@ from numpy.typing import ArrayLike
 from kalmanq.errors import KalmanqError
 from kalmanq.model import Model, Quantity
 from kalmanq.model.arrays import numbers_of
+
+
+@dataclass(frozen=True)
+class Varying:
+    """Matrices that are others at each row; what is None is the model's.
+
+    A, B, Q  T x n x n, T x n x l, T x n x n or T x n variances: of the step from row t to row t + 1; the last one leads
+             to the first row of the next call
+    H, R     T x m x n, T x m x m or T x m variances: of the measurements of row t
+    One axis less where a matrix has one row or one column.
+    """
+
+    A: Optional[ArrayLike] = None
+    B: Optional[ArrayLike] = None
+    Q: Optional[ArrayLike] = None
+    H: Optional[ArrayLike] = None
+    R: Optional[ArrayLike] = None
+
+
+@dataclass(frozen=True)
+class Rows:
+    """T rows that have been looked at: z (T x m; NaN: missing), u (T x l, or None), times (T, or None), and by name the
+    matrices that vary (T x ...)"""
+
+    z: np.ndarray
+    u: Optional[np.ndarray] = None
+    times: Optional[np.ndarray] = None
+    matrices: Mapping[str, np.ndarray] = field(default_factory=dict)
+
+    @classmethod
+    def of(cls, model: Model, z: Any, u: Any = None, times: Any = None, varying: Optional[Varying] = None) -> Rows:
+        made = rows_of(z, model.measurements, "z")
+        return cls(made, controls_of(u, model, len(made)), None if times is None else times_of(times, model, len(made), varying),
+                   {} if varying is None else _matrices_of(varying, model, len(made)))
+
+    def __len__(self) -> int:
+        return len(self.z)
+
+    def __getitem__(self, rows: slice) -> Rows:
+        return Rows(self.z[rows], *(None if one is None else one[rows] for one in (self.u, self.times)),
+                    {name: one[rows] for name, one in self.matrices.items()})
+
+    @property
+    def is_varying(self) -> bool:
+        return self.times is not None or bool(self.matrices)
+
+
+def times_of(given: Any, model: Model, rows: int, varying: Optional[Varying] = None) -> np.ndarray:
+    """The time of each row, in the unit of dt, rising"""
+    if model.continuous is None:
+        raise KalmanqError("times: the model is of steps that are all alike: give F, Qc and dt (Model.of_continuous)")
+    if varying is not None and any(getattr(varying, name) is not None for name in "ABQ"):
+        raise KalmanqError("times: A, B and Q are those of the times, and cannot vary otherwise")
+    try:
+        made = numbers_of(given)
+    except (TypeError, ValueError, OverflowError):
+        raise KalmanqError("times: not numbers: give seconds, such as (t - t[0]) / np.timedelta64(1, 's')") from None
+    if made.shape != (rows,):
+        raise KalmanqError(f"times are {shape_of(made)}, not {rows}")
+    if not np.all(np.isfinite(made)):
+        raise KalmanqError("the time is missing", row=int(np.argmin(np.isfinite(made))))
+    if np.any(np.diff(made) <= 0):
+        raise KalmanqError("the time is not after the one before: sort the rows, and join those of one time",
+                           row=int(np.argmax(np.diff(made) <= 0)) + 1)
+    return made
+
+
+def _matrices_of(varying: Varying, model: Model, rows: int) -> dict[str, np.ndarray]:
+    if varying.B is not None and not model.l:
+        raise KalmanqError("B: the model has no controls")
+    n, m, l = model.n, model.m, model.l
+    shapes = {"A": (n, n), "B": (n, l), "Q": (n, n), "H": (m, n), "R": (m, m)}
+    return {name: _matrix_a_row(name, getattr(varying, name), rows, shape) for name, shape in shapes.items()
+            if getattr(varying, name) is not None}
+
+
+def _matrix_a_row(name: str, given: ArrayLike, rows: int, shape: tuple[int, int]) -> np.ndarray:
+    try:
+        made = numbers_of(given)
+    except (TypeError, ValueError, OverflowError) as problem:
+        raise KalmanqError(f"{name}: not an array of numbers{told(problem)}") from problem
+    if shape == (1, 1) and made.shape == (rows,) or 1 in shape and made.shape == (rows, max(shape)):
+        made = made.reshape(rows, *shape)
+    elif name in "QR" and made.shape == (rows, shape[0]):
+        made = made[:, :, None] * np.eye(shape[0])
+    if made.shape != (rows, *shape):
+        raise KalmanqError(f"{name} is {shape_of(made)}, not {rows} x {shape[0]} x {shape[1]}")
+    if not np.all(np.isfinite(made)):
+        raise KalmanqError(f"{name} has an entry that is not finite", row=int(np.argwhere(~np.isfinite(made))[0][0]))
+    return np.ascontiguousarray(made)
+
+
+def shape_of(array: np.ndarray) -> str:
+    return " x ".join(map(str, array.shape)) if array.ndim else "a number"
 
 
 def rows_of(given: Any, quantities: Sequence[Quantity], name: str) -> np.ndarray:
@@ -22,7 +117,7 @@ def rows_of(given: Any, quantities: Sequence[Quantity], name: str) -> np.ndarray
     if array.ndim == 1 and columns == 1:
         array = array.reshape(-1, 1)
     if array.ndim != 2 or array.shape[1] != columns:
-        raise KalmanqError(f"{name} is {' x '.join(map(str, array.shape))}, not T x {columns}")
+        raise KalmanqError(f"{name} is {shape_of(array)}, not T x {columns}")
     return np.ascontiguousarray(array)
 
 

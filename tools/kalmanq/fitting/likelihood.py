@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from kalmanq.core import require
+from kalmanq.data.rows import Varying
 from kalmanq.errors import KalmanqError
 from kalmanq.fitting.expectation import FREE, Expectation, Records
 from kalmanq.model import Model
@@ -16,13 +17,15 @@ from kalmanq.run.parts import Parts
 
 
 def likelihood(model: Model, records: Sequence[ArrayLike], u: Optional[Sequence[Optional[ArrayLike]]] = None, *,
+               times: Optional[Sequence[Optional[ArrayLike]]] = None, varying: Optional[Sequence[Varying]] = None,
                arithmetic: str = "f64") -> float:
-    """log p of all records (each T x m; NaN: missing), by the filter; an unknown start is exact."""
+    """log p of all records (each T x m; NaN: missing), by the filter; an unknown start is exact.  times, varying: of each
+    record, as Filter.run has them."""
     made, parts = Records(model, records, u), Parts(model, arithmetic)
     total = 0.0
-    for z, controls in zip(made.z, made.u):
+    for k, (z, controls) in enumerate(zip(made.z, made.u)):
         run = Filter(model, arithmetic, parts=parts)
-        run.run(z, controls)
+        run.run(z, controls, times=times and times[k], varying=varying and varying[k])
         total += run.log_likelihood
     return total
 

@@ -26,12 +26,19 @@ class Continuous:
 
     def step(self, dt: float) -> tuple[np.ndarray, np.ndarray, Optional[np.ndarray]]:
         """A, Q and B over dt"""
-        doublings = max(0, int(np.ceil(np.log2(max(self.norm * dt / SHORT, 1)))))
-        A, Q, S = self._series(dt / 2**doublings)
+        A, Q, B = self.steps(np.array([dt]))
+        return A[0], Q[0], None if B is None else B[0]
+
+    def steps(self, dt: np.ndarray) -> tuple[np.ndarray, np.ndarray, Optional[np.ndarray]]:
+        """Over each dt: k x n x n, k x n x n and k x n x l"""
+        doublings = np.maximum(0, np.ceil(np.log2(np.maximum(self.norm * dt / SHORT, 1)))).astype(int)
+        A, Q, S = self._series(np.ldexp(dt, -doublings)[:, None, None])
         with np.errstate(over="ignore", invalid="ignore"):
-            for _ in range(doublings):
-                Q, S, A = Q + A @ Q @ A.T, S + A @ S, A @ A
-        return A, (Q + Q.T) / 2, None if self.B is None else S @ self.B
+            for k in range(doublings.max(initial=0)):
+                left = doublings > k
+                a, q, s = A[left], Q[left], S[left]
+                Q[left], S[left], A[left] = q + a @ q @ a.swapaxes(1, 2), s + a @ s, a @ a
+        return A, (Q + Q.swapaxes(1, 2)) / 2, None if self.B is None else S @ self.B
 
     @property
     def norm(self) -> float:
@@ -44,12 +51,14 @@ class Continuous:
         pattern = (self.F != 0).astype(int)
         return not np.any(np.linalg.matrix_power(pattern, len(pattern)))
 
-    def _series(self, h: float) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    def _series(self, h: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """e^(F h), its noise, and the integral of e^(F s)"""
-        power, noise = np.eye(len(self.F)), self.Qc * h
+        power, noise = np.eye(len(self.F)) + 0 * h, self.Qc * h
         A, Q, S = power.copy(), noise.copy(), power * h
         for k in range(1, TERMS + len(self.F)):
             power = self.F @ power * (h / k)
             noise = (self.F @ noise + noise @ self.F.T) * (h / (k + 1))
+            if not (power.any() or noise.any()):
+                break
             A, Q, S = A + power, Q + noise, S + power * (h / (k + 1))
         return A, Q, S

@@ -5,6 +5,8 @@ typedef struct {
     const K(sequence) *q;
     K(kernels) kernels;
     size_t t, n, m;
+    const K(process) *process; /* of the predict before it */
+    const K(sensor) *sensor;
     uint32_t present; /* of the row's measurements */
     uint32_t all;
     num root[root_words(KQ_SIZE_MAX)]; /* after the row before, where has_root */
@@ -34,7 +36,7 @@ static void K(seek_calm)(K(row) *r)
 {
     if (!r->is_calm || !r->may_rest || r->was_sought || r->present != r->all) return;
     r->was_sought = 1;
-    r->is_found = K(calm_find)(&r->calm, r->q->filter, r->q->process, r->q->sensor);
+    r->is_found = K(calm_find)(&r->calm, r->q->filter, r->process, r->sensor);
 }
 
 /* The diagonal of P; what is not known yet has none. */
@@ -91,7 +93,7 @@ static void K(look_at_variances)(const K(row) *r, const K(filter) *f)
         for (size_t c = 0; c < r->m; c++) variances[c] = (variances - r->m)[c];
         return;
     }
-    const kq_status unknown = K(measurement)(f, q->sensor, NULL, S);
+    const kq_status unknown = K(measurement)(f, r->sensor, NULL, S);
     for (size_t c = 0; c < r->m; c++) variances[c] = unknown ? no_number : S[c * r->m + c];
 }
 
@@ -100,7 +102,7 @@ static kq_status K(look_at_some)(const K(row) *r, const K(filter) *f, const num 
 {
     num there[KQ_SIZE_MAX];
     for (size_t c = 0; c < r->m; c++) there[c] = r->present >> c & 1 ? z[c] : 0;
-    const kq_status status = K(innovation)(f, r->q->sensor, there, e);
+    const kq_status status = K(innovation)(f, r->sensor, there, e);
     for (size_t c = 0; c < r->m; c++) {
         if (status || !(r->present >> c & 1)) e[c] = lost;
     }
@@ -115,7 +117,7 @@ static kq_status K(look)(const K(row) *r, const K(filter) *f)
     if (q->innovation) {
         const num *z = q->z + r->t * r->m;
         num *e = q->innovation + r->t * r->m;
-        status = r->present == r->all ? K(innovation)(f, q->sensor, z, e) : KQ_ERR_NOT_READY;
+        status = r->present == r->all ? K(innovation)(f, r->sensor, z, e) : KQ_ERR_NOT_READY;
         if (status == KQ_ERR_NOT_READY) status = K(look_at_some)(r, f, z, e);
     }
     if (q->innovation_variance) K(look_at_variances)(r, f);
@@ -123,27 +125,28 @@ static kq_status K(look)(const K(row) *r, const K(filter) *f)
 }
 
 /* A gate's limit is that of the components which the row has. */
-static kq_status K(take_robustly)(const K(sequence) *q, const num *z, uint32_t present)
+static kq_status K(take_robustly)(const K(row) *r, const num *z)
 {
-    if (q->limits) q->loss->limit = q->limits[count_of(present) - 1];
-    return K(update_robust)(q->filter, q->sensor, z, present, q->loss);
+    const K(sequence) *q = r->q;
+    if (q->limits) q->loss->limit = q->limits[count_of(r->present) - 1];
+    return K(update_robust)(q->filter, r->sensor, z, r->present, q->loss);
 }
 
 /* A start that is in part unknown takes its measurements as they are: nothing tells an outlier there. */
 static kq_status K(take)(const K(row) *r, const num *z)
 {
     const K(sequence) *q = r->q;
-    const kq_status status = q->loss && r->present ? K(take_robustly)(q, z, r->present) : KQ_ERR_NOT_READY;
+    const kq_status status = q->loss && r->present ? K(take_robustly)(r, z) : KQ_ERR_NOT_READY;
     if (status != KQ_ERR_NOT_READY) return status;
-    if (r->present == r->all) return r->kernels.update(q->filter, q->sensor, z);
-    return K(update_subset)(q->filter, q->sensor, z, r->present);
+    if (r->present == r->all) return r->kernels.update(q->filter, r->sensor, z);
+    return K(update_subset)(q->filter, r->sensor, z, r->present);
 }
 
 /* What it has seen just before an update enters the window just after it. */
 static kq_status K(take_watched)(const K(row) *r, const num *z)
 {
     const K(sequence) *q = r->q;
-    const kq_status seen = K(consistency_watch)(q->watch, q->filter, q->sensor, z, r->present);
+    const kq_status seen = K(consistency_watch)(q->watch, q->filter, r->sensor, z, r->present);
     if (seen && seen != KQ_ERR_NOT_READY) return seen;
     const kq_status status = K(take)(r, z);
     return status < KQ_OK || seen ? status : K(consistency_record)(q->watch, q->filter);
@@ -156,15 +159,15 @@ static kq_status K(step_settling)(const K(row) *r, const num *u, const num *z)
     num memory[3 * KQ_SIZE_MAX + KQ_TRIANGLE(KQ_SIZE_MAX)];
     K(filter) ahead;
     kq_status status = K(filter_assign)(&ahead, q->filter->states, memory, sizeof memory / sizeof memory[0]);
-    if (!status) status = K(forecast)(q->filter, q->process, u, 1, &ahead);
+    if (!status) status = K(forecast)(q->filter, r->process, u, 1, &ahead);
     if (!status) status = K(look)(r, &ahead);
-    return status ? status : K(step)(q->filter, q->process, u, q->sensor, z);
+    return status ? status : K(step)(q->filter, r->process, u, r->sensor, z);
 }
 
 static kq_status K(predict_row)(const K(row) *r, const num *u)
 {
     const K(sequence) *q = r->q;
-    if (!q->weights) return r->kernels.predict(q->filter, q->process, u);
+    if (!q->weights) return r->kernels.predict(q->filter, r->process, u);
     const kq_status status = SCALE_NOISE(q, q->weights[r->t]);
     return status ? status : K(predict)(q->filter, q->target, u);
 }
@@ -275,9 +278,22 @@ static int K(rest)(const K(row) *r)
     num spare[KQ_SIZE_MAX], *e = q->innovation ? q->innovation + t * m : spare;
     if (!r->is_found || r->present != r->all) return 0;
     const num *u = q->u ? q->u + t * l : NULL;
-    if (!r->kernels.calm(&r->calm, q->filter, q->process, u, q->sensor, q->z + t * m, e)) return 0;
+    if (!r->kernels.calm(&r->calm, q->filter, r->process, u, r->sensor, q->z + t * m, e)) return 0;
     if (q->innovation_variance) K(look_at_variances)(r, q->filter);
     return 1;
+}
+
+/* What was found of a calm step is of one process and one sensor. */
+static void K(begin_row)(K(row) *r, size_t t)
+{
+    const K(sequence) *q = r->q;
+    const K(process) *process = q->processes ? q->processes[t] : q->process;
+    const K(sensor) *sensor = q->sensors ? q->sensors[t] : q->sensor;
+    r->t = t;
+    r->present = K(present_in)(q->z + t * r->m, r->m);
+    if (process != r->process || sensor != r->sensor) r->is_calm = r->was_sought = r->is_found = 0;
+    r->process = process;
+    r->sensor = sensor;
 }
 
 kq_status K(sequence_run)(K(sequence) *q)
@@ -288,8 +304,7 @@ kq_status K(sequence_run)(K(sequence) *q)
     r.may_rest = r.kernels.calm && !q->loss && !q->watch && !q->lag && !q->instant &&
                  !q->settling && !q->adaptation && !q->filter->attached;
     for (q->done = 0; q->done < q->steps; q->done++) {
-        r.t = q->done;
-        r.present = K(present_in)(q->z + r.t * m, m);
+        K(begin_row)(&r, q->done);
         kq_status status = K(rest)(&r) ? KQ_OK : K(take_row)(&r);
         if (status < KQ_OK) return status;
         K(judge)(&r);

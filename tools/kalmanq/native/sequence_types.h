@@ -5,6 +5,8 @@ typedef struct {
     K(filter) *filter;
     const K(process) *process;
     const K(sensor) *sensor;
+    const K(process) *const *processes; /* steps: of the predict before each row; NULL: process */
+    const K(sensor) *const *sensors;    /* steps: of each row; NULL: sensor */
     size_t steps;
     const num *z; /* steps x m; missing: NaN, in q31 not a word */
     const num *u; /* steps x l: row t is of the predict before row t; NULL: no control */

@@ -5,6 +5,7 @@
 #include "kalmanq/kalmanq.h"
 
 #include "tables.h"
+#include "varying.h"
 
 #define K(name) kq_##name##_f32
 #define num float

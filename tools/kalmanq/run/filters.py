@@ -10,12 +10,13 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from kalmanq.core import ffi, lib, require, warn_of
-from kalmanq.data.rows import controls_of, index_of, row_of, rows_of
+from kalmanq.data.rows import Rows, Varying, controls_of, index_of, row_of
 from kalmanq.errors import KalmanqError
 from kalmanq.model import Model
 from kalmanq.run.parts import Parts
 from kalmanq.run.readings import Readable, Results
 from kalmanq.run.results import Run
+from kalmanq.run.steps import Steps
 
 LEVELS = {0.9: lib.KQ_LEVEL_90, 0.95: lib.KQ_LEVEL_95, 0.99: lib.KQ_LEVEL_99, 0.999: lib.KQ_LEVEL_999,
           0.9999: lib.KQ_LEVEL_9999}
@@ -62,14 +63,17 @@ class Filter(Readable):
           `design` writes in that way
 
     What is NaN in z is missing.  Readings are float64: `mean` (n), `sigma` (n), `covariance` (n x n),
-    `nis`, `taken`, `log_likelihood`, `events`.
+    `nis`, `taken`, `log_likelihood`, `events`; `time`: of the last row, where rows have times.
     """
 
     def __init__(self, model: Model, arithmetic: str = "f64", *, way: str = "", parts: Optional[Parts] = None):
         super().__init__(model, parts or Parts(model, arithmetic, way))
         self.begins = True  # the next row is the first one
         self.row = 0  # where the filter stands
+        self.time: Optional[float] = None
         self._left: Optional[np.ndarray] = None  # words of the last row's control: it moves the state to the next
+        self._next: Optional[int] = None  # of the process that does, where the model's own does not
+        self._steps = Steps(self.parts)
         self._gates: dict[Robust, tuple[Any, np.ndarray]] = {}  # with limits; their counts of rejections go on
         if np.any(model.unknown):
             self._start = self._object("diffuse", model.n, 0, sizes=(model.n, 0))
@@ -79,45 +83,46 @@ class Filter(Readable):
 
     # ------------------------------------------------------------------ one row
 
-    def predict(self, u: Optional[ArrayLike] = None) -> None:
-        """To the next row; u: l controls, or None."""
+    def predict(self, u: Optional[ArrayLike] = None, dt: Optional[float] = None) -> None:
+        """To the next row; u: l controls, or None; dt: of a model in continuous time, if not its own."""
         words = None if u is None else self.parts.words(row_of(u, self.model.l, "u"), "controls")
-        require(self._call("predict", self.parts.process, self._pointer(words)), "predict")
-        self._moved(1)
+        require(self._call("predict", self._process(dt), self._pointer(words)), "predict")
+        self._moved(1, dt=dt)
 
     def update(self, z: ArrayLike, robust: Optional[Robust] = None, watch: Optional[Any] = None) -> None:
         """Takes m measurements; what is NaN is missing."""
         given = row_of(z, self.model.m, "z")
-        self._sequence(given, None, robust, watch, moves=False)
+        self._sequence(Rows(given), robust, watch, moves=False)
         self.begins = False
 
-    def step(self, z: ArrayLike, u: Optional[ArrayLike] = None) -> None:
+    def step(self, z: ArrayLike, u: Optional[ArrayLike] = None, dt: Optional[float] = None) -> None:
         """predict, then update; refused as a whole."""
         self.parts.words(row_of(z, self.model.m, "z"), "measurements")
-        self.predict(u)
+        self.predict(u, dt)
         self.update(z)
 
     def forget(self, forgetting: float) -> None:
         """Fading memory: P / forgetting, 0 < forgetting <= 1; before predict."""
         require(self._call("forget", self.arithmetic.parameter(forgetting)), "forget")
 
-    def forecast(self, steps: int, u: Optional[ArrayLike] = None) -> Filter:
-        """The state so many rows ahead, as a filter; u: steps x l."""
+    def forecast(self, steps: int, u: Optional[ArrayLike] = None, dt: Optional[float] = None) -> Filter:
+        """The state so many rows ahead, as a filter; u: steps x l; dt: of each, if not the model's."""
         ahead = Filter(self.model, self.arithmetic.name, parts=self.parts)
         if steps < 0:
             raise KalmanqError("steps: below 0")
         controls = controls_of(u, self.model, steps)
         words = None if controls is None else self.parts.words(controls, "controls")
-        require(self._call("forecast", self.parts.process, self._pointer(words), steps, ahead._handle), "forecast")
-        ahead.row = self.row
-        ahead._moved(steps)
+        require(self._call("forecast", self._process(dt), self._pointer(words), steps, ahead._handle), "forecast")
+        ahead.row, ahead.time = self.row, self.time
+        ahead._moved(steps, dt=dt)
         return ahead
 
     def copy(self) -> Filter:
         """The same state; what is attached stays with this one."""
         made = Filter(self.model, self.arithmetic.name, parts=self.parts)
         require(made._call("filter_copy", self._handle), "copy")
-        made.row, made.begins, made._left = self.row, self.begins, self._left
+        made.row, made.begins, made._left, made.time = self.row, self.begins, self._left, self.time
+        made._next, made._steps = self._next, self._steps
         return made
 
     # ------------------------------------------------------------------ what the next update would do
@@ -141,37 +146,41 @@ class Filter(Readable):
 
     # ------------------------------------------------------------------ sequences
 
-    def run(self, z: ArrayLike, u: Optional[ArrayLike] = None, *, robust: Optional[Robust] = None,
-            watch: Optional[Any] = None, covariance: bool = False) -> Run:
+    def run(self, z: ArrayLike, u: Optional[ArrayLike] = None, *, times: Optional[ArrayLike] = None,
+            varying: Optional[Varying] = None, robust: Optional[Robust] = None, watch: Optional[Any] = None,
+            covariance: bool = False) -> Run:
         """A sequence in one call of C, without Python's lock.
 
-        z      T x m, or T where m = 1; NaN: missing.  The first row ever is taken at the prior's instant; a
-               predict comes before each other one.  Or a DataFrame with a column for each measurement.
-        u      T x l: row t moves the state from row t to row t + 1
-        watch  a Consistency, which sees every update
+        z        T x m, or T where m = 1; NaN: missing.  The first row ever is taken at the prior's instant; a
+                 predict comes before each other one.  Or a DataFrame with a column for each measurement.
+        u        T x l: row t moves the state from row t to row t + 1
+        times    T: of a model in continuous time, when each row is, in the unit of its dt
+        varying  matrices that are others at each row
+        watch    a Consistency, which sees every update
         A KalmanqError says at which row it stopped; the state is then that before it.
         """
-        given = rows_of(z, self.model.measurements, "z")
-        controls = controls_of(u, self.model, len(given))
         index = index_of(z, u)
-        run = self._sequence(given, controls, robust, watch, covariance=covariance)
+        run = self._sequence(Rows.of(self.model, z, u, times, varying), robust, watch, covariance=covariance)
         run.index = index
         warn_of(run.events, f"{self.model.name}, {self.arithmetic.name}")
         self.warn_of_wide()
         return run
 
-    def _sequence(self, given: np.ndarray, u: Optional[np.ndarray], robust: Optional[Robust] = None,
-                  watch: Optional[Any] = None, *, moves: bool = True, covariance: bool = False) -> Run:
-        a, T = self.arithmetic, len(given)
-        words = self.parts.words(given, "measurements")
-        controls = None if u is None else self.parts.words(u, "controls")
+    def _sequence(self, rows: Rows, robust: Optional[Robust] = None, watch: Optional[Any] = None, *, moves: bool = True,
+                  covariance: bool = False) -> Run:
+        a, T = self.arithmetic, len(rows)
+        words = self.parts.words(rows.z, "measurements")
+        controls = None if rows.u is None else self.parts.words(rows.u, "controls")
         carried = self.parts.carried(controls, self._left, T) if moves else None
         out = Results(self, T, covariance)
         q = ffi.new(f"kq_sequence_{a.name} *")
         q.filter, q.process, q.sensor = self._handle, self.parts.process, self.parts.sensor
         q.steps, q.begins = T, self.begins or not moves
         q.z, q.u = self._pointer(words), self._pointer(carried)
-        q.is_upper = not np.any(np.tril(self.model.A, -1))
+        before = self._processes(rows) if moves and T else None
+        sensors = self._steps.sensors(rows) if rows.matrices.keys() & {"H", "R"} else None
+        q.processes, q.sensors = (ffi.NULL if one is None else ffi.cast("void *", one.ctypes.data) for one in (before, sensors))
+        q.is_upper = self._steps.is_upper
         q.widest = ffi.cast("double *", self._widest.ctypes.data) if a.is_fixed else ffi.NULL
         q.watch = ffi.NULL if watch is None else watch.of(self)
         kept = self._loss(q, robust)
@@ -182,12 +191,41 @@ class Filter(Readable):
         done = int(q.done)
         if moves and done:
             self._moved(done - self.begins, None if controls is None else controls[done - 1])
+            self._next = int(before[done]) if rows.matrices.keys() & set("ABQ") else None
+            self.time = None if rows.times is None else float(rows.times[done - 1])
         self._end(q)
         require(status, "the run", done)
         return out.run()
 
-    def _moved(self, rows: int, left: Optional[np.ndarray] = None) -> None:
-        self.row, self.begins, self._left = self.row + rows, False, left
+    def _processes(self, rows: Rows) -> Optional[np.ndarray]:
+        """Of the predict before each row, and where matrices vary of that after the last; None: all are the model's"""
+        own = self._steps.own
+        if rows.times is not None:
+            if self.time is None and not self.begins:
+                raise KalmanqError("times: the time of the last row is not known: give those of all rows")
+            before = np.diff(rows.times, prepend=rows.times[0] if self.time is None else self.time)
+            if before[0] <= 0:
+                if not self.begins:
+                    raise KalmanqError("the time is not after the one before", row=0)
+                before[0] = self.model.continuous.dt  # no predict comes before it
+            made = self._steps.over(before)
+            return None if np.all(made == own) else made
+        if not rows.matrices.keys() & set("ABQ"):
+            return None if self._next is None else np.array([self._next, *[own] * (len(rows) - 1)], np.uintp)
+        return np.concatenate([np.array([own if self._next is None else self._next], np.uintp), self._steps.processes(rows)])
+
+    def _process(self, dt: Optional[float]) -> Any:
+        """What moves the state to the next row"""
+        if dt is None:
+            return self._steps.process_at(self._next)
+        if self.model.continuous is None or not 0 < dt < np.inf:
+            raise KalmanqError("dt: of a model in continuous time (F, Qc, dt), and above 0")
+        return self._steps.process_at(self._steps.over(np.array([float(dt)]))[0])
+
+    def _moved(self, rows: int, left: Optional[np.ndarray] = None, dt: Optional[float] = None) -> None:
+        self.row, self.begins, self._left, self._next = self.row + rows, False, left, None
+        if self.time is not None:
+            self.time += rows * (self.model.continuous.dt if dt is None else dt)
 
     def _loss(self, q: Any, robust: Optional[Robust]) -> Any:
         """Sets how measurements are taken; returns what has to stay until the call is over."""
@@ -285,6 +323,8 @@ class AdaptiveFilter(Filter):
         self._attach(self._adaptation, "adaptation")
 
     def _ask(self, q: Any, out: Results) -> None:
+        if q.processes or q.sensors:
+            raise KalmanqError("an adaptation learns of one process and one sensor: steps and matrices cannot vary")
         q.adaptation = self._adaptation
         out.any_size["scales"] = np.zeros((int(q.steps), 2), self.arithmetic.number_of_any_size)
 
@@ -312,13 +352,11 @@ class Smoother:
         self.parts = Parts(model, arithmetic)
         self.last: Optional[Filter] = None  # the filter at the end of the last run
 
-    def run(self, z: ArrayLike, u: Optional[ArrayLike] = None, *, covariance: bool = False,
-            means_only: bool = False) -> Run:
+    def run(self, z: ArrayLike, u: Optional[ArrayLike] = None, *, times: Optional[ArrayLike] = None,
+            varying: Optional[Varying] = None, covariance: bool = False, means_only: bool = False) -> Run:
         """As Filter.run; memory for all rows is taken first.  `covariance`: those of all rows, too."""
-        rows = rows_of(z, self.model.measurements, "z")
-        controls = controls_of(u, self.model, len(rows))
-        recording = _Recording(self.model, self.parts, rows, controls)
-        run = recording.run(z, u, covariance=covariance)
+        recording = _Recording(self.model, self.parts, Rows.of(self.model, z, u, times, varying))
+        run = recording.run(z, u, times=times, varying=varying, covariance=covariance)
         recording.smooth(run, covariance, means_only)
         self.last = recording
         return run
@@ -327,15 +365,16 @@ class Smoother:
 class _Recording(Filter):
     """A filter with a history of so many rows and, where the start is unknown, what keeps its first rows."""
 
-    def __init__(self, model: Model, parts: Parts, z: np.ndarray, u: Optional[np.ndarray]):
+    def __init__(self, model: Model, parts: Parts, rows: Rows):
         super().__init__(model, parts.arithmetic.name, parts=parts)
-        n, m, rows = model.n, model.m, max(len(z), 1)
+        n, m, count = model.n, model.m, max(len(rows), 1)
+        self._steps.keeps = True
         self.is_unknown = bool(np.any(model.unknown))
         if self.is_unknown:
-            early = rows_to_know(model, parts, z, u)
+            early = rows_to_know(model, parts, rows)
             self._start = self._object("diffuse", n, early, sizes=(n, early))
             self.parts.init_start(self._start, self._handle)
-        self._history = self._object("history", n, sizes=(n, m, rows, 0))
+        self._history = self._object("history", n, sizes=(n, m, count, count if rows.is_varying else 0))
         self._attach(self._history, "history")
 
     def smooth(self, run: Run, covariance: bool, means_only: bool) -> None:
@@ -357,15 +396,14 @@ class _Recording(Filter):
 EARLY_MAX = 65534  # kq_diffuse_assign
 
 
-def rows_to_know(model: Model, parts: Parts, z: np.ndarray, u: Optional[np.ndarray]) -> int:
+def rows_to_know(model: Model, parts: Parts, rows: Rows) -> int:
     """Rows until all of the start is known: what has to be kept of them takes memory."""
     trial, block = Filter(model, parts.arithmetic.name, parts=parts), 64
-    for first in range(0, len(z), block):
-        rows = slice(first, first + block)
-        trial.run(z[rows], None if u is None else u[rows])
+    for first in range(0, len(rows), block):
+        trial._sequence(rows[first : first + block])
         if parts.arithmetic.function("diffuse_count")(trial._start) == 0 or first + block > EARLY_MAX:
             return min(first + block, EARLY_MAX)
-    return min(len(z) + 1, EARLY_MAX)
+    return min(len(rows) + 1, EARLY_MAX)
 
 
 def run_many(sequences: Sequence[Any], run: Callable[[Any], Run], workers: Optional[int] = None) -> list[Run]:

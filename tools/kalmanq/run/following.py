@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from kalmanq.core import require
-from kalmanq.data.rows import row_of
+from kalmanq.data.rows import Rows, row_of
 from kalmanq.errors import KalmanqError
 from kalmanq.model import Model
 from kalmanq.run.filters import Filter, Robust
@@ -111,14 +111,14 @@ class FrozenGainFilter(Filter):
         given = row_of(z, self.model.m, "z")
         self.parts.words(given, "measurements")  # what is refused changes nothing
         controls = None if u is None else self.parts.words(row_of(u, self.model.l, "u"), "controls")
-        self._moved(0, None if controls is None else controls[0])
-        self._sequence(given, None)
+        self.begins, self._left = False, None if controls is None else controls[0]
+        self._sequence(Rows(given))
 
-    def run(self, z: ArrayLike, u: Optional[ArrayLike] = None, *, robust: Optional[Robust] = None,
-            watch: Any = None, covariance: bool = False) -> Run:
+    def run(self, z: ArrayLike, u: Optional[ArrayLike] = None, *, robust: Optional[Robust] = None, watch: Any = None,
+            **given: Any) -> Run:
         if robust or watch:
             raise KalmanqError("a filter that settles takes every measurement as it is, and none is watched")
-        return super().run(z, u, covariance=covariance)
+        return super().run(z, u, **given)
 
     def _ask(self, q: Any, out: Results) -> None:
         q.settling, q.is_settling = self._settling, self._attached

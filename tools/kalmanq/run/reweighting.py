@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from kalmanq.core import require
-from kalmanq.data.rows import controls_of, index_of, rows_of
+from kalmanq.data.rows import Rows, index_of
 from kalmanq.errors import KalmanqError
 from kalmanq.model import Model
 from kalmanq.run.filters import Filter, _Recording
@@ -39,8 +39,7 @@ class ReweightedSmoother:
 
     def run(self, z: ArrayLike, u: Optional[ArrayLike] = None, *, covariance: bool = False) -> Run:
         """As Smoother.run."""
-        rows = rows_of(z, self.model.measurements, "z")
-        controls = controls_of(u, self.model, len(rows))
+        rows = Rows.of(self.model, z, u)
         run = Filter(self.model, parts=self.parts).run(z, u)
         run.index = index_of(z, u)
         arithmetic = self.parts.arithmetic
@@ -48,7 +47,7 @@ class ReweightedSmoother:
         for left in reversed(range(self.passes if len(rows) else 0)):
             run.weights = arithmetic.numbers(weights.copy())
             run.weights[0] = np.nan  # no step leads to the first row
-            recording = _Weighted(self.model, self.parts, rows, controls, weights, self.nu)
+            recording = _Weighted(self.model, self.parts, rows, weights, self.nu)
             if left:
                 recording.reweight()
             else:
@@ -59,11 +58,10 @@ class ReweightedSmoother:
 class _Weighted(_Recording):
     """A recorded run whose step to row t has weights[t] Q; smoothing it writes the weights of the next one."""
 
-    def __init__(self, model: Model, parts: Parts, z: np.ndarray, u: Optional[np.ndarray], weights: np.ndarray,
-                 nu: float):
-        super().__init__(model, parts, z, u)
+    def __init__(self, model: Model, parts: Parts, rows: Rows, weights: np.ndarray, nu: float):
+        super().__init__(model, parts, rows)
         self._weights, self._nu = weights, nu
-        self._sequence(z, u)
+        self._sequence(rows)
 
     def _ask(self, q: Any, out: Results) -> None:
         self._scaled = self._target(q)

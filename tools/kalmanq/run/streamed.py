@@ -13,6 +13,7 @@ import numpy as np
 
 from kalmanq.core import require
 from kalmanq.data.files import telling_where
+from kalmanq.data.rows import Rows
 from kalmanq.model import Model
 from kalmanq.run.filters import _Recording
 from kalmanq.run.parts import Parts
@@ -73,7 +74,7 @@ class StreamedSmoother:
         whole = np.memmap(self._rows, np.float64, "r", shape=(self._count, self.model.m + self.model.l))
         z, u = whole[:, : self.model.m], whole[:, self.model.m :] if self.model.l else None
         with telling_where(self._folder):
-            return _Streamed(self.model, self.parts, z, u, self._tape)
+            return _Streamed(self.model, self.parts, Rows(z, u), self._tape)
 
     def smoothed(self) -> Iterator[tuple[int, np.ndarray, Run]]:
         if self.filter is None:
@@ -103,9 +104,9 @@ class StreamedSmoother:
 class _Streamed(_Recording):
     """Its history is in a file: what is not at work is not in memory."""
 
-    def __init__(self, model: Model, parts: Parts, z: np.ndarray, u: Optional[np.ndarray], file: IO[bytes]):
+    def __init__(self, model: Model, parts: Parts, rows: Rows, file: IO[bytes]):
         self.tape = _Tape(file)
-        super().__init__(model, parts, z, u)
+        super().__init__(model, parts, rows)
 
     def _space(self, stem: str, length: int) -> np.ndarray:
         return self.tape.array(self.arithmetic.number, length) if stem == "history" else super()._space(stem, length)

@@ -20,10 +20,9 @@ from kalmanq.model import model_file
 from kalmanq.pages import pictures
 from kalmanq.run.filters import Smoother
 from kalmanq.run.results import Run
-from kalmanq.run.varying import VaryingSmoother
 from kalmanq_studies.commands.listing import tell_choices
 from kalmanq_studies.gallery import ENTRIES, Entry
-from kalmanq_studies.gallery.fitted import Fitted, fit
+from kalmanq_studies.gallery.fitted import Fitted, fit, varying_of
 from kalmanq_studies.gallery.picture import Ahead, draw, forecast
 from kalmanq_studies.gallery.sources import Data
 
@@ -70,11 +69,10 @@ def _write(entry: Entry, name: str, fitted: Fitted, folder: Path) -> list[Path]:
 
 
 def _smoothed(entry: Entry, fitted: Fitted, data: Data) -> tuple[Run, Optional[Ahead]]:
-    if data.regressors is not None:  # what they will be is not known
-        return VaryingSmoother(fitted.model).run(data.z, data.regressors, covariance=True), None
     smoother = Smoother(fitted.model)
-    run = smoother.run(data.z, covariance=True)
-    return run, forecast(smoother.last, entry.ahead, data) if entry.ahead else None
+    run = smoother.run(data.z, varying=varying_of(data), covariance=True)
+    has_ahead = entry.ahead and data.regressors is None  # what those will be is not known
+    return run, forecast(smoother.last, entry.ahead, data) if has_ahead else None
 
 
 def _text(entry: Entry, name: str, parameters: dict, data: Data) -> str:
@@ -121,7 +119,7 @@ def _tell(options: Options, entry: Entry, fitted: Fitted, written: list[Path], c
     console.print(f"log-likelihood {fitted.log_likelihood:.6f}, {'converged' if fitted.converged else 'NOT converged'}")
     tell_written(written, console)
     if entry.data().regressors is not None:
-        console.print("H is another one at each row, so there is no model file: kalmanq.VaryingSmoother runs it")
+        console.print("H is another one at each row, so there is no model file: kalmanq.Varying says it from Python")
     if not written:
         console.print("--out FOLDER writes model, data, smoothed states and a picture")
 

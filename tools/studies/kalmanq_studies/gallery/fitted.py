@@ -3,17 +3,17 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any, Mapping
+from typing import Any, Mapping, Optional
 
 import numpy as np
 from scipy.optimize import minimize
 
 from kalmanq import fitting
+from kalmanq.data.rows import Varying
 from kalmanq.errors import KalmanqError
 from kalmanq.model import Model
-from kalmanq.run.filters import Smoother
+from kalmanq.run.filters import Filter, Smoother
 from kalmanq.run.results import Run
-from kalmanq.run.varying import VaryingSmoother
 from kalmanq_studies.gallery.entries import Entry
 from kalmanq_studies.gallery.sources import Data
 
@@ -31,15 +31,17 @@ class Fitted:
     converged: bool
 
 
+def varying_of(data: Data) -> Optional[Varying]:
+    return None if data.regressors is None else Varying(H=data.regressors)
+
+
 def run_of(model: Model, data: Data, arithmetic: str = "f64") -> Run:
-    if data.regressors is not None:
-        return VaryingSmoother(model, arithmetic).run(data.z, data.regressors)
-    return Smoother(model, arithmetic).run(data.z)
+    return Smoother(model, arithmetic).run(data.z, varying=varying_of(data))
 
 
 def log_likelihood(model: Model, data: Data) -> float:
     if data.regressors is not None:
-        return float(np.sum(VaryingSmoother(model).run(data.z, data.regressors, smooth=False).log_likelihood))
+        return float(np.sum(Filter(model).run(data.z, varying=varying_of(data)).log_likelihood))
     return fitting.likelihood(model, [data.z])
 
 
