@@ -14,6 +14,7 @@ import pytest
 import kalmanq
 import models
 from kalmanq import Filter, KalmanqError, KalmanqWarning, LagSmoother, InstantSmoother, Quantity, Robust, Smoother
+from kalmanq.data.rows import Rows
 from kalmanq.run.streamed import StreamedSmoother
 from test_commands import EXAMPLES, kalmanq as command
 from whole import WHOLE
@@ -302,11 +303,11 @@ def test_a_streamed_smoother_is_the_smoother_to_the_bit(arithmetic, make, block,
     exact, made = whole.run(z, u), []
     with StreamedSmoother(model, arithmetic, tmp_path, block) as smoother:
         for first in range(0, 1500, 97):
-            smoother.add(z[first : first + 97], None if u is None else u[first : first + 97])
-        for _, *rows in smoother.rows():
-            smoother.take(*rows)
+            smoother.add(Rows(z, u)[first : first + 97])
+        for _, rows in smoother.rows():
+            smoother.take(rows)
         for first, given, run in smoother.smoothed():
-            assert np.array_equal(given, z[first : first + block], equal_nan=True)
+            assert np.array_equal(given.z, z[first : first + block], equal_nan=True)
             made.append(run)
         assert np.array_equal(smoother.filter.memory, whole.last.memory)
         assert list(tmp_path.iterdir()) == []  # nothing is left by one that is killed

@@ -12,7 +12,7 @@ from rich.console import Console
 from rich.table import Table
 
 from kalmanq.commands.messages import print_json, table, tell_written
-from kalmanq.commands.options import ANY_MODEL, COMPILED, DATA, JSON, command_of, read_any, refuse_compiled
+from kalmanq.commands.options import ANY_MODEL, COMPILED, DATA, JSON, command_of, read_any, refuse_compiled, require_steps
 from kalmanq.compiler.equation_run import COMPILED as BESIDE
 from kalmanq.compiler.simulation import compiled_run
 from kalmanq.data import tables
@@ -35,11 +35,13 @@ class Options:
 
 
 def compare_file(options: Options, console: Console) -> None:
-    model = read_any(options.model)
+    model = read_any(options.model, options.data)
     refuse_compiled(options.compiled, model)
     if isinstance(model, Model):
-        z, u = tables.measurements_and_controls(options.data, model)
-        errors, figures = compare(model, z, u, {"compiled": compiled_run} if options.compiled else {})
+        z, u, times = tables.record(options.data, model)
+        if options.compiled:
+            require_steps(model, times, "--compiled")
+        errors, figures = compare(model, z, u, {"compiled": compiled_run} if options.compiled else {}, times)
         _draw(options, errors)
         if options.json:
             return print_json(figures)

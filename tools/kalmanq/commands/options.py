@@ -8,6 +8,7 @@ from enum import Enum
 from pathlib import Path
 from typing import Any, Callable, Iterable, List, Optional, Union, get_type_hints
 
+import numpy as np
 import typer
 from rich.console import Console
 
@@ -49,8 +50,13 @@ LAYOUT = {
         [], "--missing", metavar="CELL", help="What stands for nothing, such as -9999; may be given again.")),
     "rename": (List[str], typer.Option(
         [], "--rename", metavar="NAME=COLUMN", help="The model's name of a column of data; may be given again.")),
+    "time": (Optional[str], typer.Option(
+        None, "--time", metavar="COLUMN", help="Of times, such as 't [ms]'; none: rows are steps; found by its name if left out.")),
+    "sort": (bool, typer.Option(False, "--sort", help="Rows by their times.")),
+    "jitter": (Optional[float], typer.Option(
+        None, "--jitter", metavar="SHARE", min=0, max=0.49, help="A step that is off from a multiple of dt by this share of dt is that.")),
 }
-READ = ("data", "controls")  # fields that are files of data
+READ = ("data", "controls", "at")  # fields that are files of data
 
 
 def command_of(Options: Any, perform: Callable[[Any, Console], None]) -> Callable[..., None]:
@@ -70,7 +76,7 @@ def command_of(Options: Any, perform: Callable[[Any, Console], None]) -> Callabl
         made = {name: _plain(given[name]) for name in own}
         for name in reads:
             made[name] = _source(made[name], layout)
-        paths = [path for name in ("data", "out", "plot", "controls")
+        paths = [path for name in ("data", "out", "plot", "controls", "at")
                  for path in (made.get(name) if isinstance(made.get(name), list) else [made.get(name)])]
         with told_in_one_line(made.get("model"), *paths):
             perform(Options(**made), console())
@@ -91,11 +97,27 @@ def _source(given: Any, layout: Any) -> Any:
         None if given is None else Source(given, layout)
 
 
+def require_steps(model: Model, times: Optional[np.ndarray], what: str) -> None:
+    """Of what runs steps of dt alone"""
+    if times is None or model.continuous is None:
+        return
+    steps, dt = model.continuous.between(times), model.continuous.dt
+    if np.any(steps != dt):
+        at = int(np.argmax(steps != dt))
+        raise KalmanqError(f"{what}: a filter of steps of dt = {dt:g} alone, and the time from {times[at]:g} s to {times[at + 1]:g} s "
+                           f"is none: leave {what} out; --jitter takes steps that are nearly dt for dt; --time none takes each row "
+                           "for a step")
+
+
 def refuse_compiled(is_compiled: bool, model: AnyModel, arithmetic: str = "f32") -> None:
     if is_compiled and isinstance(model, NonlinearModel) and arithmetic == "q31":
         raise KalmanqError("--compiled --arith q31: a nonlinear model is compiled in f32 and f64")
 
 
-def read_any(path: Path) -> AnyModel:
-    """A linear model of a TOML file, a nonlinear one of a Python file."""
-    return nonlinear_file.read(path) if Path(path).suffix == nonlinear_file.SUFFIX else model_file.read(path)
+def read_any(path: Path, data: Optional[Source] = None) -> AnyModel:
+    """A linear model of a TOML file, a nonlinear one of a Python file; data: whose --jitter it takes."""
+    if Path(path).suffix == nonlinear_file.SUFFIX:
+        return nonlinear_file.read(path)
+    made = model_file.read(path)
+    share = None if data is None else data.layout.jitter
+    return made if share is None or made.continuous is None else made.jittered(share)

@@ -9,7 +9,8 @@ import typer
 from rich.console import Console
 
 from kalmanq.commands.messages import tell_written
-from kalmanq.commands.options import ANY_MODEL, ARITHMETIC, COMPILED, DATA, Arithmetic, command_of, read_any, refuse_compiled
+from kalmanq.commands.options import (
+    ANY_MODEL, ARITHMETIC, COMPILED, DATA, Arithmetic, command_of, read_any, refuse_compiled, require_steps)
 from kalmanq.data import tables
 from kalmanq.data.files import refuse_output, whole
 from kalmanq.errors import KalmanqError
@@ -28,12 +29,14 @@ class Options:
 
 def report_file(options: Options, console: Console) -> None:
     refuse_output(options.out, [options.model, options.data])
-    model = read_any(options.model)
+    model = read_any(options.model, options.data)
     if isinstance(model, NonlinearModel) and model.has_errors:
         raise KalmanqError("of error states there is no report; kalmanq simulate --runs judges them")
     refuse_compiled(options.compiled, model, options.arithmetic)
-    z, u = tables.measurements_and_controls(options.data, model, has_to_fit=options.arithmetic == "q31")
-    study = report.made_of(model, z, u, options.arithmetic, options.compiled)
+    z, u, times = tables.record(options.data, model, has_to_fit=options.arithmetic == "q31")
+    if options.compiled:
+        require_steps(model, times, "--compiled")
+    study = report.made_of(model, z, u, options.arithmetic, options.compiled, times)
     text = report.page_of(study, options.model, options.data.name)
     with whole(options.out, [options.model, options.data]) as path:
         path.write_text(text, encoding="utf-8")

@@ -16,12 +16,14 @@ from rich.console import Console
 
 from kalmanq.commands.messages import print_json, table, tell_written
 from kalmanq.commands.options import (
-    ANY_MODEL, ARITHMETIC, COMPILED, DATA, JSON, AnyModel, Arithmetic, choices, command_of, read_any, refuse_compiled)
+    ANY_MODEL, ARITHMETIC, COMPILED, DATA, JSON, AnyModel, Arithmetic, choices, command_of, read_any, refuse_compiled,
+    require_steps)
 from kalmanq.compiler.equation_run import CompiledEquations
 from kalmanq.compiler.simulation import CompiledFilter
 from kalmanq.core import names_of
 from kalmanq.data import tables
 from kalmanq.data.files import refuse_one_output, refuse_output
+from kalmanq.data.rows import Rows
 from kalmanq.errors import KalmanqError, KalmanqWarning
 from kalmanq.nonlinear import NonlinearFilter, NonlinearModel, NonlinearSmoother
 from kalmanq.nonlinear.filters import ITERATIONS
@@ -57,7 +59,7 @@ class Options:
 
 
 def run_file(options: Options, console: Console) -> None:
-    model = read_any(options.model)
+    model = read_any(options.model, options.data)
     if isinstance(model, NonlinearModel) and model.has_errors:
         options = replace(options, compiled=True)  # error states are run by their C
         if options.plot:
@@ -118,6 +120,8 @@ class _FileRun:
         self.filter: Any = None
         self.rows = self.taken = self.missing = self.events = 0
         self.nis = self.log_likelihood = 0.0
+        self.times: Optional[np.ndarray] = None  # of the block at work
+        self.last_time: Optional[float] = None
         self.kept: list[tuple[np.ndarray, Run]] = []  # for the picture: measurements, and what was made of them
 
     def perform(self, console: Console) -> None:
@@ -128,7 +132,8 @@ class _FileRun:
                 if options.plot:
                     self.kept.append((z, run))
                 if options.out:
-                    columns = {"step": np.arange(first, first + len(run)), **run.columns()}
+                    timed = {} if self.times is None else {"time": self.times}
+                    columns = {"step": np.arange(first, first + len(run)), **timed, **run.columns()}
                     write = write or stack.enter_context(
                         tables.writing(options.out, list(columns), [options.data, options.model]))
                     write(columns.values())
@@ -151,8 +156,9 @@ class _FileRun:
         if options.compiled:
             stack.enter_context(self.filter)
         given = {} if self.is_nonlinear or options.compiled else {"robust": Robust(options.robust) if options.robust else None}
-        for first, row, z, u in self._blocks():
-            run = self._run(partial(self.filter.run, **given), z, u, row)
+        for first, block, z, u in self._blocks():
+            timed = {} if block.times is None or options.compiled or options.way else {"times": block.times}
+            run = self._run(partial(self.filter.run, **given, **timed), z, u, block.line)
             if first == 0 and self.is_nonlinear and options.method not in BY_POINTS:
                 self._warn_of_jacobians(run, u)
             yield first, z, run
@@ -162,37 +168,47 @@ class _FileRun:
         options, out = self.options, self.options.out
         folder = out.resolve().parent if out and (out.is_file() or not out.exists()) else Path(tempfile.gettempdir())
         smoother = stack.enter_context(StreamedSmoother(self.model, options.arithmetic, folder, BLOCK))
-        begin = 0  # the first row's line
-        for first, row, z, u in self._blocks():
-            begin = begin or row
-            smoother.add(z, u)
-        for first, z, u in smoother.rows():
-            self._run(smoother.take, z, u, begin + first)
+        begin, lines = 0, None  # the first row's line; each one's, where they were sorted
+        for first, block, z, u in self._blocks():
+            begin, lines = begin or block.first_row, block.lines
+            smoother.add(Rows(z, u, block.times))
+        for first, rows in smoother.rows():
+            self._run(lambda *_: smoother.take(rows), rows.z, rows.u,
+                      lambda row: begin + first + row if lines is None else int(lines[first + row]))
         self.filter = smoother.filter
-        for first, z, run in smoother.smoothed():
+        for first, rows, run in smoother.smoothed():
             self.events |= run.events
-            yield first, z, run
+            self.times = rows.times
+            yield first, rows.z, run
 
-    def _blocks(self) -> Iterator[tuple[int, int, np.ndarray, Optional[np.ndarray]]]:
-        """First step, its row in the file, measurements and controls; a nonlinear smoother takes all rows at once."""
+    def _blocks(self) -> Iterator[tuple[int, tables.Block, np.ndarray, Optional[np.ndarray]]]:
+        """First step, its block, measurements and controls; a nonlinear smoother takes all rows at once."""
         options, model, first = self.options, self.model, 0
-        blocks = tables.read(options.data, [*model.measurements, *model.controls], BLOCK,
-                             has_to_fit=options.arithmetic == "q31")
+        blocks = tables.blocks_of(options.data, model, BLOCK, has_to_fit=options.arithmetic == "q31")
         if options.smooth and self.is_nonlinear:
             blocks = iter([tables.joined(list(blocks))])
         for block in blocks:
+            self._look_at_times(block.times)
             z, u = tables.split(block, model, options.data)
-            yield first, block.first_row, z, u
+            yield first, block, z, u
             first += len(z)
 
-    def _run(self, run: Callable[..., Run], z: np.ndarray, u: Optional[np.ndarray], row: int) -> Run:
+    def _look_at_times(self, times: Optional[np.ndarray]) -> None:
+        if times is None:
+            return
+        if self.options.compiled or self.options.way:
+            before = [] if self.last_time is None else [self.last_time]
+            require_steps(self.model, np.concatenate([before, times]), "--compiled" if self.options.compiled else "--as")
+        self.times, self.last_time = times, float(times[-1])
+
+    def _run(self, run: Callable[..., Run], z: np.ndarray, u: Optional[np.ndarray], line: Callable[[int], int]) -> Run:
         """The run of a block, counted; an error names the row of the file."""
         try:
             made = run(z, u)
         except KalmanqError as problem:
             if problem.row is None:
                 raise
-            raise KalmanqError(f"{self.options.data}: row {row + problem.row}: {problem.text}", problem.status) from problem
+            raise KalmanqError(f"{self.options.data}: row {line(problem.row)}: {problem.text}", problem.status) from problem
         self.rows += len(made)
         self.taken += int(made.taken.clip(0).sum())
         self.missing += int(np.isnan(z).sum())

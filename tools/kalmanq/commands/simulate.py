@@ -15,7 +15,8 @@ from rich.console import Console
 
 from kalmanq.commands.messages import print_json, table, tell_written
 from kalmanq.commands.options import (
-    ANY_MODEL, COMPILED, DASK, FRESH, JSON, WORKERS, AnyModel, Arithmetic, command_of, read_any, refuse_compiled)
+    ANY_MODEL, COMPILED, DASK, FRESH, JSON, WORKERS, AnyModel, Arithmetic, command_of, read_any, refuse_compiled,
+    require_steps)
 from kalmanq.compiler.equation_run import compiled_equations_run
 from kalmanq.compiler.simulation import NO_SMOOTHER, compiled_run
 from kalmanq.data import tables
@@ -27,7 +28,7 @@ from kalmanq.nonlinear.filters import extended_run
 from kalmanq.nonlinear.simulation import errors_of_run, rows_of_run, simulate
 from kalmanq.run.campaigns import journal_of, progress_bar, run_campaign
 from kalmanq.run.comparison import filtered
-from kalmanq.run.monte_carlo import Study, one_run, summary
+from kalmanq.run.monte_carlo import Study, one_run, rows_of_run as linear_rows, summary
 from kalmanq.run.simulation import drawn
 
 ROWS = 200  # if nothing says how many
@@ -36,12 +37,13 @@ ROWS = 200  # if nothing says how many
 @dataclass(frozen=True)
 class Options:
     model: Path = ANY_MODEL
-    rows: Optional[int] = typer.Option(None, "-n", "--rows", min=1, max=100_000_000, help="Rows to draw; 200 if left out, or as many as CONTROLS.csv has.")
+    rows: Optional[int] = typer.Option(None, "-n", "--rows", min=1, max=100_000_000, help="Rows to draw; 200 if left out, or as many as CONTROLS.csv or TIMES.csv has.")
     seed: int = typer.Option(1, "--seed", min=0, help="The same seed gives the same rows everywhere.")
     out: Optional[Path] = typer.Option(None, "--out", metavar="OUT.csv", help="Otherwise to the terminal.")
     truth: bool = typer.Option(False, "--truth", help="The states, too, as NAME_true.")
     gap: Optional[Tuple[int, int]] = typer.Option(None, "--gap", metavar="FIRST END", help="Rows without measurements.")
     controls: Optional[Path] = typer.Option(None, "--controls", metavar="CONTROLS.csv", help="Controls, by name; 0 if left out.")
+    at: Optional[Path] = typer.Option(None, "--at", metavar="TIMES.csv", help="Rows at its times; in steps of dt if left out.")
     runs: Optional[int] = typer.Option(None, "--runs", min=1, max=10_000_000, help="Draw and filter so often: a row a run.")
     arithmetic: Optional[Arithmetic] = typer.Option(None, "--arith", help="Of the runs' filter; f64 if left out.")
     smooth: bool = typer.Option(False, "--smooth", help="Smooth each run, too.")
@@ -59,17 +61,17 @@ def simulate_file(options: Options, console: Console) -> None:
              if getattr(options, {"arith": "arithmetic"}.get(name, name))]
     if given:
         raise KalmanqError(f"{', '.join(given)}: {'go' if len(given) > 1 else 'goes'} with --runs")
-    model = read_any(options.model)
-    rows, controls = controls_of(options.controls, model, options.rows)
+    model = read_any(options.model, options.at or options.controls)
+    rows, controls, times = controls_of(options, model)
     _refuse_gap(options.gap, rows)
     if isinstance(model, Model):
-        x, z = drawn(model, rows, options.seed, options.gap, controls)
+        x, z = drawn(model, rows, options.seed, options.gap, controls, times)
         u = np.zeros((rows, model.l)) if controls is None else controls
     else:
         x, z, u = simulate(model, rows, options.seed, controls)
         if options.gap:
             z[options.gap[0] : options.gap[1]] = np.nan
-    columns = {"step": np.arange(rows)}
+    columns = {"step": np.arange(rows), **({} if times is None else {"time": times})}
     columns.update({one.name: z[:, c] for c, one in enumerate(model.measurements)})
     columns.update({one.name: u[:, c] for c, one in enumerate(model.controls)})
     if options.truth:
@@ -81,23 +83,31 @@ def simulate_file(options: Options, console: Console) -> None:
     if options.out is None:
         tables.write_text(sys.stdout, list(columns), list(columns.values()))
         return
-    inputs = [one for one in (options.model, options.controls) if one]
+    inputs = [one for one in (options.model, options.controls, options.at) if one]
     with tables.writing(options.out, list(columns), inputs) as write:
         write(columns.values())
 
 
-def controls_of(path: Optional[tables.AnySource], model: AnyModel,
-                rows: Optional[int]) -> tuple[int, Optional[np.ndarray]]:
-    """Rows to draw, and their controls, if there is a file of them"""
-    if path is None:
-        return rows or ROWS, None
-    if not model.l:
-        raise KalmanqError(f"--controls {path}: the model has no controls")
-    block = tables.joined(list(tables.read(path, model.controls)))
-    u = tables.controls_in(block, model.controls, path)
-    if rows is not None and len(u) < rows:
-        raise KalmanqError(f"--controls {path}: has {len(u)} rows, fewer than the {rows} of -n")
-    return rows or len(u), u[: rows or len(u)]
+def controls_of(options: Options, model: AnyModel) -> tuple[int, Optional[np.ndarray], Optional[np.ndarray]]:
+    """Rows to draw, their controls and their times, if there are files of them"""
+    path, at, u = options.controls, options.at, None
+    of = getattr(model, "continuous", None)
+    if path is not None and not model.l:
+        raise KalmanqError(f"--controls {path}: the model has no controls" + ("; --at has times" if of else ""))
+    if at is not None and of is None:
+        raise KalmanqError(f"--at {at}: of a linear model with F, Qc and dt")
+    times = None if at is None else tables.joined(list(tables.read(at, [], dt=of.dt))).times
+    if at is not None and times is None:
+        raise KalmanqError(f"--at {at}: there is no column of times; --time says which it is")
+    if path is not None:
+        block = tables.joined(list(tables.read(path, model.controls, dt=of and of.dt, cure=tables.cure_of(model))))
+        u, times = tables.controls_in(block, model.controls, path), block.times if times is None else times
+    counts = [len(one) for one in (u, times) if one is not None]
+    rows = options.rows or min(counts, default=ROWS)
+    for name, one in ((f"--controls {path}", u), (f"--at {at}", None if at is None else times)):
+        if one is not None and len(one) < rows:
+            raise KalmanqError(f"{name}: has {len(one)} rows, fewer than the {rows} of -n")
+    return rows, *(None if one is None else one[:rows] for one in (u, times))
 
 
 def _refuse_gap(gap: Optional[tuple[int, int]], rows: int) -> None:
@@ -110,18 +120,20 @@ def _refuse_gap(gap: Optional[tuple[int, int]], rows: int) -> None:
 
 def simulate_runs(options: Options, console: Console) -> None:
     out = _out(options)
-    model = read_any(options.model)
+    model = read_any(options.model, options.at or options.controls)
     if isinstance(model, NonlinearModel):
         if options.smooth:
             raise KalmanqError("--smooth: of a linear model (TOML) with --runs")
         refuse_compiled(options.compiled, model, options.arithmetic or "f64")
-    rows, u = controls_of(options.controls, model, options.rows)
+    rows, u, times = controls_of(options, model)
     _refuse_gap(options.gap, rows)
     options = replace(options, rows=rows, arithmetic=options.arithmetic or "f64")
-    study = _study(options, model, rows, u)
+    if options.compiled and isinstance(model, Model):
+        require_steps(model, times, "--compiled")
+    study = _study(options, model, rows, u, times)
     with progress_bar(f"{model.name}, {_way(options)}") as progress:
         made = list(run_campaign(
-            partial(one_run, study), range(options.runs), fingerprint=_fingerprint(options, u), journal=journal_of(out),
+            partial(one_run, study), range(options.runs), fingerprint=_fingerprint(options, u, times), journal=journal_of(out),
             workers=options.workers, dask=options.dask, progress=progress, fresh=options.fresh))
     columns = {name: np.array([row[name] for row in made], object) for name in made[0]}
     with tables.writing(out, list(columns), [options.model]) as write:
@@ -130,13 +142,14 @@ def simulate_runs(options: Options, console: Console) -> None:
     _tell(options, model, summary(columns), console)
 
 
-def _study(options: Options, model: AnyModel, rows: int, u: Optional[np.ndarray]) -> Study:
+def _study(options: Options, model: AnyModel, rows: int, u: Optional[np.ndarray], times: Optional[np.ndarray]) -> Study:
     if isinstance(model, NonlinearModel):
         is_compiled = options.compiled or model.has_errors
         return Study(model, rows, options.seed, options.arithmetic, False, options.gap, u,
                      compiled_equations_run if is_compiled else extended_run, rows_of_run, errors_of_run)
     return Study(model, rows, options.seed, options.arithmetic, options.smooth and not options.compiled, options.gap, u,
-                 compiled_run if options.compiled else filtered)
+                 compiled_run if options.compiled else partial(filtered, times=times), partial(linear_rows, times=times),
+                 times=times)
 
 
 def _way(options: Options) -> str:
@@ -155,9 +168,10 @@ def _out(options: Options) -> Path:
     return options.out
 
 
-def _fingerprint(options: Options, u: Optional[np.ndarray]) -> dict[str, Any]:
+def _fingerprint(options: Options, u: Optional[np.ndarray], times: Optional[np.ndarray]) -> dict[str, Any]:
     """All that run k comes from; how many runs there are is no part of it."""
-    driven = {} if u is None else {"controls": hashlib.sha256(u.tobytes()).hexdigest()}
+    driven = {name: hashlib.sha256(one.tobytes()).hexdigest() for name, one in (("controls", u), ("times", times))
+              if one is not None}
     driven.update({"compiled": True} if options.compiled else {})
     return {**driven, "study": "simulate", "model": hashlib.sha256(options.model.read_bytes()).hexdigest(),
             **{name: getattr(options, name) for name in ("rows", "seed", "arithmetic", "smooth", "gap")}}

@@ -28,6 +28,9 @@ class Layout:
     decimal: Optional[str] = None
     missing: tuple[str, ...] = ()
     rename: Mapping[str, str] = field(default_factory=dict)  # what is called NAME here is COLUMN there
+    time: Optional[str] = None  # the column of times, perhaps with its unit; "none": there is none
+    sort: bool = False  # rows by their times
+    jitter: Optional[float] = None  # in the place of the model's
 
     @property
     def numbers_missing(self) -> list[float]:
@@ -77,8 +80,8 @@ def source_of(given: AnySource) -> Source:
     return given if isinstance(given, Source) else Source(given)
 
 
-def layout_of(separator: Optional[str], decimal: Optional[str], missing: Sequence[str],
-              rename: Sequence[str]) -> Layout:
+def layout_of(separator: Optional[str], decimal: Optional[str], missing: Sequence[str], rename: Sequence[str],
+              time: Optional[str] = None, sort: bool = False, jitter: Optional[float] = None) -> Layout:
     separator = {"tab": "\t", "\\t": "\t"}.get(separator or "", separator)
     if separator is not None and (len(separator) != 1 or separator in '"\r\n'):
         raise KalmanqError(f"--separator: {separator!r} is not one letter, nor tab")
@@ -93,7 +96,8 @@ def layout_of(separator: Optional[str], decimal: Optional[str], missing: Sequenc
     names = [name for name, _, _ in pairs]
     if len(set(names)) < len(names):
         raise KalmanqError(f"--rename: {max(names, key=names.count)} is there twice")
-    return Layout(separator, decimal, tuple(one.strip() for one in missing), {name: column for name, _, column in pairs})
+    return Layout(separator, decimal, tuple(one.strip() for one in missing), {name: column for name, _, column in pairs},
+                  time, sort, jitter)
 
 
 # ------------------------------------------------------------------------------ letters

@@ -65,9 +65,11 @@ def times_of(given: Any, model: Model, rows: int, varying: Optional[Varying] = N
     if varying is not None and any(getattr(varying, name) is not None for name in "ABQ"):
         raise KalmanqError("times: A, B and Q are those of the times, and cannot vary otherwise")
     try:
-        made = numbers_of(given)
+        made = numbers_of(given) if np.asarray(given).dtype.kind not in "mM" else None
     except (TypeError, ValueError, OverflowError):
-        raise KalmanqError("times: not numbers: give seconds, such as (t - t[0]) / np.timedelta64(1, 's')") from None
+        made = None
+    if made is None:
+        raise KalmanqError("times: not numbers: give seconds, such as (t - t[0]) / np.timedelta64(1, 's')")
     if made.shape != (rows,):
         raise KalmanqError(f"times are {shape_of(made)}, not {rows}")
     if not np.all(np.isfinite(made)):

@@ -17,29 +17,49 @@ import numpy as np
 from kalmanq.data.files import whole
 from kalmanq.data.layouts import (
     AnySource, Numbers, Source, TableError, has_decimal_comma, opened, place_of, separator_of, source_of)
-from kalmanq.data.times import times_in
+from kalmanq.data.time_columns import TimeColumn, refuse_unknown_unit
+from kalmanq.data.times import Times, time_column
 from kalmanq.errors import KalmanqError, KalmanqWarning
-from kalmanq.model import Quantity
+from kalmanq.model import Model, Quantity
 
 
 @dataclass(frozen=True)
 class Block:
-    """Some rows of a file; first_row: the line in the file of the first of them."""
+    """Some rows of a file; first_row: the line in the file of the first of them; lines: of each, where rows were sorted;
+    times: of each, in seconds since the first row of all"""
 
     first_row: int
     columns: dict[str, np.ndarray]
+    times: Optional[np.ndarray] = None
+    lines: Optional[np.ndarray] = None
+
+    def line(self, row: int) -> int:
+        return self.first_row + row if self.lines is None else int(self.lines[row])
 
 
-def read(data: AnySource, wanted: Sequence[Union[str, Quantity]], rows: int = 65536, *,
-         optional: Sequence[str] = (), has_to_fit: bool = False) -> Iterator[Block]:
+RESAMPLE = "resample the data, with empty rows where there are none"  # where rows are steps, and their times irregular
+CONTINUOUS = f"give F, Qc and dt in the place of A and Q, or {RESAMPLE}"
+
+
+def read(data: AnySource, wanted: Sequence[Union[str, Quantity]], rows: int = 65536, *, optional: Sequence[str] = (),
+         has_to_fit: bool = False, dt: Optional[float] = None, cure: str = RESAMPLE) -> Iterator[Block]:
     """The columns `wanted`, in blocks of so many rows.  An empty cell is NaN; other columns are left out.
 
     optional    columns that are read, too, where all of them are there
     has_to_fit  a value beyond the range that its quantity declares is refused; otherwise it is warned of
+    dt          of a model in continuous time: a column of times is read, too; otherwise it is warned of where it is irregular
+    cure        of that
     """
     source = source_of(data)
+    for option, is_given in (("--sort", source.layout.sort), ("--jitter", source.layout.jitter is not None)):
+        if is_given and dt is None:
+            raise KalmanqError(f"{option}: where rows are at their times: of a linear model with F, Qc and dt")
     with opened(source) as text:
-        yield from _Table(source, text, [_quantity(one) for one in wanted], optional, has_to_fit).blocks(rows)
+        made = _Table(source, text, [_quantity(one) for one in wanted], optional, has_to_fit, dt, cure)
+        if source.layout.sort:
+            yield made.sorted(rows)
+        else:
+            yield from made.blocks(rows)
 
 
 def _quantity(one: Union[str, Quantity]) -> Quantity:
@@ -50,8 +70,8 @@ class _Table:
     """A text that is read once from its beginning to its end."""
 
     def __init__(self, source: Source, text: TextIO, wanted: Sequence[Quantity], optional: Sequence[str],
-                 has_to_fit: bool):
-        self._source, self._has_to_fit = source, has_to_fit
+                 has_to_fit: bool, dt: Optional[float], cure: str, is_alone: bool = True):
+        self._source, self._has_to_fit, self._cure, self._is_alone = source, has_to_fit, cure, is_alone
         self._beyond: dict[str, tuple[str, int, int]] = {}  # of a quantity: why, the first row, how many
         self._numbers = Numbers(source.layout)
         self._wanted = list(wanted)
@@ -63,7 +83,9 @@ class _Table:
         if optional and set(optional) <= set(cells):
             self._wanted += map(_quantity, optional)
             self._places += [place_of(source, cells, name, "", self._line) for name in optional]
-        self._times = times_in(cells, self._places, [one.name for one in wanted])
+        place = time_column(source, cells, self._places, [one.name for one in wanted])
+        self.times = None if dt is None or place is None else TimeColumn(source, cells[place], place, dt)
+        self._judged = None if place is None or self.times else Times(cells[place], place)
         self._line += 1
 
     def _header(self, text: TextIO) -> tuple[str, Iterator[str]]:
@@ -119,8 +141,21 @@ class _Table:
         for why, line, count in self._beyond.values():
             more = f" (and {count - 1} more)" if count > 1 else ""
             warnings.warn(f"{self._source}: row {line}: {why}{more}", KalmanqWarning, stacklevel=2)
-        if self._times:
-            self._times.warn(str(self._source))
+        if self._judged:
+            self._judged.warn(str(self._source), self._cure)
+
+    def sorted(self, rows: int) -> Block:
+        """All of it, by the times"""
+        block = joined(list(self.blocks(rows)))
+        if block.times is None:
+            raise TableError(self._source, "--sort: there is no column of times; --time says which it is")
+        order = np.argsort(block.times, kind="stable")
+        lines = block.first_row + order
+        twice = np.flatnonzero(np.diff(block.times[order]) == 0)
+        if len(twice):
+            raise TableError(self._source, f"has the time of row {lines[twice[0]]}, too: join the two, or leave one out",
+                             int(lines[twice[0] + 1]))
+        return Block(block.first_row, {name: one[order] for name, one in block.columns.items()}, block.times[order], lines)
 
     def _refuse_width(self, row: list[str], line: int) -> None:
         fields = "1 field" if len(row) == 1 else f"{len(row)} fields"
@@ -132,10 +167,15 @@ class _Table:
         columns = [[row[place].strip() for row in block] for place in self._places]
         self._numbers.look(columns)
         made = {one.name: self._values(one, cells) for one, cells in zip(self._wanted, columns)}
-        if self._times:
-            self._times.look([row[self._times.place].strip() for row in block], self._line)
+        column = self.times or self._judged
+        cells = [row[column.place].strip() for row in block] if column else []
+        times = self.times.read(cells, self._line) if self.times else None
+        if self.times and self._is_alone:
+            refuse_unknown_unit([self.times])
+        if self._judged:
+            self._judged.look(cells, self._line)
         first, self._line = self._line, self._line + len(block)
-        return Block(first, made)
+        return Block(first, made, times)
 
     def _values(self, one: Quantity, cells: list[str]) -> np.ndarray:
         try:
@@ -177,12 +217,33 @@ class _Table:
 
 def joined(blocks: Sequence[Block]) -> Block:
     return Block(blocks[0].first_row, {name: np.concatenate([one.columns[name] for one in blocks])
-                                       for name in blocks[0].columns})
+                                       for name in blocks[0].columns}, *(
+        None if blocks[0].times is None else np.concatenate([one.times for one in blocks]),
+        None if blocks[0].lines is None else np.concatenate([one.lines for one in blocks])))
+
+
+def blocks_of(data: AnySource, model: Any, rows: int = 65536, **more: Any) -> Iterator[Block]:
+    """A model's columns and, where it is in continuous time, the times"""
+    of = getattr(model, "continuous", None)
+    return read(data, [*model.measurements, *model.controls], rows, dt=None if of is None else of.dt,
+                cure=cure_of(model), **more)
+
+
+def cure_of(model: Any) -> str:
+    """Where its rows are at irregular times, and are steps all the same"""
+    return CONTINUOUS if isinstance(model, Model) and model.continuous is None else RESAMPLE
+
+
+def record(data: AnySource, model: Any, *, has_to_fit: bool = False
+           ) -> tuple[np.ndarray, Optional[np.ndarray], Optional[np.ndarray]]:
+    """All rows of a model's columns: z (T x m), u (T x l) or None, and times (T) or None"""
+    block = joined(list(blocks_of(data, model, has_to_fit=has_to_fit)))
+    return *split(block, model, data), block.times
 
 
 def measurements_and_controls(data: AnySource, model: Any, *,
                               has_to_fit: bool = False) -> tuple[np.ndarray, Optional[np.ndarray]]:
-    """All rows of a model's columns: z (T x m) and u (T x l) or None."""
+    """z and u alone, of rows that are steps, whenever they are"""
     z, u, _ = measurements_controls_and(data, model, (), has_to_fit)
     return z, u
 
@@ -205,7 +266,7 @@ def controls_in(block: Block, controls: Sequence[Quantity], data: AnySource) -> 
     u = np.column_stack([block.columns[one.name] for one in controls])
     if np.any(np.isnan(u)):
         row, column = map(int, np.argwhere(np.isnan(u))[0])
-        raise TableError(source_of(data), "a control is missing", block.first_row + row, controls[column].name)
+        raise TableError(source_of(data), "a control is missing", block.line(row), controls[column].name)
     return u
 
 

@@ -1,4 +1,4 @@
-"""A column of times beside the data: are the rows as far apart as a model takes them to be?"""
+"""A column of times beside the data: which one it is; are the rows as far apart as a model takes them to be?"""
 
 from __future__ import annotations
 
@@ -8,23 +8,31 @@ from typing import Optional, Sequence
 
 import numpy as np
 
-from kalmanq.data.layouts import MISSING, without_unit
+from kalmanq.data.layouts import MISSING, Source, TableError, without_unit
 from kalmanq.errors import KalmanqWarning
 
 NAMES = re.compile(r"(time|timestamp|datetime|date|epoch|year|zeit|utc|t)([ _].*)?|.*[ _]time", re.I)
 STEP = re.compile(r"(d|delta_?)t|step|.*interval.*", re.I)  # a model that has it as a control knows of the times
 IRREGULAR = 0.2  # of the median step: months and rounded clocks are within
 CLOCK = re.compile(r"\d{1,2}:\d\d(:\d\d(\.\d+)?)?")
+NONE = "none"  # what --time says where there is no such column
 
 
-def times_in(cells: Sequence[str], wanted: Sequence[int], names: Sequence[str]) -> Optional[Times]:
-    """Of a header's first column of times that the model does not take"""
+def time_column(source: Source, cells: Sequence[str], wanted: Sequence[int], names: Sequence[str]) -> Optional[int]:
+    """The place in a header of the column that was asked for, otherwise of the first one by its name that the model does not
+    take"""
+    asked = without_unit(source.layout.time) if source.layout.time else None
+    if asked == NONE:
+        return None
+    if asked is not None:
+        found = [place for place, cell in enumerate(cells) if asked in (cell, without_unit(cell)) or cell == source.layout.time]
+        if len(found) != 1:
+            raise TableError(source, f"--time: there is {'more than one' if found else 'no'} column {asked}; there are "
+                             f"{', '.join(cells)}")
+        return found[0]
     if any(map(STEP.fullmatch, names)):
         return None
-    for place, cell in enumerate(cells):
-        if place not in wanted and NAMES.fullmatch(without_unit(cell)):
-            return Times(cell, place)
-    return None
+    return next((place for place, cell in enumerate(cells) if place not in wanted and NAMES.fullmatch(without_unit(cell))), None)
 
 
 class Times:
@@ -73,18 +81,17 @@ class Times:
         self._least = min(self._least, float(steps[ahead].min()))
         self._most = max(self._most, float(steps[ahead].max()))
 
-    def warn(self, source: str) -> None:
+    def warn(self, source: str, cure: str) -> None:
         if self._is_time and self._row:
             warnings.warn(f"{source}: row {self._row}: the times of column {self.name} are irregular, steps are "
                           f"{self._least:.6g} to {self._most:.6g}, most {self._median:.6g}: each row is taken for one "
-                          "step of the model; resample the data, with empty rows where there are none",
-                          KalmanqWarning, stacklevel=2)
+                          f"step of the model; {cure}", KalmanqWarning, stacklevel=2)
 
 
 def _numbers(cells: Sequence[str]) -> tuple[Optional[np.ndarray], float]:
     """Numbers, dates in seconds, or clocks, and their last decimal's unit; None: none of these"""
     made = ["" if cell.lower() in MISSING else cell.replace(",", ".", 1) for cell in cells]
-    for parse in (_plain, _dates, _clocks):
+    for parse in (plain, _dates, clocks):
         try:
             return parse(made), 10.0 ** -max(len(cell.partition(".")[2].rstrip("Zz")) for cell in made)
         except (ValueError, OverflowError):
@@ -92,7 +99,7 @@ def _numbers(cells: Sequence[str]) -> tuple[Optional[np.ndarray], float]:
     return None, 0.0
 
 
-def _plain(cells: Sequence[str]) -> np.ndarray:
+def plain(cells: Sequence[str]) -> np.ndarray:
     return np.array([cell or "nan" for cell in cells], np.float64)
 
 
@@ -108,7 +115,7 @@ def _dates(cells: Sequence[str]) -> np.ndarray:
     return np.where(np.isnat(made), np.nan, values)
 
 
-def _clocks(cells: Sequence[str]) -> np.ndarray:
+def clocks(cells: Sequence[str]) -> np.ndarray:
     if not all(CLOCK.fullmatch(cell) for cell in cells if cell):
         raise ValueError
     parts = [[float(part) for part in cell.split(":")] if cell else [0.0] for cell in cells]

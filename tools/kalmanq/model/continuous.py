@@ -17,12 +17,21 @@ SHORT = 0.5
 
 @dataclass(frozen=True)
 class Continuous:
-    """F: n x n; Qc: n x n, spectral density of the noise; B: n x l, or None; dt: of a row"""
+    """F: n x n; Qc: n x n, spectral density of the noise; B: n x l, or None; dt: of a row
+    jitter: share of dt by which a step may be off from a multiple of it, and is taken for that"""
 
     F: np.ndarray
     Qc: np.ndarray
     B: Optional[np.ndarray]
     dt: float
+    jitter: float = 0.0
+
+    def between(self, times: np.ndarray) -> np.ndarray:
+        """From each time to the next one.  What is a multiple of dt but for jitter and the rounding of times is just that"""
+        made = np.diff(times)
+        most = self.jitter * self.dt + 4 * np.spacing(np.maximum.accumulate(np.abs(times))[1:])
+        whole = np.maximum(np.round(made / self.dt), 1) * self.dt
+        return np.where(np.abs(made - whole) <= most, whole, made)
 
     def step(self, dt: float) -> tuple[np.ndarray, np.ndarray, Optional[np.ndarray]]:
         """A, Q and B over dt"""
@@ -32,8 +41,8 @@ class Continuous:
     def steps(self, dt: np.ndarray) -> tuple[np.ndarray, np.ndarray, Optional[np.ndarray]]:
         """Over each dt: k x n x n, k x n x n and k x n x l"""
         doublings = np.maximum(0, np.ceil(np.log2(np.maximum(self.norm * dt / SHORT, 1)))).astype(int)
-        A, Q, S = self._series(np.ldexp(dt, -doublings)[:, None, None])
         with np.errstate(over="ignore", invalid="ignore"):
+            A, Q, S = self._series(np.ldexp(dt, -doublings)[:, None, None])
             for k in range(doublings.max(initial=0)):
                 left = doublings > k
                 a, q, s = A[left], Q[left], S[left]

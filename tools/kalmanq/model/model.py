@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any, Optional, Sequence, Union
 
 import numpy as np
@@ -96,19 +96,30 @@ class Model:
 
     @classmethod
     def of_continuous(cls, F: ArrayLike, H: ArrayLike, R: ArrayLike, Qc: ArrayLike, *, dt: float,
-                      B: Optional[ArrayLike] = None, **more: Any) -> Model:
+                      B: Optional[ArrayLike] = None, jitter: float = 0.0, **more: Any) -> Model:
         """Of x' = F x + B u + noise with spectral density Qc (n x n, or n of independent noises; unit^2 / s, where dt is in s),
-        in steps of dt.  Controls stay as they are over a step.  more: as in Model"""
+        in steps of dt, or where rows have times, between those.  Controls stay as they are over a step.
+        jitter: share of dt, below 1/2, by which a step may be off from a multiple of it, and is taken for that.
+        more: as in Model"""
         F_ = _square("F", F)
         n = len(F_)
         if isinstance(dt, bool) or not isinstance(dt, (int, float)) or not 0 < dt < np.inf:
             raise ModelError("dt", "is not a number above 0: the time of a row")
-        of = Continuous(F_, _covariance("Qc", Qc, n), None if B is None else _columns("B", B, n), float(dt))
+        if isinstance(jitter, bool) or not isinstance(jitter, (int, float)) or not 0 <= jitter < 0.5:
+            raise ModelError("jitter", "is not a share of dt from 0 to below 0.5")
+        of = Continuous(F_, _covariance("Qc", Qc, n), None if B is None else _columns("B", B, n), float(dt), float(jitter))
         A, Q, B_ = of.step(of.dt)
         if not all(np.all(np.isfinite(one)) for one in (A, Q)):
             raise ModelError("dt", "is so long that the model is not representable")
         made = cls(A, H, R, Q, B=B_, **more)
         made.continuous = of
+        return made
+
+    def jittered(self, share: float) -> Model:
+        """A model in continuous time with another jitter"""
+        assert self.continuous is not None
+        made = self.changed()
+        made.continuous = replace(self.continuous, jitter=share)
         return made
 
     def _unknown(self, given: Union[str, Sequence[Union[int, str]]]) -> np.ndarray:
@@ -143,9 +154,9 @@ class Model:
 
 
 def root_of(P: np.ndarray) -> np.ndarray:
-    """L with P = L L', of a P that may be singular."""
+    """L with P = L L', of a P that may be singular, or of several."""
     values, vectors = np.linalg.eigh(P)
-    return vectors * np.sqrt(values.clip(0))
+    return vectors * np.sqrt(values.clip(0))[..., None, :]
 
 
 def _fixed(array: np.ndarray) -> np.ndarray:

@@ -25,7 +25,7 @@ if sys.version_info >= (3, 11):
 else:
     import tomli as tomllib
 
-MATRICES = ("A", "B", "H", "Q", "G", "R", "x0", "P0", "F", "Qc", "dt")
+MATRICES = ("A", "B", "H", "Q", "G", "R", "x0", "P0", "F", "Qc", "dt", "jitter")
 ROWS_MAX = 100_000_000  # of a gap, or of a run
 FRACTION_MAX = 1000
 LARGEST, SHOWN = sys.float_info.max, 40
@@ -141,16 +141,17 @@ def _model(path: Path, given: Mapping[str, Any]) -> Model:
 
 
 def _needed(made: dict[str, Any]) -> tuple[str, ...]:
-    """Keys that there have to be; dt becomes a number"""
-    if not made.keys() & {"F", "Qc", "dt"}:
+    """Keys that there have to be; dt and jitter become numbers"""
+    if not made.keys() & {"F", "Qc", "dt", "jitter"}:
         return "A", "H", "R"
     for key in ("A", "Q", "G"):
         if key in made:
             raise ModelError(key, "is of steps, F, Qc and dt are of continuous time: give the one or the others")
-    if "dt" in made:
-        if made["dt"].ndim:
-            raise ModelError("dt", "is a number: the time of a row")
-        made["dt"] = float(made["dt"])
+    for key, what in (("dt", "the time of a row"), ("jitter", "a share of dt")):
+        if key in made:
+            if made[key].ndim:
+                raise ModelError(key, f"is a number: {what}")
+            made[key] = float(made[key])
     return "F", "Qc", "dt", "H", "R"
 
 
@@ -268,7 +269,7 @@ def text_of(model: Model) -> str:
 def _matrices(model: Model) -> dict[str, Any]:
     of = model.continuous
     if of is not None:
-        return {"F": of.F, "Qc": of.Qc, "dt": of.dt, "B": of.B, "H": model.H, "R": model.R}
+        return {"F": of.F, "Qc": of.Qc, "dt": of.dt, "jitter": of.jitter or None, "B": of.B, "H": model.H, "R": model.R}
     return {key: getattr(model, key) for key in ("A", "B", "H", "G" if model.G is not None else "Q", "R")}
 
 

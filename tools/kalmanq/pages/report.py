@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import warnings
 from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
 from typing import Optional, Union
 
@@ -70,9 +71,10 @@ def cost_rows(model: Model) -> list[list[str]]:
 LEFT_OUT = f"left out: smoothed states and sigmas; {NO_SMOOTHER}"
 
 
-def made_of(model: AnyModel, z: np.ndarray, u: Optional[np.ndarray], arithmetic: str, is_compiled: bool = False) -> Study:
+def made_of(model: AnyModel, z: np.ndarray, u: Optional[np.ndarray], arithmetic: str, is_compiled: bool = False,
+            times: Optional[np.ndarray] = None) -> Study:
     """is_compiled: of what the emitted C estimates"""
-    of = _nonlinear_of if isinstance(model, NonlinearModel) else _linear_of
+    of = _nonlinear_of if isinstance(model, NonlinearModel) else partial(_linear_of, times=times)
     with warnings.catch_warnings():
         warnings.simplefilter("ignore")  # the page has the events, of each arithmetic
         run, compared, wider = of(model, z, u, arithmetic, is_compiled)
@@ -82,10 +84,10 @@ def made_of(model: AnyModel, z: np.ndarray, u: Optional[np.ndarray], arithmetic:
 
 
 def _linear_of(model: Model, z: np.ndarray, u: Optional[np.ndarray], arithmetic: str,
-               is_compiled: bool) -> tuple[Run, dict[str, dict], list[str]]:
+               is_compiled: bool, times: Optional[np.ndarray]) -> tuple[Run, dict[str, dict], list[str]]:
     """The run, arithmetics beside double, and ranges that are too narrow"""
-    run = compiled_run(model, arithmetic, z, u) if is_compiled else Smoother(model, arithmetic).run(z, u)
-    _, compared = compare(model, z, u, {"compiled": compiled_run} if is_compiled else {})
+    run = compiled_run(model, arithmetic, z, u) if is_compiled else Smoother(model, arithmetic).run(z, u, times=times)
+    _, compared = compare(model, z, u, {"compiled": compiled_run} if is_compiled else {}, times)
     return run, compared, widened(model, [Record(z, u)])[1] if run.is_held else []
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from functools import partial
 from typing import Callable, Mapping, Optional
 
 import numpy as np
@@ -15,17 +16,17 @@ from kalmanq.run.results import Run
 Filtered = Callable[[Model, str, np.ndarray, Optional[np.ndarray]], Run]  # of a model in an arithmetic
 
 
-def filtered(model: Model, arithmetic: str, z: np.ndarray, u: Optional[np.ndarray]) -> Run:
-    return Filter(model, arithmetic).run(z, u, covariance=True)
+def filtered(model: Model, arithmetic: str, z: np.ndarray, u: Optional[np.ndarray], times: Optional[np.ndarray] = None) -> Run:
+    return Filter(model, arithmetic).run(z, u, times=times, covariance=True)
 
 
-def compare(model: Model, z: np.ndarray, u: Optional[np.ndarray],
-            others: Mapping[str, Filtered] = {}) -> tuple[dict[str, np.ndarray], dict[str, dict]]:
+def compare(model: Model, z: np.ndarray, u: Optional[np.ndarray], others: Mapping[str, Filtered] = {},
+            times: Optional[np.ndarray] = None) -> tuple[dict[str, np.ndarray], dict[str, dict]]:
     """Worst error of a mean in sigma, at every row and of each arithmetic; the figures of each.  others: filters beside
     the library's, by what goes before the arithmetic's name"""
-    exact = Filter(model, "f64").run(z, u)
+    exact = Filter(model, "f64").run(z, u, times=times)
     errors, figures = {}, {}
-    for before, run_of in {"": filtered, **others}.items():
+    for before, run_of in {"": partial(filtered, times=times), **others}.items():
         for arithmetic in ("f32", "q31"):
             name = f"{before} {arithmetic}".strip()
             try:

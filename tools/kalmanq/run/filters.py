@@ -203,11 +203,10 @@ class Filter(Readable):
         if rows.times is not None:
             if self.time is None and not self.begins:
                 raise KalmanqError("times: the time of the last row is not known: give those of all rows")
-            before = np.diff(rows.times, prepend=rows.times[0] if self.time is None else self.time)
-            if before[0] <= 0:
-                if not self.begins:
-                    raise KalmanqError("the time is not after the one before", row=0)
-                before[0] = self.model.continuous.dt  # no predict comes before it
+            begun = rows.times[0] - self.model.continuous.dt if self.time is None else self.time  # no predict before row 0
+            if begun >= rows.times[0]:
+                raise KalmanqError("the time is not after the one before", row=0)
+            before = self.model.continuous.between(np.concatenate([[begun], rows.times]))
             made = self._steps.over(before)
             return None if np.all(made == own) else made
         if not rows.matrices.keys() & set("ABQ"):

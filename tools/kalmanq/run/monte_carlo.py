@@ -20,9 +20,10 @@ TAIL = ("nees", "nis", "taken", "loglik", "events")
 
 
 def rows_of_run(model: Model, rows: int, seed: np.random.SeedSequence, gap: Optional[tuple[int, int]],
-                u: Optional[np.ndarray]) -> tuple[np.ndarray, np.ndarray, Optional[np.ndarray]]:
+                u: Optional[np.ndarray], times: Optional[np.ndarray] = None
+                ) -> tuple[np.ndarray, np.ndarray, Optional[np.ndarray]]:
     """States, measurements, controls"""
-    return (*drawn(model, rows, seed, gap, u), u)
+    return (*drawn(model, rows, seed, gap, u, times), u)
 
 
 def errors_of_run(model: Model, mean: np.ndarray, x: np.ndarray) -> np.ndarray:
@@ -43,6 +44,7 @@ class Study:
     filtered: Filtered = filtered
     drawn: Callable[..., tuple] = rows_of_run
     errors: Callable[..., np.ndarray] = errors_of_run
+    times: Optional[np.ndarray] = None  # `drawn` and `filtered` know of them
 
 
 # ------------------------------------------------------------------------------ a run
@@ -62,7 +64,7 @@ def _row(study: Study, number: int) -> dict[str, Any]:
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", KalmanqWarning)  # the row has the events
         run = study.filtered(model, study.arithmetic, z, u)
-        smoothed = Smoother(model, study.arithmetic).run(z, u).smoothed if study.smooth else None
+        smoothed = Smoother(model, study.arithmetic).run(z, u, times=study.times).smoothed if study.smooth else None
     errors = study.errors(model, run.mean, x)
     made: dict[str, Any] = {"run": number}
     for i, state in enumerate(model.states):

@@ -10,28 +10,38 @@ from kalmanq.errors import KalmanqError
 from kalmanq.model import Model, root_of
 
 
-def simulate(model: Model, rows: int, seed: Union[int, np.random.SeedSequence],
-             u: Optional[np.ndarray] = None) -> tuple[np.ndarray, np.ndarray]:
+def simulate(model: Model, rows: int, seed: Union[int, np.random.SeedSequence], u: Optional[np.ndarray] = None,
+             times: Optional[np.ndarray] = None) -> tuple[np.ndarray, np.ndarray]:
     """States (rows x n) and measurements (rows x m).  An unknown state begins at x0."""
     if model.l and u is None:
         u = np.zeros((rows, model.l))
     draw = np.random.Generator(np.random.PCG64(seed))
-    G = root_of(model.Q) if model.G is None else model.G
+    A, B, G = _steps(model, rows, times)
     V, S = root_of(model.R), root_of(model.P0)
     x = np.empty((rows, model.n))
     x[0] = model.x0 + np.where(model.unknown, 0, S @ draw.standard_normal(model.n))
-    noise, error = draw.standard_normal((rows, G.shape[1])), draw.standard_normal((rows, model.m))
+    noise, error = draw.standard_normal((rows, G.shape[2])), draw.standard_normal((rows, model.m))
     for t in range(1, rows):
-        x[t] = model.A @ x[t - 1] + G @ noise[t]
-        if model.B is not None and u is not None:
-            x[t] += model.B @ u[t - 1]
+        x[t] = A[t] @ x[t - 1] + G[t] @ noise[t]
+        if B is not None and u is not None:
+            x[t] += B[t] @ u[t - 1]
     return x, x @ model.H.T + error @ V.T
 
 
+def _steps(model: Model, rows: int, times: Optional[np.ndarray]) -> list[Optional[np.ndarray]]:
+    """A, B and the root of Q of the step to each row"""
+    if times is None or model.continuous is None:
+        G = root_of(model.Q) if model.G is None else model.G
+        return [None if one is None else np.broadcast_to(one, (rows, *one.shape)) for one in (model.A, model.B, G)]
+    dt, which = np.unique(np.append(model.continuous.dt, model.continuous.between(times)), return_inverse=True)
+    A, Q, B = model.continuous.steps(dt)
+    return [None if one is None else one[which] for one in (A, B, root_of(Q))]
+
+
 def drawn(model: Model, rows: int, seed: Union[int, np.random.SeedSequence], gap: Optional[tuple[int, int]],
-          u: Optional[np.ndarray] = None) -> tuple[np.ndarray, np.ndarray]:
+          u: Optional[np.ndarray] = None, times: Optional[np.ndarray] = None) -> tuple[np.ndarray, np.ndarray]:
     """As simulate, without the measurements of a gap."""
-    x, z = simulate(model, rows, seed, u)
+    x, z = simulate(model, rows, seed, u, times)
     if not np.all(np.isfinite(z)):
         raise KalmanqError(f"{model.name}: the states leave the numbers within {rows} rows")
     if gap:

@@ -26,9 +26,9 @@ class StreamedSmoother:
     """As Smoother, to the bit, in blocks:
 
         with StreamedSmoother(model, "f32", folder) as smoother:
-            for z, u in blocks: smoother.add(z, u)
-            for first, z, u in smoother.rows(): smoother.take(z, u)     the filter's Run of these rows
-            for first, z, run in smoother.smoothed(): ...               and all of it
+            for rows in blocks: smoother.add(rows)
+            for first, rows in smoother.rows(): smoother.take(rows)     the filter's Run of these rows
+            for first, rows, run in smoother.smoothed(): ...            and all of it
 
     `filter` is the filter at the end; the files are in `folder`, and gone with this object.
     """
@@ -37,7 +37,7 @@ class StreamedSmoother:
         self.model, self.parts, self.block = model, Parts(model, arithmetic), block
         self.filter: Optional[_Streamed] = None
         self._folder, self._stack = folder, ExitStack()
-        self._count = 0
+        self._count, self._has_times = 0, False
 
     def __enter__(self) -> StreamedSmoother:
         self._rows, self._results, self._tape = (self._file() for _ in range(3))
@@ -50,20 +50,28 @@ class StreamedSmoother:
         with telling_where(self._folder):
             return self._stack.enter_context(tempfile.TemporaryFile(dir=self._folder))
 
-    def add(self, z: np.ndarray, u: Optional[np.ndarray]) -> None:
-        self._write(self._rows, z if u is None else np.column_stack([z, u]))
-        self._count += len(z)
+    def add(self, rows: Rows) -> None:
+        self._has_times = rows.times is not None
+        self._write(self._rows, np.column_stack([one for one in (rows.z, rows.u, rows.times) if one is not None]))
+        self._count += len(rows)
 
-    def rows(self) -> Iterator[tuple[int, np.ndarray, Optional[np.ndarray]]]:
-        """The number of the first of them, z and u"""
-        m = self.model.m
-        for first, made in self._read(self._rows, m + self.model.l):
-            yield first, made[:, :m], made[:, m:] if self.model.l else None
+    @property
+    def _width(self) -> int:
+        return self.model.m + self.model.l + self._has_times
 
-    def take(self, z: np.ndarray, u: Optional[np.ndarray]) -> Run:
+    def _rows_of(self, made: np.ndarray) -> Rows:
+        m, l = self.model.m, self.model.l
+        return Rows(made[:, :m], made[:, m : m + l] if l else None, made[:, m + l] if self._has_times else None)
+
+    def rows(self) -> Iterator[tuple[int, Rows]]:
+        """The number of the first of them, and the rows"""
+        for first, made in self._read(self._rows, self._width):
+            yield first, self._rows_of(made)
+
+    def take(self, rows: Rows) -> Run:
         if self.filter is None:
             self.filter = self._begun()
-        run = self.filter.run(z, u)
+        run = self.filter.run(rows.z, rows.u, times=rows.times)
         self._write(self._results, np.column_stack([getattr(run, name) for name in KEPT]))
         self.filter.tape.drop()
         return run
@@ -71,24 +79,22 @@ class StreamedSmoother:
     def _begun(self) -> _Streamed:
         """Rows until the start is known are counted in them all"""
         self._rows.flush()
-        whole = np.memmap(self._rows, np.float64, "r", shape=(self._count, self.model.m + self.model.l))
-        z, u = whole[:, : self.model.m], whole[:, self.model.m :] if self.model.l else None
+        whole = np.memmap(self._rows, np.float64, "r", shape=(self._count, self._width))
         with telling_where(self._folder):
-            return _Streamed(self.model, self.parts, Rows(z, u), self._tape)
+            return _Streamed(self.model, self.parts, self._rows_of(whole), self._tape)
 
-    def smoothed(self) -> Iterator[tuple[int, np.ndarray, Run]]:
+    def smoothed(self) -> Iterator[tuple[int, Rows, Run]]:
         if self.filter is None:
             return
         self.filter._smooth(means_only=False)
         n, m = self.model.n, self.model.m
         ends = np.cumsum([n, n, m, m, 1])
-        rows = self._read(self._rows, m + self.model.l)
-        for (first, made), (_, given) in zip(self._read(self._results, int(ends[-1]) + 1), rows):
+        for (first, made), (_, rows) in zip(self._read(self._results, int(ends[-1]) + 1), self.rows()):
             mean, sigma, innovation, spread, nis, likelihood = np.split(made, ends, axis=1)
             run = Run(self.model, self.parts.arithmetic.name, mean=mean, sigma=sigma, innovation=innovation,
                       innovation_sigma=spread, nis=nis[:, 0], log_likelihood=likelihood[:, 0], events=self.filter.events)
             self.filter.read(run, first)
-            yield first, given[:, :m], run
+            yield first, rows, run
 
     def _write(self, file: IO[bytes], rows: np.ndarray) -> None:
         with telling_where(self._folder):

@@ -1,0 +1,289 @@
+"""Columns of times: seconds, milliseconds, dates and clocks, on the command line and in tables; what is refused, with its row."""
+
+from __future__ import annotations
+
+import csv
+import json
+import warnings
+
+import numpy as np
+import pytest
+from command import kalmanq
+
+from kalmanq import Filter, KalmanqError, KalmanqWarning, Smoother
+from kalmanq.data import tables
+from kalmanq.data.layouts import Layout, Source
+from kalmanq.model import model_file
+
+CART = """
+[model]
+F = [[0.0, 1.0], [0.0, 0.0]]
+Qc = [0.0, 0.5]
+dt = 0.1
+H = [1.0, 0.0]
+R = 0.04
+P0 = [4.0, 1.0]
+
+[measurements]
+names = ["pos"]
+"""
+STEPS = """
+[model]
+A = [[1.0, 0.1], [0.0, 1.0]]
+Q = [0.001, 0.01]
+H = [1.0, 0.0]
+R = 0.04
+P0 = [4.0, 1.0]
+
+[measurements]
+names = ["pos"]
+"""
+ROWS = 30
+
+
+def written(folder, text, name="data.csv"):
+    path = folder / name
+    path.write_text(text, encoding="utf-8")
+    return path
+
+
+def cart(folder, text=CART):
+    return written(folder, text, "cart.toml")
+
+
+def in_seconds(seed: int = 1) -> list:
+    return [f"{one / 1000:.3f}" for one in times_of(seed)]
+
+
+def times_file(folder, rows):
+    return written(folder, "t [ms]\n" + "".join(f"{one}\n" for one in times_of(7, rows)), "t.csv")
+
+
+def times_of(seed: int = 1, rows: int = ROWS) -> np.ndarray:
+    """Of whole milliseconds, from 0"""
+    return np.cumsum(np.append(0, np.random.default_rng(seed).integers(20, 300, rows - 1)))
+
+
+def data_of(head: str, cells, seed: int = 1) -> str:
+    z = np.random.default_rng(seed + 100).normal(size=len(cells))
+    return f"{head},pos\n" + "".join(f"{cell},{value:.17g}\n" for cell, value in zip(cells, z))
+
+
+def read(path, model, **layout):
+    source = Source(path, Layout(**layout))
+    return tables.record(source, model)
+
+
+FORMS = {
+    "seconds": ("t", lambda ms: f"{ms / 1000:.3f}"), "unit": ("t [ms]", str), "unit in the name": ("time_ms", str),
+    "microseconds": ("timestamp_us", lambda ms: str(1000 * ms)), "minutes": ("t (min)", lambda ms: repr(ms / 60000)),
+    "epoch": ("time", lambda ms: f"{1700000000 + ms // 1000}.{ms % 1000:03}"),
+    "epoch ms": ("timestamp", lambda ms: str(1700000000000 + ms)),
+    "epoch us": ("epoch", lambda ms: str((1700000000000 + ms) * 1000)),
+    "iso": ("time", lambda ms: str(np.datetime64("2024-03-01T10:00:00.000") + ms)),
+    "iso z": ("Date (UTC)", lambda ms: str(np.datetime64("2024-03-01T23:59:58.000") + ms) + "Z"),
+    "iso zone": ("time", lambda ms: str(np.datetime64("2024-03-01T10:00:00.000") + ms).replace("T", " ") + "+02:00"),
+    "clock": ("clock time", lambda ms: f"10:{ms // 60000:02}:{ms % 60000 / 1000:06.3f}"),
+    "signed": ("t", lambda ms: f"{ms / 1000 - 7:.3f}"),
+}
+
+
+@pytest.mark.parametrize("blocks", [4, 65536])
+@pytest.mark.parametrize("form", FORMS)
+def test_each_form_is_read_to_the_nanosecond(form, blocks, tmp_path):
+    head, cell = FORMS[form]
+    ms = times_of()
+    path = written(tmp_path, data_of(head, [cell(int(one)) for one in ms]))
+    made = tables.joined(list(tables.read(path, ["pos"], blocks, dt=0.1))).times
+    assert np.abs((made - made[0]) - ms / 1000).max() < 1e-9 if form != "clock" else 1e-8
+
+
+@pytest.mark.parametrize("form", ["seconds", "epoch ms", "iso z"])
+def test_run_takes_each_row_at_its_time(form, tmp_path):
+    """The command's file beside the package's smoother; blocks and --smooth alike"""
+    head, cell = FORMS[form]
+    ms = times_of(3)
+    data = written(tmp_path, data_of(head, [cell(int(one)) for one in ms], 3))
+    model, out = cart(tmp_path), tmp_path / "o.csv"
+    done = kalmanq("run", model, data, "--smooth", "--out", out)
+    assert done.returncode == 0 and done.stderr == "", done.stderr
+    rows = list(csv.DictReader(out.open()))
+    z = np.random.default_rng(103).normal(size=ROWS)
+    right = Smoother(model_file.read(model)).run(z, times=ms / 1000)
+    for name, column in (("x1_smoothed", right.smoothed[:, 0]), ("x2_sigma", right.sigma[:, 1]), ("loglik", right.log_likelihood)):
+        assert np.allclose([float(row[name]) for row in rows], column, rtol=1e-9, atol=1e-12), name
+    assert np.allclose([float(row["time"]) for row in rows], ms / 1000, atol=1e-9)
+    told = json.loads(kalmanq("run", model, data, "--json", "--forecast", 2).stdout)
+    assert told["log_likelihood"] == pytest.approx(right.log_likelihood.sum(), rel=1e-10)
+    f = Filter(model_file.read(model))
+    f.run(z, times=ms / 1000)
+    assert np.allclose(told["forecast"][1]["mean"], f.forecast(2).mean, rtol=1e-9)
+    for more in (("--lag", 4), ("--robust", "huber"), ("--arith", "f32")):
+        assert kalmanq("run", model, data, *more).returncode == 0
+
+
+def test_rows_in_steps_of_dt_are_those_without_times(tmp_path):
+    model = cart(tmp_path)
+    plain = kalmanq("simulate", model, "-n", 50)
+    lines = plain.stdout.splitlines()
+    cells = [line.split(",", 1) for line in lines[1:]]
+    timed = [lines[0].replace("step", "time")] + [f"{0.1 * int(step):.6f},{rest}" for step, rest in cells]
+    said = [kalmanq("run", model, written(tmp_path, "\n".join(text) + "\n"), "--json").stdout for text in (lines, timed)]
+    assert said[0] == said[1] and '"rows": 50' in said[0]
+
+
+REFUSED = {
+    "back": ("t", ["0", "0.1", "0.3", "0.2"], "row 5, column t: the time goes back, from 0.3 to 0.2: --sort sorts the rows"),
+    "twice": ("t", ["0", "0.1", "0.1", "0.2"], "row 4, column t: 0.1 is the time of the row before, too: join the two"),
+    "missing": ("t", ["0", "0.1", "", "0.2"], "row 4, column t: the time is missing: leave the row out"),
+    "NA": ("t", ["0", "0.1", "NA", "0.2"], "row 4, column t: the time is missing"),
+    "no number": ("t", ["0", "0.1", "x", "0.2"], "row 4, column t: 'x' is no time, as the others are numbers: --time says"),
+    "no time": ("t", ["warm", "cold"], "row 2, column t: 'warm' is no time"),
+    "zones": ("time", ["2024-01-01T00:00:00Z", "2024-01-01T00:00:01+01:00"],
+              "row 3, column time: 2024-01-01T00:00:01.01:00: .0100, the rows before have UTC: write all times in one zone"),
+    "half a zone": ("time", ["2024-01-01T00:00:00Z", "2024-01-01T00:00:01"], "row 3, column time: .*no time zone"),
+    "no unit": ("t", ["0", "100", "210", "300"], r"column t: the unit of the times cannot be told: as seconds, the median step "
+                r"is 100, dt is 0.1: --time 't \[ms\]' says it"),
+    "counter": ("t", ["100000000", "100100000", "100200000"], "unit of the times cannot be told"),
+    "other unit": ("t [mm]", ["0", "1"], "row 2, column t .mm.: mm is none of the units s, "),
+    "midnight": ("time", ["23:59:59", "00:00:00"], "the time goes back, .* but a clock that begins anew needs a date"),
+    "other kind": ("t", ["0", "0.1", "2024-01-01"], "row 4, column t: '2024-01-01' is no time, as the others are numbers"),
+    "no date": ("t", ["2024-01-01", "2024-13-01"], "row 3, column t: '2024-13-01' is no time, as the others are dates"),
+    "infinite": ("t", ["0", "inf"], "row 3, column t: 'inf' is no time"),
+}
+
+
+@pytest.mark.parametrize("which", REFUSED)
+def test_what_is_no_time_is_one_line_with_its_row_and_the_cure(which, tmp_path):
+    head, cells, said = REFUSED[which]
+    model, path, out = cart(tmp_path), written(tmp_path, data_of(head, cells)), tmp_path / "out.csv"
+    with pytest.raises(KalmanqError, match=said):
+        read(path, model_file.read(model))
+    for command in (("run", model, path, "--out", out), ("report", model, path, "-o", out)):
+        done = kalmanq(*command)
+        assert done.returncode == 1 and done.stderr.count("\n") == 1 and str(path) in done.stderr and not out.exists(), done.stderr
+
+
+def test_a_row_in_a_later_block_is_told(tmp_path):
+    path = written(tmp_path, data_of("t", [f"{0.1 * k:.3f}" for k in (0, 1, 2, 3, 4, 5, 4.5, 7)]))
+    with pytest.raises(KalmanqError, match="row 8, column t: the time goes back, from 0.500 to 0.450"):
+        list(tables.read(path, ["pos"], 2, dt=0.1))
+    path = written(tmp_path, data_of("t", ["0", "0.1", "0.2", "0.2"]))
+    with pytest.raises(KalmanqError, match="row 5, column t: 0.2 is the time of the row before"):
+        list(tables.read(path, ["pos"], 3, dt=0.1))
+
+
+def test_sorted_on_demand(tmp_path):
+    ms = times_of(5)
+    cells = [f"{one / 1000:.3f}" for one in ms]
+    lines = data_of("t", cells, 5).splitlines()
+    order = np.random.default_rng(0).permutation(ROWS)
+    model, straight = cart(tmp_path), written(tmp_path, "\n".join(lines) + "\n", "a.csv")
+    mixed = written(tmp_path, "\n".join([lines[0], *(lines[1 + k] for k in order)]) + "\n", "b.csv")
+    a, b = tmp_path / "a.out", tmp_path / "b.out"
+    assert kalmanq("run", model, straight, "--out", a).returncode == 0
+    assert kalmanq("run", model, mixed, "--sort", "--out", b).returncode == 0
+    columns = [np.genfromtxt(one, delimiter=",", names=True) for one in (a, b)]
+    assert np.allclose(columns[0]["x1_mean"], columns[1]["x1_mean"], rtol=1e-10, atol=1e-12)
+    twice = written(tmp_path, "\n".join([lines[0], *(lines[1 + k] for k in order), lines[3]]) + "\n", "c.csv")
+    done = kalmanq("run", model, twice, "--sort")
+    first = 2 + int(np.flatnonzero(order == 2)[0])
+    assert done.returncode == 1 and f"row 32: has the time of row {first}, too: join the two" in done.stderr
+
+
+def test_the_column_is_found_or_said(tmp_path):
+    model = cart(tmp_path)
+    cells = in_seconds()
+    texts = {"t": data_of("t", cells), "clk": data_of("clk", cells)}
+    likelihood = {}
+    for name, more in (("t", ()), ("clk", ("--time", "clk")), ("clk", ()), ("t", ("--time", "none"))):
+        done = kalmanq("run", model, written(tmp_path, texts[name]), "--json", *more)
+        likelihood[name, more] = json.loads(done.stdout)["log_likelihood"]
+    assert likelihood["t", ()] == likelihood["clk", ("--time", "clk")] != likelihood["clk", ()]
+    assert likelihood["clk", ()] == likelihood["t", ("--time", "none")]
+    ms = written(tmp_path, data_of("t", list(map(str, times_of()))))
+    assert "cannot be told" in kalmanq("run", model, ms).stderr
+    said = json.loads(kalmanq("run", model, ms, "--json", "--time", "t [ms]").stdout)["log_likelihood"]
+    assert said == pytest.approx(likelihood["t", ()], rel=1e-9)
+    done = kalmanq("run", model, ms, "--time", "when")
+    assert done.returncode == 1 and "--time: there is no column when; there are t, pos" in done.stderr
+
+
+def test_a_model_of_steps_is_told_of_the_cure(tmp_path):
+    model, data = written(tmp_path, STEPS, "steps.toml"), written(tmp_path, data_of("t", in_seconds()))
+    done = kalmanq("run", model, data)
+    assert done.returncode == 0 and done.stderr.count("\n") == 1
+    assert "times of column t are irregular" in done.stderr and "give F, Qc and dt in the place of A and Q" in done.stderr
+    assert kalmanq("run", model, data, "--time", "none").stderr == ""
+    for option in ("--sort", "--jitter=0.1"):
+        done = kalmanq("run", model, data, option)
+        assert done.returncode == 1 and "of a linear model with F, Qc and dt" in done.stderr and done.stderr.count("\n") == 1
+
+
+def test_jitter_is_rounded_on_demand(tmp_path):
+    model = cart(tmp_path)
+    draw = np.random.default_rng(2)
+    times = 0.1 * np.arange(40) + draw.uniform(-0.002, 0.002, 40)
+    data = written(tmp_path, data_of("t", [f"{one:.6f}" for one in times]))
+    regular = written(tmp_path, data_of("t", [f"{0.1 * k:.6f}" for k in range(40)]), "regular.csv")
+    said = {more: kalmanq("run", model, path, "--json", *more).stdout for path, more in
+            ((data, ()), (data, ("--jitter", "0.05")), (regular, ("--time", "t")))}
+    assert said["--jitter", "0.05"] == said["--time", "t"] != said[()]
+    jittery = written(tmp_path, CART.replace("dt = 0.1", "dt = 0.1\njitter = 0.05"), "jitter.toml")
+    assert json.loads(kalmanq("run", jittery, data, "--json").stdout)["mean"] == json.loads(said["--time", "t"])["mean"]
+    for more, said in ((("--compiled",), "--compiled: a filter of steps of dt = 0.1 alone"),
+                       (("--as", "tables", "--arith", "f32"), "--as: ")):
+        done = kalmanq("run", model, data, *more)
+        assert done.returncode == 1 and said in done.stderr and "--jitter" in done.stderr
+    assert kalmanq("run", model, data, "--as", "tables", "--arith", "f32", "--jitter", "0.05").returncode == 0
+    assert "jitter" in model_file.text_of(model_file.read(jittery))
+    wrong = written(tmp_path, CART.replace("dt = 0.1", "dt = 0.1\njitter = 0.5"), "wrong.toml")
+    assert "line 6: jitter: is not a share of dt from 0 to below 0.5" in kalmanq("run", wrong, data).stderr
+
+
+def test_report_and_compare_take_the_times(tmp_path):
+    """Of a record that only fits at its own times"""
+    model, times = cart(tmp_path), times_file(tmp_path, 400)
+    data = tmp_path / "drawn.csv"
+    assert kalmanq("simulate", model, "--at", times, "--out", data, "--seed", 4).returncode == 0
+    assert data.read_text().startswith("step,time,pos\n0,0,")
+    told = json.loads(kalmanq("run", model, data, "--json").stdout)
+    assert told["rows"] == 400 and abs(told["nis_per_measurement"] - 1) < 0.2
+    assert json.loads(kalmanq("run", model, data, "--json", "--time", "none").stdout)["nis_per_measurement"] > 1.5
+    done = kalmanq("report", model, data, "-o", tmp_path / "r.html")
+    assert done.returncode == 0 and "The data fit the model." in done.stdout, done.stdout
+    figures = json.loads(kalmanq("compare", model, data, "--json").stdout)
+    assert figures["f32"]["mean_error_in_sigma"] < 1e-4 and "refused" in figures["q31"]
+
+
+def test_many_runs_at_their_times(tmp_path):
+    model, times = cart(tmp_path), times_file(tmp_path, 60)
+    out = tmp_path / "runs.csv"
+    done = kalmanq("simulate", model, "--at", times, "--runs", 60, "--out", out, "--workers", 1, "--smooth", "--json")
+    told = json.loads(done.stdout)
+    assert told["rows"] == 60 and told["nees"]["within"] and told["nis"]["within"]
+    done = kalmanq("simulate", model, "--at", times, "-n", 70)
+    assert done.returncode == 1 and "has 60 rows, fewer than the 70 of -n" in done.stderr
+    steps = written(tmp_path, STEPS, "steps.toml")
+    assert "of a linear model with F, Qc and dt" in kalmanq("simulate", steps, "--at", times).stderr
+
+
+def test_controls_stay_until_the_next_row(tmp_path):
+    text = CART.replace("dt = 0.1", "dt = 0.1\nB = [0.0, 1.0]") + "\n[controls]\nnames = [\"push\"]\n"
+    model, cells = written(tmp_path, text, "cart.toml"), times_of(2) / 1000
+    u, z = np.random.default_rng(1).normal(size=ROWS), np.random.default_rng(2).normal(size=ROWS)
+    data = written(tmp_path, "t,push,pos\n" + "".join(f"{a:.3f},{b:.17g},{c:.17g}\n" for a, b, c in zip(cells, u, z)))
+    right = Filter(model_file.read(model)).run(z, u, times=cells)
+    told = json.loads(kalmanq("run", model, data, "--json").stdout)
+    assert told["log_likelihood"] == pytest.approx(right.log_likelihood.sum(), rel=1e-9)
+
+
+def test_other_commands_say_that_rows_are_steps(tmp_path):
+    """design runs a filter of steps"""
+    model = written(tmp_path, CART + "ranges = [50]\n[states]\nnames = [\"p\", \"v\"]\nranges = [50, 50]\n", "cart.toml")
+    source = Source(written(tmp_path, data_of("t", in_seconds())))
+    with pytest.warns(KalmanqWarning, match="each row is taken for one step of the model; resample the data"):
+        tables.measurements_and_controls(source, model_file.read(model))
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        assert tables.record(source, model_file.read(model))[2] is not None

@@ -1,0 +1,241 @@
+"""Rows at times of their own: beside the joint normal of all rows in long double, and beside regression by Gaussian processes."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from dense import LONG, Steps, conditioned
+
+from kalmanq import (
+    Filter, FrozenGainFilter, InstantSmoother, KalmanqError, LagSmoother, Model, Quantity, Smoother, Varying, likelihood)
+from kalmanq.model import model_file
+
+ROWS = 40
+
+
+def exact_steps(model: Model, dt: np.ndarray) -> Steps:
+    """Van Loan's matrices by their series, in long double"""
+    of, n, l = model.continuous, model.n, model.l
+    made = Steps(*(np.zeros((len(dt), *shape), LONG) for shape in ((n, n), (n, l), (n, n), (model.m, n), (model.m, model.m))))
+    for t, step in enumerate(dt):
+        whole, pushed = np.zeros((2 * n, 2 * n), LONG), np.zeros((n + l, n + l), LONG)
+        whole[:n, :n], whole[:n, n:], whole[n:, n:] = -of.F, of.Qc, of.F.T
+        pushed[:n, :n], pushed[:n, n:] = of.F, of.B
+        e, p = exponential(whole * LONG(step)), exponential(pushed * LONG(step))
+        made.A[t], made.B[t] = e[n:, n:].T, p[:n, n:]
+        made.Q[t] = made.A[t] @ e[:n, n:]
+        made.H[t], made.R[t] = model.H, model.R
+    return made
+
+
+def exponential(M: np.ndarray) -> np.ndarray:
+    made = term = np.eye(len(M), dtype=LONG)
+    for k in range(1, 40):
+        term = term @ M / (64 * k)
+        made = made + term
+    for _ in range(6):
+        made = made @ made
+    return made
+
+
+def random_record(seed: int, rounded: bool = False):
+    """A model in continuous time of n = 1 to 5, some of it integrated, and a record at irregular times"""
+    draw = np.random.default_rng(seed)
+    n, m, l = 1 + seed % 5, 1 + seed % 2, 1 + seed % 2
+    turn = draw.normal(size=(n, n))
+    F = turn - turn.T - np.diag(draw.uniform(0.1, 1, n))
+    if seed % 3 == 0:
+        F = np.diag(np.ones(n - 1), 1) - np.diag(draw.uniform(0.4, 1, n))
+    G, N = draw.normal(size=(n, n)) / np.sqrt(n), 0.3 * draw.normal(size=(m, m))
+    made = [F, draw.normal(size=(m, n)), N @ N.T + 0.1 * np.eye(m), G @ G.T + 0.01 * np.eye(n), draw.normal(size=(n, l))]
+    times = np.cumsum(draw.exponential(0.3, ROWS) + 1e-3)
+    u = draw.normal(size=(ROWS, l))
+    if rounded:
+        made = [np.float32(one).astype(float) for one in made]
+        u = np.float32(u).astype(float)
+    F, H, R, Qc, B = made
+    names = [[Quantity(f"{letter}{k}", "", span) for k in range(size)] for letter, size, span in
+             (("x", n, 400), ("z", m, 1600), ("u", l, 20))]
+    model = Model.of_continuous(F, H, R, Qc, dt=0.3, B=B, P0=np.full(n, 2.0), states=names[0], measurements=names[1],
+                                controls=names[2])
+    x, z = draw.normal(0, 1.4, n), np.empty((ROWS, m))
+    for t in range(ROWS):
+        z[t] = H @ x + np.linalg.cholesky(R) @ draw.normal(size=m)
+        if t < ROWS - 1:
+            A, Q, b = model.continuous.step(times[t + 1] - times[t])
+            x = A @ x + b @ u[t] + np.linalg.cholesky(Q + 1e-15 * np.eye(n)) @ draw.normal(size=n)
+    z[draw.random(z.shape) < 0.15] = np.nan
+    return model, times, np.float32(z).astype(float) if rounded else z, u
+
+
+def errors(mean, sigma, of_mean, of_covariance) -> float:
+    exact = np.sqrt(np.diagonal(of_covariance, axis1=1, axis2=2))
+    return float(max(np.abs((mean - of_mean) / exact).max(), np.abs(sigma / exact - 1).max()))
+
+
+@pytest.mark.parametrize("arithmetic, most", [("f64", 1e-10), ("f32", 1e-5), ("q31", 1e-5)])
+@pytest.mark.parametrize("seed", range(20))
+def test_irregular_times_beside_the_joint_normal(seed, arithmetic, most):
+    model, times, z, u = random_record(seed, arithmetic == "f32")
+    right = conditioned(model.x0, model.P0, exact_steps(model, np.append(np.diff(times), 1)), z, u)
+    run = Smoother(model, arithmetic).run(z, u, times=times)
+    assert errors(run.mean, run.sigma, right.mean, right.covariance) < most
+    assert errors(run.smoothed, run.smoothed_sigma, right.smoothed, right.smoothed_covariance) < most
+    assert abs(run.log_likelihood.sum() - right.log_likelihood) < most * (1 + abs(right.log_likelihood))
+    if arithmetic == "f64":
+        assert likelihood(model, [z], [u], times=[times]) == pytest.approx(float(right.log_likelihood), rel=1e-12)
+
+
+# ------------------------------------------------------------------------------ Gaussian processes
+
+MATERN = {3: (lambda r: (1 + r) * np.exp(-r), """
+[model]
+F = [[0.0, 1.0], [{-a*a!r}, {-2*a!r}]]
+Qc = [0.0, {4*a**3*v!r}]
+dt = 0.1
+H = [1.0, 0.0]
+R = {R!r}
+P0 = [{v!r}, {v*a*a!r}]
+"""), 5: (lambda r: (1 + r + r * r / 3) * np.exp(-r), """
+[model]
+F = [[0.0, 1.0, 0.0], [0.0, 0.0, 1.0], [{-a**3!r}, {-3*a*a!r}, {-3*a!r}]]
+Qc = [0.0, 0.0, {16/3*a**5*v!r}]
+dt = 0.1
+H = [1.0, 0.0, 0.0]
+R = {R!r}
+P0 = [[{v!r}, 0.0, {-v*a*a/3!r}], [0.0, {v*a*a/3!r}, 0.0], [{-v*a*a/3!r}, 0.0, {v*a**4!r}]]
+""")}
+
+
+@pytest.mark.parametrize("seed", range(3))
+@pytest.mark.parametrize("order", MATERN)
+def test_a_model_file_of_a_matern_kernel_is_the_dense_regression(order, seed, tmp_path):
+    """Rows without a measurement are where it is asked: mean, deviation, likelihood"""
+    kernel, text = MATERN[order]
+    draw = np.random.default_rng(seed)
+    v, R, a = draw.uniform(0.5, 2), draw.uniform(0.01, 0.2), float(np.sqrt(order) / draw.uniform(0.3, 2))
+    path = tmp_path / "matern.toml"
+    path.write_text(eval(f'f"""{text}"""', {"a": a, "v": v, "R": R}))
+    times = np.sort(draw.uniform(0, 10, 150))
+    y = np.sin(2 * times) + draw.normal(0, 0.3, 150)
+    y[draw.random(150) < 0.3] = np.nan
+    there = ~np.isnan(y)
+    K = v * kernel(a * np.abs(times[:, None] - times))
+    noisy = K[np.ix_(there, there)] + R * np.eye(there.sum())
+    gain = np.linalg.solve(noisy, K[there]).T
+    mean, sigma = gain @ y[there], np.sqrt(np.diag(K - gain @ K[there]))
+    value = -(y[there] @ np.linalg.solve(noisy, y[there]) + np.linalg.slogdet(2 * np.pi * noisy)[1]) / 2
+    run = Smoother(model_file.read(path)).run(y, times=times)
+    assert np.abs(run.smoothed[:, 0] - mean).max() < 1e-8 and np.abs(run.smoothed_sigma[:, 0] - sigma).max() < 1e-8
+    assert abs(run.log_likelihood.sum() - value) < 1e-8 * abs(value)
+
+
+# ------------------------------------------------------------------------------ what takes times
+
+
+@pytest.mark.parametrize("arithmetic", ["f32", "f64", "q31"])
+def test_times_in_steps_of_dt_are_no_times(arithmetic):
+    """Bit for bit, though k dt - (k - 1) dt is not dt; rows that are not there are steps of them all"""
+    model, _, z, u = random_record(4)
+    plain = Smoother(model, arithmetic).run(z, u)
+    for first in (0.0, 1e6, -5.0):
+        run = Smoother(model, arithmetic).run(z, u, times=first + model.continuous.dt * np.arange(ROWS))
+        assert np.array_equal(run.smoothed, plain.smoothed) and np.array_equal(run.sigma, plain.sigma)
+
+
+@pytest.mark.parametrize("arithmetic, most", [("f64", 1e-9), ("f32", 1e-4), ("q31", 1e-4)])
+def test_blocks_lag_instant_and_rows_one_by_one(arithmetic, most):
+    model, times, z, u = random_record(7)
+    whole = Filter(model, arithmetic).run(z, u, times=times)
+    f = Filter(model, arithmetic)
+    parts = [f.run(z[rows], u[rows], times=times[rows]) for rows in (slice(0, 1), slice(1, 9), slice(9, ROWS))]
+    assert np.array_equal(np.concatenate([one.mean for one in parts]), whole.mean) and f.time == times[-1]
+    single = Filter(model, arithmetic)
+    single.update(z[0])
+    for t in range(1, ROWS):
+        single.predict(u[t - 1], dt=times[t] - times[t - 1])
+        single.update(z[t])
+    assert np.array_equal(single.mean, f.mean) and np.array_equal(single.sigma, f.sigma)
+    lagged = LagSmoother(model, 5, arithmetic).run(z, u, times=times)
+    instant = InstantSmoother(model, 3, arithmetic).run(z, u, times=times)
+    smoothed = Smoother(model, arithmetic).run(z, u, times=times)
+    for mean, sigma, row in ((lagged.lagged[-1], lagged.lagged_sigma[-1], ROWS - 6),
+                             (instant.instant[-1], instant.instant_sigma[-1], 3)):
+        assert np.abs((mean - smoothed.smoothed[row]) / smoothed.smoothed_sigma[row]).max() < most
+        assert np.abs(sigma / smoothed.smoothed_sigma[row] - 1).max() < most
+
+
+def test_a_forecast_is_of_steps_of_any_length():
+    model, times, z, u = random_record(3)
+    f = Filter(model)
+    f.run(z, u, times=times)
+    ahead, control = f.forecast(1, [[0.0] * model.l], dt=0.7), np.zeros(model.l)
+    A, Q, _ = model.continuous.step(0.7)
+    assert np.allclose(ahead.mean, A @ f.mean, rtol=1e-12) and ahead.time == times[-1] + 0.7
+    assert np.allclose(ahead.covariance, A @ f.covariance @ A.T + Q, rtol=1e-10)
+    twice = f.forecast(2, [control, control], dt=0.35)
+    assert np.allclose(twice.sigma, ahead.sigma, rtol=1e-10)
+
+
+@pytest.mark.parametrize("seed", [1, 5, 6, 11])
+def test_an_unknown_start_at_irregular_times(seed):
+    """By the joint normal with a start that is all but unknown"""
+    model, times, z, u = random_record(seed)
+    run = Smoother(model.changed(P0=None)).run(z, u, times=times)
+    right = conditioned(model.x0, 1e9 * np.eye(model.n), exact_steps(model, np.append(np.diff(times), 1)), z, u)
+    assert errors(run.smoothed, run.smoothed_sigma, right.smoothed, right.smoothed_covariance) < 1e-7
+
+
+def test_jitter_within_a_share_of_dt_is_rounded():
+    model = Model.of_continuous([[0, 1], [0, 0]], [1, 0], 0.1, [0, 1], dt=0.1, P0=[1, 1], jitter=0.05)
+    draw = np.random.default_rng(5)
+    rows = np.cumsum(draw.choice([1, 1, 1, 2, 7], 200))
+    z = draw.normal(size=200)
+    times = 0.1 * rows + 0.1 * draw.uniform(-0.02, 0.02, 200)
+    run, exact = Smoother(model).run(z, times=times), Smoother(model).run(z, times=0.1 * rows)
+    assert np.array_equal(run.smoothed, exact.smoothed)
+    far = times.copy()
+    far[100:] += 0.04
+    assert not np.array_equal(Filter(model).run(z, times=far).mean[99:], exact.mean[99:])
+    assert np.array_equal(Filter(model).run(z[:90], times=far[:90]).mean, exact.mean[:90])
+
+
+def test_a_frozen_gain_and_regressors_take_times():
+    model = Model.of_continuous([[0.0]], [1], 0.5, [0.2], dt=0.1, P0=[1])
+    z, times = np.random.default_rng(1).normal(size=300), 0.1 * np.arange(300)
+    times[200:] += 3
+    run = FrozenGainFilter(model).run(z, times=times)
+    assert run.settled[150] and not run.settled[200] and run.settled[-1]
+    H = np.random.default_rng(2).normal(size=300)
+    run = Filter(model).run(z, times=times, varying=Varying(H=H))
+    steps = Varying(A=np.ones(300), Q=0.2 * np.append(np.diff(times), 1), H=H)
+    assert np.allclose(run.mean, Filter(model).run(z, varying=steps).mean, rtol=1e-9, atol=1e-12)
+
+
+@pytest.mark.parametrize("times, said", [
+    ([0, 1, 1, 2], "row 2: the time is not after the one before"), ([0, 1, 0.5, 2], "row 2: the time is not after"),
+    ([0, 1, np.nan, 2], "row 2: the time is missing"), ([0, 1, 2], "times are 3, not 4"), (["a", 1, 2, 3], "times: not numbers"),
+    (np.array(["2020-01-01"] * 4, "datetime64[s]"), "times: not numbers: give seconds"),
+    ([0, 1, 1e300, 2e300], "so long that the model is not representable")])
+def test_what_is_no_time_is_refused(times, said):
+    model = Model.of_continuous([[0, 1], [0, 0]], [1, 0], 0.1, [0, 1], dt=0.1, P0=[1, 1])
+    with pytest.raises(KalmanqError, match=said):
+        Filter(model).run(np.zeros(4), times=times)
+
+
+def test_what_takes_no_times_says_so():
+    steps, model = Model(1, 1, 1, 1, P0=1), Model.of_continuous([[0.0]], [1], 1, [1], dt=0.1, P0=[1])
+    for refused, said in ((lambda: Filter(steps).run([1, 2], times=[0, 1]), "F, Qc and dt"),
+                          (lambda: Filter(steps).predict(dt=1.0), "F, Qc, dt"),
+                          (lambda: Filter(model).predict(dt=0.0), "above 0"),
+                          (lambda: Filter(model).run([1, 2], times=[0, 1], varying=Varying(A=[1, 1])), "those of the times")):
+        with pytest.raises(KalmanqError, match=said):
+            refused()
+    f = Filter(model)
+    f.run([1.0, 2.0])
+    with pytest.raises(KalmanqError, match="the time of the last row is not known"):
+        f.run([1.0], times=[3.0])
+    f = Filter(model)
+    f.run([1.0, 2.0], times=[0, 1])
+    with pytest.raises(KalmanqError, match="row 0: the time is not after"):
+        f.run([1.0], times=[1.0])

@@ -1,0 +1,169 @@
+"""Times that are read: numbers, dates of ISO 8601 or clocks, in seconds, each after the one before."""
+
+from __future__ import annotations
+
+import re
+from dataclasses import dataclass
+from typing import Optional, Sequence
+
+import numpy as np
+
+from kalmanq.data.layouts import MISSING, Source, TableError, unit_of, without_unit
+from kalmanq.data.times import CLOCK, NONE, clocks, plain
+
+ZONE = re.compile(r"(?<=[\d ])\s*(?:[Zz]|UTC|[+-]\d\d:?\d\d)$")
+DATE = re.compile(r"\d{4}-\d\d-\d\d.*")
+DECIMAL = re.compile(r"\d+(\.\d*)?")
+PER_SECOND = {"s": 1.0, "sec": 1.0, "second": 1.0, "seconds": 1.0, "ms": 1e3, "us": 1e6, "\u00b5s": 1e6, "\u03bcs": 1e6, "ns": 1e9,
+              "min": 1 / 60, "h": 1 / 3600}
+EPOCH = ((1e17, 1e9), (1e14, 1e6), (1e11, 1e3))  # such a number is of nanoseconds, ... since 1970
+UNIT_KNOWN = 30.0  # a median step within this of dt, either way, is in the unit that was taken
+
+
+@dataclass(frozen=True)
+class Origin:
+    """What seconds are counted from: a whole number of `per_second`, of numbers, dates or clocks"""
+
+    kind: str
+    count: int
+    per_second: float
+
+
+class TimeColumn:
+    """A column that is read in seconds since its first row, or since another's.  Each row has a time, after the one before.
+
+    step   the median of the first block's, in seconds
+    """
+
+    def __init__(self, source: Source, name: str, place: int, dt: float):
+        self.source, self.name, self.place, self.dt = source, name, place, dt
+        self.origin: Optional[Origin] = None
+        self.step = np.nan
+        said = unit_of(source.layout.time or "") or unit_of(name) or re.split("[ _]", name)[-1]
+        self.unit = said if said in PER_SECOND and said != name else ""
+        self._kind, self._zone = "", ""
+        self._per_second, self._base = 1.0, 0
+        self._last: Optional[tuple[float, str]] = None
+
+    def read(self, cells: Sequence[str], line: int) -> np.ndarray:
+        """line: of the first of these rows"""
+        cells = [cell.replace(",", ".", 1) for cell in cells]
+        for k, cell in enumerate(cells):
+            if cell.lower() in MISSING:
+                raise TableError(self.source, "the time is missing: leave the row out, or fill it in", line + k, self.name)
+        is_first = not self._kind
+        if is_first:
+            self._begin(cells[0], line)
+        made = self._seconds(cells, line)
+        if is_first:
+            self._look_at_steps(made)
+        if not self.source.layout.sort:
+            self._refuse_steps(made, cells, line)
+        self._last = float(made[-1]), cells[-1]
+        return made
+
+    def _begin(self, cell: str, line: int) -> None:
+        self._kind = "dates" if DATE.match(cell) else "clocks" if CLOCK.fullmatch(cell) else "numbers"
+        if self._kind == "dates":
+            self._zone, self._per_second = _zone_of(cell), 1e9
+        elif self._kind == "numbers":
+            self._refuse_other_unit(line)
+            value = self._parsed([cell], line)[0]
+            guessed = next((per for least, per in EPOCH if abs(value) >= least), 1.0)
+            self._per_second = PER_SECOND[self.unit] if self.unit else guessed
+        self._base = 0
+        self._base = int(self._parsed([cell], line)[0])
+        self.origin = self.origin or Origin(self._kind, self._base, self._per_second)
+        if self.origin.kind != self._kind:
+            raise TableError(self.source, f"the times are {self._kind}, those of the other file {self.origin.kind}: write both "
+                             "alike", line, self.name)
+
+    def _refuse_other_unit(self, line: int) -> None:
+        unit = unit_of(self.source.layout.time or "") or unit_of(self.name)
+        if unit and not self.unit:
+            raise TableError(self.source, f"{unit} is none of the units {', '.join(PER_SECOND)}: --time "
+                             f"'{without_unit(self.name)} [s]' says which it is", line, self.name)
+
+    def _seconds(self, cells: Sequence[str], line: int) -> np.ndarray:
+        made, of = self._parsed(cells, line), self.origin
+        if of.per_second == self._per_second:
+            return (made + (self._base - of.count)) / self._per_second
+        return made / self._per_second + (self._base / self._per_second - of.count / of.per_second)
+
+    def _parsed(self, cells: Sequence[str], line: int) -> np.ndarray:
+        """In the column's unit, less the base"""
+        try:
+            return self._parse(cells, line)
+        except (ValueError, OverflowError):
+            wrong = next((k for k, cell in enumerate(cells) if not self._is_time(cell, line)), 0)
+            raise TableError(self.source, f"{cells[wrong][:40]!r} is no time, as the others are {self._kind}: --time says which "
+                             f"column has them, or {NONE}", line + wrong, self.name) from None
+
+    def _is_time(self, cell: str, line: int) -> bool:
+        try:
+            return len(self._parse([cell], line)) == 1
+        except (ValueError, OverflowError):
+            return False
+
+    def _parse(self, cells: Sequence[str], line: int) -> np.ndarray:
+        if self._kind == "dates":
+            self._refuse_zones(cells, line)
+            bare = [ZONE.sub("", cell).strip() for cell in cells] if self._zone else list(cells)
+            made = np.array(bare, "datetime64[ns]")
+            if np.any(np.isnat(made)):
+                raise ValueError
+            return (made.astype(np.int64) - self._base).astype(float)
+        if self._kind == "clocks":
+            return clocks(cells) - self._base
+        if all(map(DECIMAL.fullmatch, cells)):  # without what a sum of seconds since 1970 and of their parts would lose
+            parts = [cell.partition(".") for cell in cells]
+            return np.array([int(whole) - self._base for whole, _, _ in parts], float) + \
+                np.array([f"0.{part}" for _, _, part in parts], float)
+        made = plain(cells) - self._base
+        if not np.all(np.isfinite(made)) or any("_" in cell for cell in cells):
+            raise ValueError
+        return made
+
+    def _refuse_zones(self, cells: Sequence[str], line: int) -> None:
+        for k, cell in enumerate(cells):
+            zone = _zone_of(cell)
+            if zone != self._zone:
+                said = [one or "no time zone" for one in (zone, self._zone)]
+                raise TableError(self.source, f"{cell}: {said[0]}, the rows before have {said[1]}: write all times in one zone",
+                                 line + k, self.name)
+
+    def _look_at_steps(self, made: np.ndarray) -> None:
+        steps = np.abs(np.diff(made))
+        self.step = float(np.median(steps[steps > 0])) if np.any(steps > 0) else np.nan
+
+    def _refuse_steps(self, made: np.ndarray, cells: Sequence[str], line: int) -> None:
+        last, said = self._last or (-np.inf, "")
+        back = np.flatnonzero(np.diff(made, prepend=last) <= 0)
+        if not len(back):
+            return
+        k = int(back[0])
+        time, before = (made[k - 1], cells[k - 1]) if k else (last, said)
+        if made[k] == time:
+            raise TableError(self.source, f"{cells[k]} is the time of the row before, too: join the two, or leave one out",
+                             line + k, self.name)
+        clock = ", but a clock that begins anew needs a date" if self._kind == "clocks" else ""
+        raise TableError(self.source, f"the time goes back, from {before} to {cells[k]}: --sort sorts the rows{clock}",
+                         line + k, self.name)
+
+
+def refuse_unknown_unit(columns: Sequence[TimeColumn]) -> None:
+    """Of numbers without a unit; columns: of files that are read together, of which the one with the shortest steps tells"""
+    least = min(columns, key=lambda one: one.step if one.step == one.step else np.inf)
+    if any(one.unit or one._kind != "numbers" for one in columns) or not least.step > 0:
+        return
+    ratio = least.step / least.dt
+    if not 1 / UNIT_KNOWN <= ratio <= UNIT_KNOWN:
+        name = without_unit(least.name)
+        raise TableError(least.source, f"column {least.name}: the unit of the times cannot be told: as seconds, the median step is "
+                         f"{least.step:.6g}, dt is {least.dt:g}: --time '{name} [ms]' says it, or [s], or a header {name} [ms]")
+
+
+def _zone_of(cell: str) -> str:
+    found = ZONE.search(cell) if len(cell) > 10 else None
+    zone = found.group().strip().upper().replace(":", "") if found else ""
+    return "UTC" if zone in ("Z", "UTC", "+0000", "-0000") else zone
