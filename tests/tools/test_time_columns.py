@@ -256,6 +256,19 @@ def test_report_and_compare_take_the_times(tmp_path):
     assert figures["f32"]["mean_error_in_sigma"] < 1e-4 and "refused" in figures["q31"]
 
 
+def test_fit_takes_the_times(tmp_path):
+    model, data, out = cart(tmp_path), tmp_path / "drawn.csv", tmp_path / "fitted.toml"
+    assert kalmanq("simulate", model, "--at", times_file(tmp_path, 200), "--out", data).returncode == 0
+    done = kalmanq("fit", model, data, "--q-form", "multiple", "--out", out)
+    assert done.returncode == 0 and "Qc[1,1]" in done.stdout and "at the maximum" in done.stdout, done.stderr
+    fitted = model_file.read(out)
+    assert 0.2 < fitted.continuous.Qc[1, 1] < 1.2 and abs(fitted.R[0, 0] / 0.04 - 1) < 0.4 and fitted.continuous.dt == 0.1
+    told = json.loads(kalmanq("fit", model, data, "--q-form", "multiple", "--json").stdout)
+    assert told["Qc"][1][1] == pytest.approx(fitted.continuous.Qc[1, 1]) and told["standard_errors"]["R"][0][0] > 0
+    done = kalmanq("fit", model, data, "--free", "A,Q")
+    assert done.returncode == 1 and done.stderr.count("\n") == 1 and "A of records at irregular times is not fitted" in done.stderr
+
+
 def test_many_runs_at_their_times(tmp_path):
     model, times = cart(tmp_path), times_file(tmp_path, 60)
     out = tmp_path / "runs.csv"

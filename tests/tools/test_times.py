@@ -7,8 +7,9 @@ import pytest
 from dense import LONG, Steps, conditioned
 
 from kalmanq import (
-    Filter, FrozenGainFilter, InstantSmoother, KalmanqError, LagSmoother, Model, Quantity, Smoother, Varying, likelihood)
+    Filter, FrozenGainFilter, InstantSmoother, KalmanqError, LagSmoother, Model, Quantity, Smoother, Varying, fit, likelihood)
 from kalmanq.model import model_file
+from kalmanq.run.simulation import simulate
 
 ROWS = 40
 
@@ -128,6 +129,65 @@ def test_a_model_file_of_a_matern_kernel_is_the_dense_regression(order, seed, tm
     run = Smoother(model_file.read(path)).run(y, times=times)
     assert np.abs(run.smoothed[:, 0] - mean).max() < 1e-8 and np.abs(run.smoothed_sigma[:, 0] - sigma).max() < 1e-8
     assert abs(run.log_likelihood.sum() - value) < 1e-8 * abs(value)
+
+
+# ------------------------------------------------------------------------------ fits
+
+
+def cart(**more) -> Model:
+    return Model.of_continuous(**{**dict(F=[[0, 1], [0, -0.2]], H=[1, 0], R=0.05, Qc=[0, 0.5], dt=0.2, P0=[1, 1]), **more})
+
+
+def drawn_at_random_times(seed: int, rows: int = 120):
+    times = np.cumsum(np.random.default_rng(seed).exponential(0.2, rows) + 1e-3)
+    return times, simulate(cart(R=0.2, Qc=[0, 0.1]), rows, seed, times=times)[1]
+
+
+@pytest.mark.parametrize("seed", range(3))
+def test_a_fit_is_the_top_of_the_dense_likelihood(seed):
+    """Estimates and standard errors beside the joint normal in long double, by Newton"""
+    times, z = drawn_at_random_times(seed)
+    found = fit(cart(), [z], ("Q", "R"), times=[times], Q_form="multiple", R_form="multiple")
+    assert found.converged, found.message
+    steps = exact_steps(cart(B=[[0.0], [0.0]]), np.append(np.diff(times), 1))
+
+    def value(q, r):  # at multiples of what was found
+        scale = found.model.continuous.Qc[1, 1] / 0.5 * LONG(q), found.model.R[0, 0] / 0.05 * LONG(r)
+        made = steps._replace(Q=steps.Q * scale[0], R=steps.R * scale[1], B=None)
+        return conditioned(np.zeros(2), np.eye(2), made, z).log_likelihood
+
+    h = LONG(1e-4)
+    top = value(1, 1)
+    assert abs(found.log_likelihood - top) < 1e-9 * abs(top)
+    for at, error, entry in (((h, 0), found.standard_errors["Qc"][1, 1], found.model.continuous.Qc[1, 1]),
+                             ((0, h), found.standard_errors["R"][0, 0], found.model.R[0, 0])):
+        ahead, behind = (value(1 + sign * at[0], 1 + sign * at[1]) for sign in (1, -1))
+        slope, curve = (ahead - behind) / (2 * h), (ahead + behind - 2 * top) / h**2
+        assert curve < 0 and slope**2 / -curve < 2e-6  # twice what is left of the log-likelihood
+        assert error / entry >= 0.999 / np.sqrt(float(-curve))  # beside others that are known better than they are
+    assert np.isnan(found.standard_errors["Qc"][0, 0])
+
+
+def test_a_fit_of_several_entries_and_records():
+    draws = [drawn_at_random_times(seed, 150) for seed in (4, 5)]
+    found = fit(cart(Qc=[0.01, 0.5]), [z for _, z in draws], ("Q", "R"), times=[t for t, _ in draws], Q_form="diagonal")
+    alone = fit(cart(), [z for _, z in draws], ("Q", "R"), times=[t for t, _ in draws])
+    assert alone.converged and abs(alone.model.R[0, 0] / 0.2 - 1) < 0.3 and 0.03 < alone.model.continuous.Qc[1, 1] < 0.3
+    assert found.log_likelihood > alone.log_likelihood - 1e-6 and found.model.continuous.dt == 0.2
+
+
+def test_a_fit_of_steps_of_dt_is_the_one_without_times():
+    z = simulate(cart(), 200, 1)[1]
+    without, with_times = (fit(cart(), [z], ("Q", "R"), Q_form="multiple", times=times) for times in (None, [0.2 * np.arange(200)]))
+    assert without.log_likelihood == with_times.log_likelihood and np.array_equal(without.model.Q, with_times.model.Q)
+
+
+def test_what_is_not_fitted_at_irregular_times():
+    times, z = drawn_at_random_times(1)
+    for given, said in ((dict(free=["A"]), "leave it out of --free"), (dict(method="em"), "--method em"), (dict(starts=2), "--starts"),
+                        (dict(Q_form="full", model=cart(Qc=[[1, 1], [1, 1]])), "Qc is singular: --q-form multiple")):
+        with pytest.raises(KalmanqError, match=said):
+            fit(given.pop("model", cart()), [z], given.pop("free", ["Q"]), times=[times], **given)
 
 
 # ------------------------------------------------------------------------------ what takes times

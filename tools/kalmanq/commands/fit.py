@@ -13,7 +13,7 @@ from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn
 from rich.table import Table
 
 from kalmanq.commands.messages import NO_MAXIMUM, print_json, stop, tell_written
-from kalmanq.commands.options import JSON, MODEL, choices, command_of
+from kalmanq.commands.options import JSON, MODEL, choices, command_of, jittered
 from kalmanq.data import tables
 from kalmanq.data.files import refuse_one_output, whole
 from kalmanq.errors import KalmanqError
@@ -50,12 +50,12 @@ class Options:
 def fit_files(options: Options, console: Console) -> None:
     """The best point is written, whether or not it is a maximum."""
     _require_two_outputs(options)
-    model = model_file.read(options.model)
+    model = jittered(model_file.read(options.model), options.data[0])
     free, held = free_and_held(options.free, options.hold, model)
     if not free:
         raise KalmanqError("--free: names nothing")
     require_units(model, free, held)
-    records = [tables.measurements_and_controls(path, model) for path in options.data]
+    records = [tables.record(path, model) for path in options.data]
     found = _fit(options, console, model, records, free, held)
     inputs = [options.model, *options.data]
     if options.out:
@@ -84,10 +84,16 @@ def _fit(options: Options, console: Console, model: Model, records: list[Any], f
     with Progress(*columns, console=console, disable=options.json or not console.is_terminal) as progress:
         task = progress.add_task("fit", total=None, now="")
         return fit(
-            model, [z for z, _ in records], free, u=[u for _, u in records], method=options.method, held=held,
+            model, [z for z, _, _ in records], free, u=[u for _, u, _ in records], times=_times(records),
+            method=options.method, held=held,
             Q_form=options.Q_form, R_form=options.R_form, starts=options.starts, seed=options.seed,
             iterations=options.iterations, tolerance=options.tolerance,
             report=lambda k, value: progress.update(task, now=f"{k} evaluations, log-likelihood {value:.6f}"))
+
+
+def _times(records: list[Any]) -> Optional[list[Any]]:
+    made = [times for _, _, times in records]
+    return None if all(one is None for one in made) else made
 
 
 # ------------------------------------------------------------------------------ what came out
@@ -114,13 +120,18 @@ def _tell(options: Options, found: Fit, free: list[str], console: Console) -> No
 
 def _rows(found: Fit, free: list[str]) -> Iterator[tuple[str, str, str]]:
     """Entries that were estimated: of a covariance those up to the diagonal that are not 0 and held."""
-    for name in free:
-        value = getattr(found.model, name)
+    for name in _names(found, free):
+        value = found.model.continuous.Qc if name == "Qc" else getattr(found.model, name)
         errors = found.standard_errors.get(name, np.full(value.shape, np.nan))
         for at in np.ndindex(value.shape):
-            if name in ("Q", "R", "P0") and (at[1] > at[0] or (value[at] == 0 and np.isnan(errors[at]))):
+            if name in ("Q", "Qc", "R", "P0") and (at[1] > at[0] or (value[at] == 0 and np.isnan(errors[at]))):
                 continue
             yield f"{name}[{','.join(map(str, at))}]", f"{value[at]:.6g}", _number(errors[at])
+
+
+def _names(found: Fit, free: list[str]) -> list[str]:
+    """What was estimated where Q is free: of records at irregular times Qc"""
+    return ["Qc" if name == "Q" and found.model.continuous is not None else name for name in free]
 
 
 def _number(value: float) -> str:
@@ -131,7 +142,8 @@ def _for_machines(found: Fit, free: list[str]) -> dict[str, Any]:
     told = {name: getattr(found, name) for name in (
         "log_likelihood", "converged", "message", "distance", "evaluations", "course", "em_evaluations", "boundary",
         "undetermined")}
-    return {**told, **{name: getattr(found.model, name) for name in free}, "standard_errors": found.standard_errors}
+    values = {name: found.model.continuous.Qc if name == "Qc" else getattr(found.model, name) for name in _names(found, free)}
+    return {**told, **values, "standard_errors": found.standard_errors}
 
 
 command = command_of(Options, fit_files)

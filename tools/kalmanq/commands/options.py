@@ -116,8 +116,10 @@ def refuse_compiled(is_compiled: bool, model: AnyModel, arithmetic: str = "f32")
 
 def read_any(path: Path, data: Optional[Source] = None) -> AnyModel:
     """A linear model of a TOML file, a nonlinear one of a Python file; data: whose --jitter it takes."""
-    if Path(path).suffix == nonlinear_file.SUFFIX:
-        return nonlinear_file.read(path)
-    made = model_file.read(path)
+    is_nonlinear = Path(path).suffix == nonlinear_file.SUFFIX
+    return nonlinear_file.read(path) if is_nonlinear else jittered(model_file.read(path), data)
+
+
+def jittered(model: Model, data: Optional[Source]) -> Model:
     share = None if data is None else data.layout.jitter
-    return made if share is None or made.continuous is None else made.jittered(share)
+    return model if share is None or model.continuous is None else model.jittered(share)

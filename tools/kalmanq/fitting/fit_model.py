@@ -9,8 +9,10 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from kalmanq.core import ffi, lib
+from kalmanq.data.rows import Rows
 from kalmanq.errors import KalmanqError
 from kalmanq.fitting.choice import Choice
+from kalmanq.fitting.densities import fit_densities
 from kalmanq.fitting.expectation import Records
 from kalmanq.fitting.findings import Findings, findings
 from kalmanq.fitting.likelihood import likelihood
@@ -53,7 +55,8 @@ class Fit:
 
 
 def fit(model: Model, records: Sequence[ArrayLike], free: Sequence[str] = ("Q", "R"), *,
-        u: Optional[Sequence[Optional[ArrayLike]]] = None, method: str = "both", Q_form: str = "full",
+        u: Optional[Sequence[Optional[ArrayLike]]] = None, times: Optional[Sequence[Optional[ArrayLike]]] = None,
+        method: str = "both", Q_form: str = "full",
         R_form: str = "full", held: Optional[Mapping[str, ArrayLike]] = None, starts: int = 1, seed: int = 0,
         iterations: int = 1000, tolerance: float = 1e-6, arithmetic: str = "f64",
         report: Optional[Callable[[int, float], None]] = None) -> Fit:
@@ -64,6 +67,8 @@ def fit(model: Model, records: Sequence[ArrayLike], free: Sequence[str] = ("Q", 
     free        of A, H, Q, R, x0, P0, by name.  H and Q are determined only as H^2 Q, but for what a known P0 tells:
                 leave one out, or hold an entry
     u           for each record T x l, or None
+    times       for each record T, or None, of a model in continuous time.  Where its steps are not all dt, Q is Qc: Qc and R can
+                be free, by maximum likelihood; standard_errors has "Qc"
     method      "em" (Shumway and Stoffer 1982), "ml" (BFGS over the likelihood, with Fisher's gradient, Segal and
                 Weinstein 1989), or "both": a few iterations of EM, then ML
     Q_form      "full", "diagonal", or "multiple": of what it is.  Q of a model with G is G Q' G', of Q' this form
@@ -87,6 +92,12 @@ def fit(model: Model, records: Sequence[ArrayLike], free: Sequence[str] = ("Q", 
     if not tolerance >= 0:
         raise KalmanqError(f"tolerance: {tolerance} is not at least 0")
     made = Records(model, records, u)
+    at_times = _at_times(model, made, times)
+    if at_times:
+        if method == "em" or held or starts > 1:
+            raise KalmanqError("records at irregular times are fitted from one start by maximum likelihood, and nothing is held: "
+                               "leave out --method em, --hold and --starts")
+        return Fit(**fit_densities(model, at_times, free, {"Q": Q_form, "R": R_form}, iterations, tolerance, report)._asdict())
     task = Task(model, made, Choice(model, free, Q_form, R_form, held), method, iterations, tolerance, arithmetic,
                 report)
     if method == "em":
@@ -97,6 +108,16 @@ def fit(model: Model, records: Sequence[ArrayLike], free: Sequence[str] = ("Q", 
     random = np.random.default_rng(seed)
     ended = [one_start(task)] + [one_start(task, random) for _ in range(starts - 1)]
     return _fit_of(task, max(ended, key=lambda one: float(np.nan_to_num(one.value, nan=-np.inf))), ended)
+
+
+def _at_times(model: Model, records: Records, times: Optional[Sequence[Optional[ArrayLike]]]) -> list[Rows]:
+    """The records with their times; empty where all steps are dt"""
+    if times is None:
+        return []
+    made = [Rows.of(model, z, u, one) for z, u, one in zip(records.z, records.u, times)]
+    of = model.continuous
+    is_varying = of and any(one.times is not None and np.any(of.between(one.times) != of.dt) for one in made)
+    return made if is_varying else []
 
 
 def _require_counts(**given: tuple[int, int]) -> None:

@@ -115,6 +115,17 @@ class Model:
         made.continuous = of
         return made
 
+    def with_noise(self, Qc: Optional[np.ndarray], R: Optional[np.ndarray]) -> Model:
+        """A model in continuous time with another Qc, or R; None: as it is"""
+        of = self.continuous
+        assert of is not None
+        made = self.changed(R=self.R if R is None else R)
+        if Qc is None:
+            return made
+        other = made.changed(Q=replace(of, Qc=_fixed(Qc)).step(of.dt)[1])
+        other.continuous = replace(of, Qc=_fixed(Qc))
+        return other
+
     def jittered(self, share: float) -> Model:
         """A model in continuous time with another jitter"""
         assert self.continuous is not None
