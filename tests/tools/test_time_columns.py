@@ -11,7 +11,7 @@ import pytest
 from command import kalmanq
 
 from kalmanq import Filter, KalmanqError, KalmanqWarning, Smoother
-from kalmanq.data import tables
+from kalmanq.data import joining, tables
 from kalmanq.data.layouts import Layout, Source
 from kalmanq.model import model_file
 
@@ -71,7 +71,7 @@ def data_of(head: str, cells, seed: int = 1) -> str:
 
 def read(path, model, **layout):
     source = Source(path, Layout(**layout))
-    return tables.record(source, model)
+    return joining.record(source, model)
 
 
 FORMS = {
@@ -299,4 +299,4 @@ def test_other_commands_say_that_rows_are_steps(tmp_path):
         tables.measurements_and_controls(source, model_file.read(model))
     with warnings.catch_warnings():
         warnings.simplefilter("error")
-        assert tables.record(source, model_file.read(model))[2] is not None
+        assert joining.record(source, model_file.read(model))[2] is not None

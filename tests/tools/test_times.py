@@ -178,7 +178,8 @@ def test_a_fit_of_several_entries_and_records():
 
 def test_a_fit_of_steps_of_dt_is_the_one_without_times():
     z = simulate(cart(), 200, 1)[1]
-    without, with_times = (fit(cart(), [z], ("Q", "R"), Q_form="multiple", times=times) for times in (None, [0.2 * np.arange(200)]))
+    without, with_times = (fit(cart(), [z], ("Q", "R"), Q_form="multiple", times=times)
+                           for times in (None, [0.2 * np.arange(200)]))
     assert without.log_likelihood == with_times.log_likelihood and np.array_equal(without.model.Q, with_times.model.Q)
 
 

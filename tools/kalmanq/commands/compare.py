@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Optional
+from typing import List, Optional
 
 import numpy as np
 import typer
@@ -12,10 +12,10 @@ from rich.console import Console
 from rich.table import Table
 
 from kalmanq.commands.messages import print_json, table, tell_written
-from kalmanq.commands.options import ANY_MODEL, COMPILED, DATA, JSON, command_of, read_any, refuse_compiled, require_steps
+from kalmanq.commands.options import ANY_MODEL, COMPILED, DATAS, JSON, command_of, read_any, refuse_compiled, require_steps
 from kalmanq.compiler.equation_run import COMPILED as BESIDE
 from kalmanq.compiler.simulation import compiled_run
-from kalmanq.data import tables
+from kalmanq.data import joining, tables
 from kalmanq.errors import KalmanqError
 from kalmanq.model import Model
 from kalmanq.nonlinear import NonlinearModel
@@ -28,7 +28,7 @@ SHOWN = 4  # states in the table; the JSON has all
 @dataclass(frozen=True)
 class Options:
     model: Path = ANY_MODEL
-    data: Path = DATA
+    data: List[Path] = DATAS
     plot: Optional[Path] = typer.Option(None, "--plot", metavar="OUT.png", help="Errors over the rows.")
     compiled: bool = COMPILED
     json: bool = JSON
@@ -38,7 +38,7 @@ def compare_file(options: Options, console: Console) -> None:
     model = read_any(options.model, options.data)
     refuse_compiled(options.compiled, model)
     if isinstance(model, Model):
-        z, u, times = tables.record(options.data, model)
+        z, u, times = joining.record(options.data, model)
         if options.compiled:
             require_steps(model, times, "--compiled")
         errors, figures = compare(model, z, u, {"compiled": compiled_run} if options.compiled else {}, times)
@@ -49,8 +49,9 @@ def compare_file(options: Options, console: Console) -> None:
     elif model.has_errors:
         raise KalmanqError("of error states f32 is compared with double by kalmanq compile: it is in NAME_report.txt")
     else:
+        joining.refuse_several(options.data, model)
         true_states = [f"{name}_true" for name in model.state_names]  # where there is one for each state
-        z, u, truth = tables.measurements_controls_and(options.data, model, true_states)
+        z, u, truth = tables.measurements_controls_and(options.data[0], model, true_states)
         errors, figures = arithmetics(model, z, u, BESIDE if options.compiled else {})
         found = compare_methods(model, z, u, truth)
         _draw(options, errors)
@@ -65,7 +66,7 @@ def _draw(options: Options, errors: dict[str, np.ndarray]) -> None:
     if options.plot:
         from kalmanq.pages import pictures
 
-        pictures.save(pictures.draw_errors(errors), options.plot, [options.data, options.model])
+        pictures.save(pictures.draw_errors(errors), options.plot, [*options.data, options.model])
 
 
 def _table(figures: dict[str, dict], name: str, rows: int) -> Table:

@@ -14,7 +14,7 @@ from rich.table import Table
 
 from kalmanq.commands.messages import NO_MAXIMUM, print_json, stop, tell_written
 from kalmanq.commands.options import JSON, MODEL, choices, command_of, jittered
-from kalmanq.data import tables
+from kalmanq.data import joining
 from kalmanq.data.files import refuse_one_output, whole
 from kalmanq.errors import KalmanqError
 from kalmanq.fitting import Fit, fit
@@ -55,7 +55,7 @@ def fit_files(options: Options, console: Console) -> None:
     if not free:
         raise KalmanqError("--free: names nothing")
     require_units(model, free, held)
-    records = [tables.record(path, model) for path in options.data]
+    records = [joining.record(path, model) for path in options.data]
     found = _fit(options, console, model, records, free, held)
     inputs = [options.model, *options.data]
     if options.out:

@@ -33,6 +33,7 @@ ChipArithmetic = choices("ChipArithmetic", (name for name in ARITHMETICS if name
 MODEL = typer.Argument(..., metavar="MODEL", help="A model file (TOML).")
 ANY_MODEL = typer.Argument(..., metavar="MODEL", help="A model file (TOML); or a nonlinear one (.py), which is executed.")
 DATA = typer.Argument(..., metavar="DATA.csv", help="Measurements and controls, by name; empty: missing; - is the standard input.")
+DATAS = typer.Argument(..., metavar="DATA.csv...", help="As DATA.csv; several are joined by their times.")
 JSON = typer.Option(False, "--json", help="Print what came out for machines.")
 ARITHMETIC = typer.Option("f64", "--arith", help="The numbers that the chip will have.")
 COMPILED = typer.Option(False, "--compiled", help="Through the C that kalmanq compile writes, on this machine.")
@@ -54,7 +55,7 @@ LAYOUT = {
         None, "--time", metavar="COLUMN", help="Of times, such as 't [ms]'; none: rows are steps; found by its name if left out.")),
     "sort": (bool, typer.Option(False, "--sort", help="Rows by their times.")),
     "jitter": (Optional[float], typer.Option(
-        None, "--jitter", metavar="SHARE", min=0, max=0.49, help="A step that is off from a multiple of dt by this share of dt is that.")),
+        None, "--jitter", metavar="SHARE", min=0, max=0.49, help="Of dt: a step that is off from a multiple of it by less is that.")),
 }
 READ = ("data", "controls", "at")  # fields that are files of data
 
@@ -104,9 +105,8 @@ def require_steps(model: Model, times: Optional[np.ndarray], what: str) -> None:
     steps, dt = model.continuous.between(times), model.continuous.dt
     if np.any(steps != dt):
         at = int(np.argmax(steps != dt))
-        raise KalmanqError(f"{what}: a filter of steps of dt = {dt:g} alone, and the time from {times[at]:g} s to {times[at + 1]:g} s "
-                           f"is none: leave {what} out; --jitter takes steps that are nearly dt for dt; --time none takes each row "
-                           "for a step")
+        raise KalmanqError(f"{what}: a filter of steps of dt = {dt:g} alone, and from {times[at]:g} s to {times[at + 1]:g} s is none: "
+                           f"leave {what} out; --jitter takes steps that are nearly dt for dt; --time none takes each row for one")
 
 
 def refuse_compiled(is_compiled: bool, model: AnyModel, arithmetic: str = "f32") -> None:
@@ -114,12 +114,12 @@ def refuse_compiled(is_compiled: bool, model: AnyModel, arithmetic: str = "f32")
         raise KalmanqError("--compiled --arith q31: a nonlinear model is compiled in f32 and f64")
 
 
-def read_any(path: Path, data: Optional[Source] = None) -> AnyModel:
-    """A linear model of a TOML file, a nonlinear one of a Python file; data: whose --jitter it takes."""
+def read_any(path: Path, data: Any = None) -> AnyModel:
+    """A linear model of a TOML file, a nonlinear one of a Python file; data: a file or several, whose --jitter it takes."""
     is_nonlinear = Path(path).suffix == nonlinear_file.SUFFIX
     return nonlinear_file.read(path) if is_nonlinear else jittered(model_file.read(path), data)
 
 
-def jittered(model: Model, data: Optional[Source]) -> Model:
-    share = None if data is None else data.layout.jitter
+def jittered(model: Model, data: Any) -> Model:
+    share = None if data is None else (data[0] if isinstance(data, list) else data).layout.jitter
     return model if share is None or model.continuous is None else model.jittered(share)

@@ -4,14 +4,15 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from pathlib import Path
+from typing import List
 
 import typer
 from rich.console import Console
 
 from kalmanq.commands.messages import tell_written
 from kalmanq.commands.options import (
-    ANY_MODEL, ARITHMETIC, COMPILED, DATA, Arithmetic, command_of, read_any, refuse_compiled, require_steps)
-from kalmanq.data import tables
+    ANY_MODEL, ARITHMETIC, COMPILED, DATAS, Arithmetic, command_of, read_any, refuse_compiled, require_steps)
+from kalmanq.data import joining
 from kalmanq.data.files import refuse_output, whole
 from kalmanq.errors import KalmanqError
 from kalmanq.nonlinear import NonlinearModel
@@ -21,24 +22,24 @@ from kalmanq.pages import report, verdict
 @dataclass(frozen=True)
 class Options:
     model: Path = ANY_MODEL
-    data: Path = DATA
+    data: List[Path] = DATAS
     out: Path = typer.Option(..., "-o", "--out", metavar="REPORT.html", help="One page that stands by itself.")
     arithmetic: Arithmetic = ARITHMETIC
     compiled: bool = COMPILED
 
 
 def report_file(options: Options, console: Console) -> None:
-    refuse_output(options.out, [options.model, options.data])
+    refuse_output(options.out, [options.model, *options.data])
     model = read_any(options.model, options.data)
     if isinstance(model, NonlinearModel) and model.has_errors:
         raise KalmanqError("of error states there is no report; kalmanq simulate --runs judges them")
     refuse_compiled(options.compiled, model, options.arithmetic)
-    z, u, times = tables.record(options.data, model, has_to_fit=options.arithmetic == "q31")
+    z, u, times = joining.record(options.data, model, has_to_fit=options.arithmetic == "q31")
     if options.compiled:
         require_steps(model, times, "--compiled")
     study = report.made_of(model, z, u, options.arithmetic, options.compiled, times)
-    text = report.page_of(study, options.model, options.data.name)
-    with whole(options.out, [options.model, options.data]) as path:
+    text = report.page_of(study, options.model, " and ".join(one.name for one in options.data))
+    with whole(options.out, [options.model, *options.data]) as path:
         path.write_text(text, encoding="utf-8")
     console.print(verdict.headline(study.found))
     if options.compiled:

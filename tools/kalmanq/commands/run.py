@@ -8,7 +8,7 @@ from contextlib import ExitStack
 from dataclasses import dataclass, replace
 from functools import partial
 from pathlib import Path
-from typing import Any, Callable, Iterator, Optional
+from typing import Any, Callable, Iterator, List, Optional
 
 import numpy as np
 import typer
@@ -16,12 +16,12 @@ from rich.console import Console
 
 from kalmanq.commands.messages import print_json, table, tell_written
 from kalmanq.commands.options import (
-    ANY_MODEL, ARITHMETIC, COMPILED, DATA, JSON, AnyModel, Arithmetic, choices, command_of, read_any, refuse_compiled,
+    ANY_MODEL, ARITHMETIC, COMPILED, DATAS, JSON, AnyModel, Arithmetic, choices, command_of, read_any, refuse_compiled,
     require_steps)
 from kalmanq.compiler.equation_run import CompiledEquations
 from kalmanq.compiler.simulation import CompiledFilter
 from kalmanq.core import names_of
-from kalmanq.data import tables
+from kalmanq.data import joining, tables
 from kalmanq.data.files import refuse_one_output, refuse_output
 from kalmanq.data.rows import Rows
 from kalmanq.errors import KalmanqError, KalmanqWarning
@@ -42,7 +42,7 @@ LOOKED_AT = 10  # rows at which a nonlinear model's own Jacobians are compared w
 @dataclass(frozen=True)
 class Options:
     model: Path = ANY_MODEL
-    data: Path = DATA
+    data: List[Path] = DATAS
     arithmetic: Arithmetic = ARITHMETIC
     smooth: bool = typer.Option(False, "--smooth", help="Each row given all rows, too.")
     lag: Optional[int] = typer.Option(None, "--lag", metavar="L", min=0, help="The state L rows ago, too.")
@@ -135,7 +135,7 @@ class _FileRun:
                     timed = {} if self.times is None else {"time": self.times}
                     columns = {"step": np.arange(first, first + len(run)), **timed, **run.columns()}
                     write = write or stack.enter_context(
-                        tables.writing(options.out, list(columns), [options.data, options.model]))
+                        tables.writing(options.out, list(columns), [*options.data, options.model]))
                     write(columns.values())
             if not self.rows:
                 raise KalmanqError("no rows")
@@ -158,7 +158,7 @@ class _FileRun:
         given = {} if self.is_nonlinear or options.compiled else {"robust": Robust(options.robust) if options.robust else None}
         for first, block, z, u in self._blocks():
             timed = {} if block.times is None or options.compiled or options.way else {"times": block.times}
-            run = self._run(partial(self.filter.run, **given, **timed), z, u, block.line)
+            run = self._run(partial(self.filter.run, **given, **timed), z, u, block.place)
             if first == 0 and self.is_nonlinear and options.method not in BY_POINTS:
                 self._warn_of_jacobians(run, u)
             yield first, z, run
@@ -168,13 +168,13 @@ class _FileRun:
         options, out = self.options, self.options.out
         folder = out.resolve().parent if out and (out.is_file() or not out.exists()) else Path(tempfile.gettempdir())
         smoother = stack.enter_context(StreamedSmoother(self.model, options.arithmetic, folder, BLOCK))
-        begin, lines = 0, None  # the first row's line; each one's, where they were sorted
+        begun = None  # the first block, which knows how rows are named
         for first, block, z, u in self._blocks():
-            begin, lines = begin or block.first_row, block.lines
+            begun = begun or block
             smoother.add(Rows(z, u, block.times))
         for first, rows in smoother.rows():
-            self._run(lambda *_: smoother.take(rows), rows.z, rows.u,
-                      lambda row: begin + first + row if lines is None else int(lines[first + row]))
+            self._run(lambda *_: smoother.take(rows), rows.z, rows.u, replace(begun, times=rows.times).place if begun.is_joined else
+                      lambda row: begun.place(first + row))
         self.filter = smoother.filter
         for first, rows, run in smoother.smoothed():
             self.events |= run.events
@@ -184,7 +184,7 @@ class _FileRun:
     def _blocks(self) -> Iterator[tuple[int, tables.Block, np.ndarray, Optional[np.ndarray]]]:
         """First step, its block, measurements and controls; a nonlinear smoother takes all rows at once."""
         options, model, first = self.options, self.model, 0
-        blocks = tables.blocks_of(options.data, model, BLOCK, has_to_fit=options.arithmetic == "q31")
+        blocks = joining.blocks_of(options.data, model, BLOCK, has_to_fit=options.arithmetic == "q31")
         if options.smooth and self.is_nonlinear:
             blocks = iter([tables.joined(list(blocks))])
         for block in blocks:
@@ -201,14 +201,15 @@ class _FileRun:
             require_steps(self.model, np.concatenate([before, times]), "--compiled" if self.options.compiled else "--as")
         self.times, self.last_time = times, float(times[-1])
 
-    def _run(self, run: Callable[..., Run], z: np.ndarray, u: Optional[np.ndarray], line: Callable[[int], int]) -> Run:
+    def _run(self, run: Callable[..., Run], z: np.ndarray, u: Optional[np.ndarray], place: Callable[[int], str]) -> Run:
         """The run of a block, counted; an error names the row of the file."""
         try:
             made = run(z, u)
         except KalmanqError as problem:
             if problem.row is None:
                 raise
-            raise KalmanqError(f"{self.options.data}: row {line(problem.row)}: {problem.text}", problem.status) from problem
+            files = ", ".join(map(str, self.options.data))
+            raise KalmanqError(f"{files}: {place(problem.row)}: {problem.text}", problem.status) from problem
         self.rows += len(made)
         self.taken += int(made.taken.clip(0).sum())
         self.missing += int(np.isnan(z).sum())
@@ -235,7 +236,7 @@ class _FileRun:
             setattr(whole, name, None if parts[0] is None else np.vstack(parts))
         band = (np.array([f.mean for f in ahead]), np.array([f.sigma for f in ahead])) if ahead else None
         picture = pictures.draw_run(whole, np.vstack([z for z, _ in self.kept]), band)
-        pictures.save(picture, self.options.plot, [self.options.data, self.options.model])
+        pictures.save(picture, self.options.plot, [*self.options.data, self.options.model])
 
     def _event_names(self) -> list[str]:
         return self.filter.event_names if self.options.compiled else names_of(self.events)

@@ -206,12 +206,16 @@ def unit_of(cell: str) -> str:
     return (found.group(2) or found.group(3) or "").strip() if found else ""
 
 
-def place_of(source: Source, cells: Sequence[str], name: str, unit: str, line: int) -> int:
-    """The column of that name, or the only one of that name with a unit behind it"""
+def places_of(source: Source, cells: Sequence[str], name: str) -> list[int]:
+    """The columns of that name, or of that name with a unit behind it"""
     column = source.layout.rename.get(name, name)
     found = [k for k, cell in enumerate(cells) if cell == column]
-    if not found:
-        found = [k for k, cell in enumerate(cells) if without_unit(cell) == column]
+    return found or [k for k, cell in enumerate(cells) if without_unit(cell) == column]
+
+
+def place_of(source: Source, cells: Sequence[str], name: str, unit: str, line: int) -> int:
+    """The one of them"""
+    column, found = source.layout.rename.get(name, name), places_of(source, cells, name)
     if len(found) > 1:
         raise TableError(source, f"the column {column} is there twice", line)
     if not found:

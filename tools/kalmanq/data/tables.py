@@ -16,7 +16,7 @@ import numpy as np
 
 from kalmanq.data.files import whole
 from kalmanq.data.layouts import (
-    AnySource, Numbers, Source, TableError, has_decimal_comma, opened, place_of, separator_of, source_of)
+    AnySource, Numbers, Source, TableError, has_decimal_comma, opened, place_of, places_of, separator_of, source_of)
 from kalmanq.data.time_columns import TimeColumn, refuse_unknown_unit
 from kalmanq.data.times import Times, time_column
 from kalmanq.errors import KalmanqError, KalmanqWarning
@@ -26,15 +26,24 @@ from kalmanq.model import Model, Quantity
 @dataclass(frozen=True)
 class Block:
     """Some rows of a file; first_row: the line in the file of the first of them; lines: of each, where rows were sorted;
-    times: of each, in seconds since the first row of all"""
+    times: of each, in seconds since the first row of all; is_joined: of several files"""
 
     first_row: int
     columns: dict[str, np.ndarray]
     times: Optional[np.ndarray] = None
     lines: Optional[np.ndarray] = None
+    is_joined: bool = False
+
+    @property
+    def length(self) -> int:
+        return len(next(iter(self.columns.values()))) if self.columns else len(self.times)
 
     def line(self, row: int) -> int:
         return self.first_row + row if self.lines is None else int(self.lines[row])
+
+    def place(self, row: int) -> str:
+        """How a message names it"""
+        return f"at {self.times[row]:.9g} s" if self.is_joined else f"row {self.line(row)}"
 
 
 RESAMPLE = "resample the data, with empty rows where there are none"  # where rows are steps, and their times irregular
@@ -50,28 +59,31 @@ def read(data: AnySource, wanted: Sequence[Union[str, Quantity]], rows: int = 65
     dt          of a model in continuous time: a column of times is read, too; otherwise it is warned of where it is irregular
     cure        of that
     """
-    source = source_of(data)
+    with opened_table(source_of(data), wanted, optional, has_to_fit, dt, cure) as table:
+        yield from table.all_blocks(rows)
+
+
+@contextmanager
+def opened_table(source: Source, wanted: Sequence[Union[str, Quantity]], optional: Sequence[str] = (), has_to_fit: bool = False,
+                 dt: Optional[float] = None, cure: str = RESAMPLE, may_lack: bool = False) -> Iterator[Table]:
+    """As `read`; may_lack: it has some of the columns, and may be one of several files"""
     for option, is_given in (("--sort", source.layout.sort), ("--jitter", source.layout.jitter is not None)):
         if is_given and dt is None:
             raise KalmanqError(f"{option}: where rows are at their times: of a linear model with F, Qc and dt")
     with opened(source) as text:
-        made = _Table(source, text, [_quantity(one) for one in wanted], optional, has_to_fit, dt, cure)
-        if source.layout.sort:
-            yield made.sorted(rows)
-        else:
-            yield from made.blocks(rows)
+        yield Table(source, text, [_quantity(one) for one in wanted], optional, has_to_fit, dt, cure, may_lack)
 
 
 def _quantity(one: Union[str, Quantity]) -> Quantity:
     return Quantity(one) if isinstance(one, str) else one
 
 
-class _Table:
-    """A text that is read once from its beginning to its end."""
+class Table:
+    """A text that is read once from its beginning to its end.  times: its column of times, if it is read"""
 
     def __init__(self, source: Source, text: TextIO, wanted: Sequence[Quantity], optional: Sequence[str],
-                 has_to_fit: bool, dt: Optional[float], cure: str, is_alone: bool = True):
-        self._source, self._has_to_fit, self._cure, self._is_alone = source, has_to_fit, cure, is_alone
+                 has_to_fit: bool, dt: Optional[float], cure: str, may_lack: bool):
+        self.source, self._has_to_fit, self._cure, self._is_alone = source, has_to_fit, cure, not may_lack
         self._beyond: dict[str, tuple[str, int, int]] = {}  # of a quantity: why, the first row, how many
         self._numbers = Numbers(source.layout)
         self._wanted = list(wanted)
@@ -79,7 +91,9 @@ class _Table:
         header, rest = self._header(text)
         self._reader, cells = self._begun(header, rest)
         self._width = len(cells)
-        self._places = [place_of(source, cells, one.name, one.unit, self._line) for one in wanted]
+        if may_lack:
+            self._wanted = [one for one in wanted if places_of(source, cells, one.name)]
+        self._places = [place_of(source, cells, one.name, one.unit, self._line) for one in self._wanted]
         if optional and set(optional) <= set(cells):
             self._wanted += map(_quantity, optional)
             self._places += [place_of(source, cells, name, "", self._line) for name in optional]
@@ -88,13 +102,20 @@ class _Table:
         self._judged = None if place is None or self.times else Times(cells[place], place)
         self._line += 1
 
+    @property
+    def names(self) -> list[str]:
+        return [one.name for one in self._wanted]
+
+    def all_blocks(self, rows: int) -> Iterator[Block]:
+        return iter([self.sorted(rows)]) if self.source.layout.sort else self.blocks(rows)
+
     def _header(self, text: TextIO) -> tuple[str, Iterator[str]]:
         """Below lines that begin with '#', and one by which a spreadsheet tells its separator"""
         lines = iter(text)
         for line in lines:
             told = re.fullmatch(r"sep=(.)\s*", line)
-            if told and not self._source.layout.separator:
-                self._source = replace(self._source, layout=replace(self._source.layout, separator=told.group(1)))
+            if told and not self.source.layout.separator:
+                self.source = replace(self.source, layout=replace(self.source.layout, separator=told.group(1)))
             if not told and not line.startswith("#"):
                 return line, lines
             self._line += 1
@@ -102,17 +123,17 @@ class _Table:
 
     def _begun(self, header: str, rest: Iterator[str]) -> tuple["csv._reader", list[str]]:
         names = [one.name for one in self._wanted]
-        for name in self._source.layout.rename:
+        for name in self.source.layout.rename:
             if name not in names:
                 raise KalmanqError(f"--rename: there is no {name}; there are {', '.join(names)}")
-        separator = separator_of(self._source, header, names, self._line)
+        separator = separator_of(self.source, header, names, self._line)
         reader = csv.reader(chain([header], rest), delimiter=separator)
         try:
             cells = [cell.strip() for cell in next(reader, [])]
         except csv.Error as problem:
-            raise TableError(self._source, str(problem), self._line) from problem
+            raise TableError(self.source, str(problem), self._line) from problem
         if not any(cells):
-            raise TableError(self._source, "empty, or without a header of names", self._line)
+            raise TableError(self.source, "empty, or without a header of names", self._line)
         return reader, cells
 
     def blocks(self, rows: int) -> Iterator[Block]:
@@ -123,7 +144,7 @@ class _Table:
                     blank += 1
                     continue
                 if blank and self._width > 1:
-                    raise TableError(self._source, "an empty row", self._line + len(block))
+                    raise TableError(self.source, "an empty row", self._line + len(block))
                 block += [[""]] * blank
                 blank = 0
                 if len(row) != self._width:
@@ -133,27 +154,27 @@ class _Table:
                     yield self._block(block)
                     block = []
         except csv.Error as problem:
-            raise TableError(self._source, str(problem), begun - 2 + self._reader.line_num) from problem
+            raise TableError(self.source, str(problem), begun - 2 + self._reader.line_num) from problem
         if not block and self._line == begun:
-            raise TableError(self._source, "no data below the header")
+            raise TableError(self.source, "no data below the header")
         if block:
             yield self._block(block)
         for why, line, count in self._beyond.values():
             more = f" (and {count - 1} more)" if count > 1 else ""
-            warnings.warn(f"{self._source}: row {line}: {why}{more}", KalmanqWarning, stacklevel=2)
+            warnings.warn(f"{self.source}: row {line}: {why}{more}", KalmanqWarning, stacklevel=2)
         if self._judged:
-            self._judged.warn(str(self._source), self._cure)
+            self._judged.warn(str(self.source), self._cure)
 
     def sorted(self, rows: int) -> Block:
         """All of it, by the times"""
         block = joined(list(self.blocks(rows)))
         if block.times is None:
-            raise TableError(self._source, "--sort: there is no column of times; --time says which it is")
+            raise TableError(self.source, "--sort: there is no column of times; --time says which it is")
         order = np.argsort(block.times, kind="stable")
         lines = block.first_row + order
         twice = np.flatnonzero(np.diff(block.times[order]) == 0)
         if len(twice):
-            raise TableError(self._source, f"has the time of row {lines[twice[0]]}, too: join the two, or leave one out",
+            raise TableError(self.source, f"has the time of row {lines[twice[0]]}, too: join the two, or leave one out",
                              int(lines[twice[0] + 1]))
         return Block(block.first_row, {name: one[order] for name, one in block.columns.items()}, block.times[order], lines)
 
@@ -161,7 +182,7 @@ class _Table:
         fields = "1 field" if len(row) == 1 else f"{len(row)} fields"
         is_decimal = any(has_decimal_comma([f"{whole},{part}"]) for whole, part in zip(row, row[1:]))
         hint = "; if its comma is a decimal one: --decimal ," if len(row) > self._width and is_decimal else ""
-        raise TableError(self._source, f"{fields}, not {self._width}{hint}", line)
+        raise TableError(self.source, f"{fields}, not {self._width}{hint}", line)
 
     def _block(self, block: list[list[str]]) -> Block:
         columns = [[row[place].strip() for row in block] for place in self._places]
@@ -188,7 +209,7 @@ class _Table:
             values[values == missing] = np.nan
         wrong = np.isinf(values)
         if np.any(wrong):
-            raise TableError(self._source, "is not representable", self._line + int(np.argmax(wrong)), one.name)
+            raise TableError(self.source, "is not representable", self._line + int(np.argmax(wrong)), one.name)
         if one.range is not None:
             self._look_at_range(one, values, one.range)
         return values
@@ -203,7 +224,7 @@ class _Table:
         why = f"{one.name} = {value} is beyond its declared range of {span:g}: --missing {value} if that stands for " \
               "nothing, otherwise a wider range in the model"
         if self._has_to_fit:
-            raise TableError(self._source, why, self._line + row)
+            raise TableError(self.source, why, self._line + row)
         before = self._beyond.get(one.name, (why, self._line + row, 0))
         self._beyond[one.name] = (*before[:2], before[2] + count)
 
@@ -211,7 +232,7 @@ class _Table:
         try:
             return self._numbers.number(cell)
         except ValueError:
-            raise TableError(self._source, f"{cell[:40]!r} is not a number{self._numbers.hint(cell)}", line,
+            raise TableError(self.source, f"{cell[:40]!r} is not a number{self._numbers.hint(cell)}", line,
                              name) from None
 
 
@@ -219,26 +240,12 @@ def joined(blocks: Sequence[Block]) -> Block:
     return Block(blocks[0].first_row, {name: np.concatenate([one.columns[name] for one in blocks])
                                        for name in blocks[0].columns}, *(
         None if blocks[0].times is None else np.concatenate([one.times for one in blocks]),
-        None if blocks[0].lines is None else np.concatenate([one.lines for one in blocks])))
-
-
-def blocks_of(data: AnySource, model: Any, rows: int = 65536, **more: Any) -> Iterator[Block]:
-    """A model's columns and, where it is in continuous time, the times"""
-    of = getattr(model, "continuous", None)
-    return read(data, [*model.measurements, *model.controls], rows, dt=None if of is None else of.dt,
-                cure=cure_of(model), **more)
+        None if blocks[0].lines is None else np.concatenate([one.lines for one in blocks])), blocks[0].is_joined)
 
 
 def cure_of(model: Any) -> str:
     """Where its rows are at irregular times, and are steps all the same"""
     return CONTINUOUS if isinstance(model, Model) and model.continuous is None else RESAMPLE
-
-
-def record(data: AnySource, model: Any, *, has_to_fit: bool = False
-           ) -> tuple[np.ndarray, Optional[np.ndarray], Optional[np.ndarray]]:
-    """All rows of a model's columns: z (T x m), u (T x l) or None, and times (T) or None"""
-    block = joined(list(blocks_of(data, model, has_to_fit=has_to_fit)))
-    return *split(block, model, data), block.times
 
 
 def measurements_and_controls(data: AnySource, model: Any, *,
@@ -257,16 +264,17 @@ def measurements_controls_and(data: AnySource, model: Any, others: Sequence[str]
     return z, u, np.column_stack([block.columns[name] for name in others]) if is_there else None
 
 
-def split(block: Block, model: Any, data: AnySource) -> tuple[np.ndarray, Optional[np.ndarray]]:
+def split(block: Block, model: Any, data: Any) -> tuple[np.ndarray, Optional[np.ndarray]]:
     z = np.column_stack([block.columns[one.name] for one in model.measurements])
     return z, controls_in(block, model.controls, data) if model.controls else None
 
 
-def controls_in(block: Block, controls: Sequence[Quantity], data: AnySource) -> np.ndarray:
+def controls_in(block: Block, controls: Sequence[Quantity], data: Any) -> np.ndarray:
     u = np.column_stack([block.columns[one.name] for one in controls])
     if np.any(np.isnan(u)):
         row, column = map(int, np.argwhere(np.isnan(u))[0])
-        raise TableError(source_of(data), "a control is missing", block.line(row), controls[column].name)
+        source = source_of(data[0] if isinstance(data, (list, tuple)) else data)
+        raise TableError(source, "a control is missing", block.line(row), controls[column].name)
     return u
 
 

@@ -22,10 +22,11 @@ UNIT_KNOWN = 30.0  # a median step within this of dt, either way, is in the unit
 
 @dataclass(frozen=True)
 class Origin:
-    """What seconds are counted from: a whole number of `per_second`, of numbers, dates or clocks"""
+    """What seconds are counted from: a whole number of `per_second`, and a part, of numbers, dates or clocks"""
 
     kind: str
     count: int
+    part: float
     per_second: float
 
 
@@ -73,7 +74,7 @@ class TimeColumn:
             self._per_second = PER_SECOND[self.unit] if self.unit else guessed
         self._base = 0
         self._base = int(self._parsed([cell], line)[0])
-        self.origin = self.origin or Origin(self._kind, self._base, self._per_second)
+        self.origin = self.origin or Origin(self._kind, self._base, float(self._parsed([cell], line)[0]), self._per_second)
         if self.origin.kind != self._kind:
             raise TableError(self.source, f"the times are {self._kind}, those of the other file {self.origin.kind}: write both "
                              "alike", line, self.name)
@@ -87,8 +88,8 @@ class TimeColumn:
     def _seconds(self, cells: Sequence[str], line: int) -> np.ndarray:
         made, of = self._parsed(cells, line), self.origin
         if of.per_second == self._per_second:
-            return (made + (self._base - of.count)) / self._per_second
-        return made / self._per_second + (self._base / self._per_second - of.count / of.per_second)
+            return (made + (self._base - of.count) - of.part) / self._per_second
+        return made / self._per_second + (self._base / self._per_second - of.count / of.per_second) - of.part / of.per_second
 
     def _parsed(self, cells: Sequence[str], line: int) -> np.ndarray:
         """In the column's unit, less the base"""
@@ -153,6 +154,8 @@ class TimeColumn:
 
 def refuse_unknown_unit(columns: Sequence[TimeColumn]) -> None:
     """Of numbers without a unit; columns: of files that are read together, of which the one with the shortest steps tells"""
+    if not columns:
+        return
     least = min(columns, key=lambda one: one.step if one.step == one.step else np.inf)
     if any(one.unit or one._kind != "numbers" for one in columns) or not least.step > 0:
         return

@@ -81,7 +81,7 @@ class Densities:
                  report: Optional[Callable[[int, float], None]]):
         for name in free:
             if name not in ("Q", "R"):
-                raise KalmanqError(f"{name} of records at irregular times is not fitted, Q (of which Qc is) and R are: leave it out "
+                raise KalmanqError(f"{name} of records at irregular times is not fitted, Q (that is Qc) and R are: leave it out "
                                    "of --free; --time none takes each row for a step of dt")
         self.model, self.records, self.report, self.evaluations = model, records, report, 0
         rows = sum(map(len, records))
@@ -106,7 +106,8 @@ class Densities:
             raise KalmanqError(f"{said} is singular: --{name.lower()}-form multiple fits its size")
         if form == "diagonal" and np.any(start - np.diag(np.diag(start))):
             raise KalmanqError(f"{said} is not diagonal, and is to be")
-        return Cholesky(name, start, ~np.eye(len(axes), dtype=bool) if form == "diagonal" else np.zeros(start.shape, bool), rows)
+        held = ~np.eye(len(axes), dtype=bool) if form == "diagonal" else np.zeros(start.shape, bool)
+        return Cholesky(name, start, held, rows)
 
     def _part(self, name: str, inside: np.ndarray) -> np.ndarray:
         made = np.zeros((*self.whole[name].shape, *inside.shape[2:]))

@@ -44,6 +44,14 @@ class Gaps:
     min_run: Optional[int] = None
 
 
+@dataclass(frozen=True)
+class Sensor:
+    """Measurements, by name, that come together: of a file, they are all there or none is"""
+
+    name: str
+    measurements: tuple[str, ...]
+
+
 Quantities = Optional[Sequence[Union[Quantity, str]]]
 
 
@@ -63,6 +71,7 @@ class Model:
     unknown  the states, by name or number, of which nothing is known at first; "all"
 
     Model.of_continuous(F, H, R, Qc, dt=...) makes a model of x' = F x + B u + noise.  `continuous` then has it, otherwise None.
+    `sensors`: of a model file that names them.
 
     All arrays become read-only arrays of float64.  `n`, `m`, `l` are the sizes.
     ModelError names what does not fit.
@@ -76,6 +85,7 @@ class Model:
         self.name = name
         self.gaps = gaps
         self.continuous: Optional[Continuous] = None
+        self.sensors: tuple[Sensor, ...] = ()
         self.A = _square("A", A)
         self.n = len(self.A)
         self.H = _rows("H", H, self.n)
@@ -158,6 +168,7 @@ class Model:
             made["Q"] = None
         other = Model(**{**made, **what})  # type: ignore[arg-type]
         other.continuous = None if what.keys() & {"A", "B", "Q", "G"} else self.continuous
+        other.sensors = () if what.keys() & {"measurements"} else self.sensors
         return other
 
     def __repr__(self) -> str:

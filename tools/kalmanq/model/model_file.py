@@ -1,8 +1,11 @@
 """Model files: TOML, one model a file.
 
     [model]         A, B, H, Q (or G), R, x0, P0 as nested arrays, a vector flat; or builder = "..." with its
-                    parameters; or in the place of A and Q: F, Qc and dt of x' = F x + B u + noise.  P0 = "unknown", or "unknown" in the place of a state's variance.
+                    parameters; or in the place of A and Q: F, Qc and dt of x' = F x + B u + noise, and jitter, a share of dt.
+                    P0 = "unknown", or "unknown" in the place of a state's variance.
     [states], [measurements], [controls]   names, units, ranges, fractions: a list each, one for each of them
+    [[sensors]]     in the place of H, R and [measurements], one for each: name, measurements (names), H, R, units, ranges,
+                    fractions
     [gaps]          max_gap, min_run
 """
 
@@ -18,7 +21,7 @@ import numpy as np
 
 from kalmanq.errors import KalmanqError, ModelError
 from kalmanq.model import builders
-from kalmanq.model.model import Gaps, Model, Quantity
+from kalmanq.model.model import Gaps, Model, Quantity, Sensor
 
 if sys.version_info >= (3, 11):
     import tomllib
@@ -35,11 +38,20 @@ SECTIONS = {
     "measurements": ("names", "units", "ranges", "fractions"),
     "controls": ("names", "units", "ranges", "fractions"),
     "gaps": ("max_gap", "min_run"),
+    "sensors": ("name", "measurements", "H", "R", "units", "ranges", "fractions"),
 }
 
 
 class ModelFileError(KalmanqError):
     """PATH: line N: KEY: what was expected."""
+
+
+class SensorError(ModelError):
+    """Of sensor `number`, counted from 0"""
+
+    def __init__(self, number: int, problem: ModelError):
+        super().__init__(problem.key, problem.reason)
+        self.number = number
 
 
 def read(path: Path) -> Model:
@@ -65,8 +77,9 @@ def read(path: Path) -> Model:
         section = "model"
         return _model(path, given)
     except ModelError as problem:
-        section = problem.key if problem.key in SECTIONS else section
-        line_number = line_of(text, section, problem.key)
+        number = problem.number if isinstance(problem, SensorError) else 0
+        section = "sensors" if isinstance(problem, SensorError) else problem.key if problem.key in SECTIONS else section
+        line_number = line_of(text, section, problem.key, number)
         where = f"line {line_number}: " if line_number else ""
         raise ModelFileError(f"{path}: {where}{problem}") from None
     except KalmanqError as problem:
@@ -86,13 +99,14 @@ def _text(path: Path) -> str:
         raise ModelFileError(f"{path}: is not UTF-8 text") from None
 
 
-def line_of(text: str, section: str, key: str) -> Optional[int]:
-    """The line of [section], key = ...; that of the section where the key is not there."""
-    inside, found = False, None
+def line_of(text: str, section: str, key: str, which: int = 0) -> Optional[int]:
+    """The line of [section], key = ...; that of the section where the key is not there.  which: of several [[section]]"""
+    inside, found, seen = False, None, -1
     for number, line in enumerate(text.splitlines(), 1):
-        header = re.match(r"\s*\[\s*([\w-]+)\s*\]", line)
+        header = re.match(r"\s*\[{1,2}\s*([\w-]+)\s*\]", line)
         if header:
-            inside = header.group(1) == section
+            seen += header.group(1) == section
+            inside = header.group(1) == section and seen == which
             found = number if inside and found is None else found
         if inside and re.match(rf"\s*[\"']?{re.escape(key)}[\"']?\s*=", line):
             return number
@@ -102,13 +116,23 @@ def line_of(text: str, section: str, key: str) -> Optional[int]:
 def known(section: str, content: Any) -> None:
     if section not in SECTIONS:
         raise ModelError(section, "no such section" + _near(section, SECTIONS))
-    if not isinstance(content, dict):
-        raise ModelError(section, f"is a section: [{section}]")
+    if section == "sensors" and isinstance(content, list) and all(isinstance(one, dict) for one in content):
+        for number, one in enumerate(content):
+            _known_of_sensor(number, one)
+        return
+    if not isinstance(content, dict) or section == "sensors":
+        raise ModelError(section, f"is a section: [[{section}]]" if section == "sensors" else f"is a section: [{section}]")
     if section == "model" and "builder" in content:
         return
     for key in content:
         if key not in SECTIONS[section]:
             raise ModelError(key, f"no such key in [{section}]" + _near(key, SECTIONS[section]))
+
+
+def _known_of_sensor(number: int, content: Mapping[str, Any]) -> None:
+    for key in content:
+        if key not in SECTIONS["sensors"]:
+            raise SensorError(number, ModelError(key, "no such key in [[sensors]]" + _near(key, SECTIONS["sensors"])))
 
 
 def _near(name: str, known: Any) -> str:
@@ -125,19 +149,70 @@ def _model(path: Path, given: Mapping[str, Any]) -> Model:
         made = _built(model)
     else:
         made = {key: _array(key, value) for key, value in model.items() if key != "P0"}
+        has_sensors = "sensors" in given
         for key in _needed(made):
+            if key in ("H", "R") and has_sensors:
+                continue
             if key not in made:
                 raise ModelError(key, "is missing from [model]")
         if "P0" not in model:
             raise ModelError("P0", 'is missing from [model]: a matrix, variances, or "unknown"')
         made.update(_prior(model["P0"]))
-    sizes = {"states": len(np.atleast_2d(made["F" if "F" in made else "A"])), "measurements": _height(made["H"]),
+    count = len(np.atleast_2d(made["F" if "F" in made else "A"]))
+    sensors = _sensors(given, made, count) if "sensors" in given else ()
+    sizes = {"states": count, "measurements": _height(made["H"]),
              "controls": 0 if made.get("B") is None else _width(made["B"])}
     for which, size in sizes.items():
-        default = made.pop(which, None)
-        made[which] = quantities(which, given.get(which, {}), size, default)
+        if which != "measurements" or not sensors:
+            default = made.pop(which, None)
+            made[which] = quantities(which, given.get(which, {}), size, default)
     make = Model.of_continuous if "F" in made else Model
-    return make(**made, gaps=_gaps(given.get("gaps", {})), name=name)
+    model = make(**made, gaps=_gaps(given.get("gaps", {})), name=name)
+    model.sensors = tuple(sensors)
+    return model
+
+
+def _sensors(given: Mapping[str, Any], made: dict[str, Any], states: int) -> list[Sensor]:
+    """What sensors there are; `made` gets their H and R, one below the other, and their measurements"""
+    for section, key in (("model", "H"), ("model", "R"), ("measurements", "measurements")):
+        if key in made or section == key and section in given:
+            raise ModelError(key, "is each sensor's own, where there are [[sensors]]")
+    parts = [_sensor(number, one, states) for number, one in enumerate(given["sensors"])]
+    if not parts:
+        raise ModelError("sensors", "there is none")
+    names = [name for name, _ in parts]
+    for number, name in enumerate(names):
+        if name in names[:number]:
+            raise SensorError(number, ModelError("name", f"{name} is there twice"))
+    made["H"], made["R"] = np.vstack([one.H for _, one in parts]), block_diagonal([one.R for _, one in parts])
+    made["measurements"] = [quantity for _, one in parts for quantity in one.measurements]
+    return [Sensor(name, tuple(quantity.name for quantity in one.measurements)) for name, one in parts]
+
+
+def _sensor(number: int, given: Mapping[str, Any], states: int) -> tuple[str, Model]:
+    """Its name, and a model that has its H, R and measurements"""
+    try:
+        for key in ("name", "H", "R"):
+            if key not in given:
+                raise ModelError(key, "is missing from [[sensors]]")
+        name = _typed(given["name"], str, "name", "a text")
+        H, R = (_array(key, given[key]) for key in ("H", "R"))
+        size = _height(H)
+        default = [name] if size == 1 else [f"{name}{k + 1}" for k in range(size)]
+        said = {"names" if key == "measurements" else key: given[key] for key in ("measurements", "units", "ranges", "fractions")
+                if key in given}
+        return name, Model(np.eye(states), H, R, np.zeros(states), P0=np.ones(states),
+                           measurements=quantities("measurements", said, size, default))
+    except ModelError as problem:
+        raise SensorError(number, problem) from None
+
+
+def block_diagonal(parts: list[np.ndarray]) -> np.ndarray:
+    ends = np.cumsum([0, *map(len, parts)])
+    made = np.zeros((ends[-1], ends[-1]))
+    for begin, one in zip(ends, parts):
+        made[begin : begin + len(one), begin : begin + len(one)] = one
+    return made
 
 
 def _needed(made: dict[str, Any]) -> tuple[str, ...]:
@@ -253,17 +328,29 @@ def _gaps(given: Mapping[str, Any]) -> Gaps:
 
 def text_of(model: Model) -> str:
     """A model file that reads back to the same bits."""
-    lines = ["[model]", f"name = {_quoted(model.name)}"]
+    lines, parts = ["[model]", f"name = {_quoted(model.name)}"], _sensor_parts(model)
     for key, value in _matrices(model).items():
-        if value is not None:
+        if value is not None and not (parts and key in ("H", "R")):
             lines.append(f"{key} = {_rows(value) if isinstance(value, np.ndarray) else repr(value)}")
     lines += [f"x0 = {_list(model.x0)}", f"P0 = {_prior_text(model)}"]
-    for which in ("states", "measurements", "controls"):
+    for which in ("states", "controls") if parts else ("states", "measurements", "controls"):
         lines += _section(which, getattr(model, which))
+    for name, H, R, measured in parts:
+        _, _, names, *more = _section("measurements", measured)
+        lines += ["", "[[sensors]]", f"name = {_quoted(name)}", f"measurements{names[5:]}", f"H = {_rows(H)}", f"R = {_rows(R)}"]
+        lines += more
     if model.gaps != Gaps():
         lines += ["", "[gaps]", f"max_gap = {model.gaps.max_gap}"]
         lines += [] if model.gaps.min_run is None else [f"min_run = {model.gaps.min_run}"]
     return "\n".join(lines) + "\n"
+
+
+def _sensor_parts(model: Model) -> list[tuple[str, np.ndarray, np.ndarray, tuple[Quantity, ...]]]:
+    """Name, H, R and measurements of each sensor; empty where there are none, or the noise of one is that of another, too"""
+    ends = np.cumsum([0, *(len(one.measurements) for one in model.sensors)]).tolist()
+    parts = [(one.name, model.H[a:b], model.R[a:b, a:b], model.measurements[a:b])
+             for one, a, b in zip(model.sensors, ends, ends[1:])]
+    return parts if parts and np.array_equal(block_diagonal([R for _, _, R, _ in parts]), model.R) else []
 
 
 def _matrices(model: Model) -> dict[str, Any]:

@@ -1,0 +1,249 @@
+"""Sensors by name, and files of data that are joined by their times."""
+
+from __future__ import annotations
+
+import csv
+import json
+import subprocess
+import sys
+
+import numpy as np
+import pytest
+from command import kalmanq
+from dense import Steps, conditioned
+from whole import WHOLE
+
+from kalmanq import Filter, KalmanqError, Smoother
+from kalmanq.data import joining
+from kalmanq.data.layouts import Layout, Source
+from kalmanq.model import model_file
+
+WALK = """
+[model]
+F = [[0.0, 1.0, 0.0], [0.0, 0.0, 1.0], [0.0, 0.0, -0.5]]
+Qc = [0.0, 0.0, 2.0]
+dt = 0.0025
+P0 = [1.0, 1.0, 1.0]
+{more}
+[states]
+names = ["p", "v", "a"]
+
+[[sensors]]
+name = "imu"
+measurements = ["acc"]
+units = ["m/s^2"]
+H = [0.0, 0.0, 1.0]
+R = 0.01
+
+[[sensors]]
+name = "gps"
+measurements = ["pos", "speed"]
+H = [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0]]
+R = [[0.04, 0.01], [0.01, 0.09]]
+"""
+
+
+def walk(folder, more=""):
+    path = folder / "walk.toml"
+    path.write_text(WALK.format(more=more))
+    return path
+
+
+def written(folder, name, head, *columns):
+    path = folder / name
+    rows = zip(*[[one if isinstance(one, str) else "" if np.isnan(one) else f"{one:.17g}" for one in column] for column in columns])
+    path.write_text("\n".join([head, *map(",".join, rows)]) + "\n")
+    return path
+
+
+def two_rates(folder, seed: int, seconds: float = 0.4):
+    """An inertial sensor at 400 Hz and a receiver at 10 Hz, each with jitter; some instants are common"""
+    draw = np.random.default_rng(seed)
+    fast = np.round(0.0025 * np.arange(int(400 * seconds)) + draw.uniform(0, 0.001, int(400 * seconds)), 6)
+    slow = np.round(0.013 + 0.1 * np.arange(int(10 * seconds)) + draw.uniform(0, 0.02, int(10 * seconds)), 6)
+    slow[1] = fast[np.argmin(np.abs(fast - slow[1]))]
+    acc, pos, speed = draw.normal(size=len(fast)), draw.normal(size=len(slow)), draw.normal(size=len(slow))
+    speed[-1] = np.nan
+    imu = written(folder, "imu.csv", "t [s],acc", [f"{one:.6f}" for one in fast], acc)
+    gps = written(folder, "gps.csv", "time_us,speed [m/s],pos", [f"{one * 1e6:.0f}" for one in slow], speed, pos)
+    times = np.union1d(fast, slow)
+    z = np.full((len(times), 3), np.nan)
+    z[np.searchsorted(times, fast), 0] = acc
+    z[np.searchsorted(times, slow), 1], z[np.searchsorted(times, slow), 2] = pos, speed
+    return imu, gps, times, z
+
+
+@pytest.mark.parametrize("seed", range(3))
+def test_two_rates_with_jitter_beside_the_joint_normal(seed, tmp_path):
+    """400 Hz and 10 Hz, from two files, through the command"""
+    imu, gps, times, z = two_rates(tmp_path, seed)
+    path, out = walk(tmp_path), tmp_path / "out.csv"
+    done = kalmanq("run", path, imu, gps, "--smooth", "--out", out)
+    assert done.returncode == 0 and done.stderr == "", done.stderr
+    rows = list(csv.DictReader(out.open()))
+    model = model_file.read(path)
+    A, Q, _ = model.continuous.steps(np.append(np.diff(times), 1))
+    right = conditioned(model.x0, model.P0, Steps(A, None, Q, *(np.tile(one, (len(times), 1, 1)) for one in (model.H, model.R))), z)
+    assert np.allclose([float(row["time"]) for row in rows], times - times[0], rtol=0, atol=1e-9)
+    for k, name in enumerate("pva"):
+        sigma, smoothed = np.sqrt(right.covariance[:, k, k]), np.sqrt(right.smoothed_covariance[:, k, k])
+        assert np.abs(([float(row[f"{name}_mean"]) for row in rows] - right.mean[:, k]) / sigma).max() < 1e-7
+        assert np.abs(([float(row[f"{name}_smoothed"]) for row in rows] - right.smoothed[:, k]) / smoothed).max() < 1e-7
+        assert np.abs([float(row[f"{name}_sigma"]) for row in rows] / sigma - 1).max() < 1e-7
+    told = json.loads(kalmanq("run", path, gps, imu, "--json").stdout)
+    assert told["log_likelihood"] == pytest.approx(float(right.log_likelihood), rel=1e-8)
+    assert told["taken"] == int(np.sum(~np.isnan(z))) and told["rows"] == len(times)
+
+
+@pytest.mark.parametrize("blocks", [1, 3, 17, 65536])
+def test_blocks_of_any_size_are_joined_alike(blocks, tmp_path):
+    imu, gps, times, z = two_rates(tmp_path, 7)
+    made = list(joining.blocks_of([imu, gps], model_file.read(walk(tmp_path)), blocks))
+    assert len(made) > 1 or blocks > 100
+    at = np.concatenate([one.times for one in made])
+    assert np.allclose(at - at[0], times - times[0], atol=1e-9) and np.all(np.diff(at) > 0)
+    got = np.column_stack([np.concatenate([one.columns[name] for one in made]) for name in ("acc", "pos", "speed")])
+    assert np.array_equal(got, z, equal_nan=True)
+
+
+def test_a_sensor_that_no_file_has_is_missing(tmp_path):
+    imu, gps, times, z = two_rates(tmp_path, 2)
+    path = walk(tmp_path)
+    told = json.loads(kalmanq("run", path, imu, "--json").stdout)
+    right = Filter(model_file.read(path))
+    there = np.searchsorted(times, np.genfromtxt(imu, delimiter=",", skip_header=1)[:, 0])
+    right.run(np.column_stack([z[there, 0], np.full((len(there), 2), np.nan)]), times=times[there] - times[there[0]])
+    assert told["log_likelihood"] == pytest.approx(right.log_likelihood, rel=1e-9)
+    for command in (("compare", path, imu, gps), ("report", path, imu, gps, "-o", tmp_path / "r.html")):
+        done = kalmanq(*command)
+        assert done.returncode == 0 and done.stderr == "", done.stderr
+
+
+def test_a_control_stays_until_the_next_one(tmp_path):
+    path = walk(tmp_path, "B = [0.0, 0.0, 1.0]\n[controls]\nnames = [\"push\"]\n")
+    imu, gps, times, z = two_rates(tmp_path, 3)
+    push = written(tmp_path, "push.csv", "t,push", ["0.000000", "0.100000", "0.250000"], [1.0, -2.0, 0.5])
+    made = [json.loads(kalmanq("run", path, *files, "--json", "--time", "t").stdout)["log_likelihood"]
+            for files in ((push, written(tmp_path, "one.csv", "t,acc", [f"{one:.6f}" for one in times], z[:, 0])),)]
+    all_times = np.union1d(times, [0, 0.1, 0.25])
+    rows = np.full((len(all_times), 3), np.nan)
+    rows[np.searchsorted(all_times, times), 0] = z[:, 0]
+    u = np.array([1.0, -2.0, 0.5])[np.searchsorted([0.1, 0.25], all_times, side="right")]
+    f = Filter(model_file.read(path))
+    f.run(rows, u, times=all_times)
+    assert made[0] == pytest.approx(f.log_likelihood, rel=1e-8)
+    late = written(tmp_path, "late.csv", "t,push", ["0.2"], [1.0])
+    done = kalmanq("run", path, imu, late)
+    assert done.returncode == 1 and "late.csv: has no push at 0 s" in done.stderr and done.stderr.count("\n") == 1
+
+
+REFUSED = [
+    (lambda f: [written(f, "a.csv", "acc", [1.0]), written(f, "b.csv", "t,pos,speed", ["0"], [1.0], [1.0])],
+     "a.csv: there is no column of times, by which files are joined; --time"),
+    (lambda f: [written(f, "a.csv", "t,acc", ["0"], [1.0]), written(f, "b.csv", "t,acc", ["0"], [1.0])],
+     "column acc is in .*a.csv and in .*b.csv: leave one out"),
+    (lambda f: [written(f, "a.csv", "t,acc", ["0"], [1.0]), written(f, "b.csv", "t,pos", ["0"], [1.0])],
+     "there is no column speed of the sensor gps"),
+    (lambda f: [written(f, "a.csv", "t,x", ["0"], [1.0])], "there is no column of any sensor: acc, pos, speed"),
+    (lambda f: [written(f, "a.csv", "t,acc", ["0"], [1.0]), written(f, "b.csv", "t,pos,speed", ["2024-01-01"], [1.0], [1.0])],
+     "b.csv: row 2, column t: the times are dates, those of the other file numbers"),
+    (lambda f: [written(f, "a.csv", "t,acc", ["0", "1"], [1.0, 2.0]),
+                written(f, "b.csv", "t,pos,speed", ["0", "7"], [1.0] * 2, [1.0] * 2)],
+     "the unit of the times cannot be told: as seconds, the median step is 1, dt is 0.0025"),
+    (lambda f: [written(f, "a.csv", "t [s],acc", ["0", "1", "0.5"], [1.0] * 3),
+                written(f, "b.csv", "t [s],pos,speed", ["0"], [1.0], [1.0])],
+     "a.csv: row 4, column t .s.: the time goes back"),
+]
+
+
+@pytest.mark.parametrize("make, said", REFUSED)
+def test_files_that_cannot_be_joined(make, said, tmp_path):
+    path, files = walk(tmp_path), make(tmp_path)
+    with pytest.raises(KalmanqError, match=said):
+        joining.record(files, model_file.read(path))
+    done = kalmanq("run", path, *files)
+    assert done.returncode == 1 and done.stderr.count("\n") == 1
+
+
+def test_an_error_of_joined_rows_names_its_time(tmp_path):
+    path = walk(tmp_path, "B = [0.0, 0.0, 1.0]\n[controls]\nnames = [\"push\"]\n")
+    a = written(tmp_path, "a.csv", "t [s],acc", ["0", "0.1", "0.2"], [1.0, 2.0, 1e300])
+    b = written(tmp_path, "b.csv", "t [s],push", ["0", "0.15"], [1.0, 2.0])
+    for more in ((), ("--smooth",)):
+        done = kalmanq("run", path, a, b, "--arith", "f32", *more)
+        assert done.returncode == 1 and "at 0.2 s: acc = 1e+300" in done.stderr and "a.csv, " in done.stderr, done.stderr
+
+
+def test_steps_are_not_joined(tmp_path):
+    path = tmp_path / "steps.toml"
+    path.write_text("[model]\nA = 1\nH = 1\nQ = 1\nR = 1\nP0 = 1\n[measurements]\nnames = ['z']\n")
+    data = written(tmp_path, "z.csv", "t,z", ["0", "1"], [1.0, 2.0])
+    done = kalmanq("run", path, data, data)
+    assert done.returncode == 1 and "several files are joined by their times: of a linear model with F, Qc and dt" in done.stderr
+
+
+def test_sensors_are_one_below_the_other(tmp_path):
+    model = model_file.read(walk(tmp_path))
+    assert np.array_equal(model.H, [[0, 0, 1], [1, 0, 0], [0, 1, 0]])
+    assert np.array_equal(model.R, [[0.01, 0, 0], [0, 0.04, 0.01], [0, 0.01, 0.09]])
+    assert [one.name for one in model.sensors] == ["imu", "gps"] and model.measurements[0].unit == "m/s^2"
+    copy = tmp_path / "copy.toml"
+    copy.write_text(model_file.text_of(model))
+    again = model_file.read(copy)
+    assert "[[sensors]]" in copy.read_text() and again.sensors == model.sensors and again.measurements == model.measurements
+    assert all(np.array_equal(getattr(again, name), getattr(model, name)) for name in "AQHR")
+    mixed = model.changed(R=model.R + 0.001)
+    assert "[[sensors]]" not in model_file.text_of(mixed) and len(mixed.sensors) == 2
+    z = np.random.default_rng(1).normal(size=(20, 3))
+    assert np.array_equal(Smoother(model).run(z).smoothed, Smoother(again).run(z).smoothed)
+
+
+def test_sensors_of_a_model_of_steps(tmp_path):
+    path = tmp_path / "steps.toml"
+    path.write_text("[model]\nA = 1\nQ = 1\nP0 = 1\n[[sensors]]\nname = 'a'\nH = 1\nR = 1\n[[sensors]]\nname = 'b'\nH = 2\nR = 1\n")
+    data = written(tmp_path, "z.csv", "b", [1.0, 2.0, 3.0])
+    told = json.loads(kalmanq("run", path, data, "--json").stdout)
+    f = Filter(model_file.read(path))
+    f.run([[np.nan, 1], [np.nan, 2], [np.nan, 3]])
+    assert told["log_likelihood"] == f.log_likelihood and told["taken"] == 3
+
+
+@pytest.mark.parametrize("old, new, said", [
+    ('name = "gps"', 'name = "imu"', "line 19: name: imu is there twice"), ("R = 0.01", "", "line 11: R: is missing from"),
+    ("R = 0.01", "S = 1\nR = 0.01", "line 16: S: no such key in .*sensors"),
+    ("H = [0.0, 0.0, 1.0]", "H = [1.0]", "line 15: H: is 1 x 1"),
+    ('["pos", "speed"]', '["pos"]', "measurements: names has 1 entries; there are 2"),
+    ('["pos", "speed"]', '["pos", "acc"]', "measurements: have one name twice"),
+    ("dt = 0.0025", "dt = 0.0025\nH = 1", "line 6: H: is each"),
+    ("[states]", "[measurements]\nnames = []\n[states]", "measurements: is each sensor's own"),
+    ("R = 0.01", "R = -1", "line 16: R: has a neg"), ('name = "gps"', "name = 3", "line 19: name: is not a text"),
+    ("[[sensors]]\nname = \"gps\"", "[sensors]\nname = \"gps\"", "line 18: ")])
+def test_what_is_no_sensor_is_refused(old, new, said, tmp_path):
+    path = walk(tmp_path)
+    path.write_text(path.read_text().replace(old, new, 1))
+    with pytest.raises(KalmanqError, match=said):
+        model_file.read(path)
+
+
+# ------------------------------------------------------------------------------ a million rows
+
+
+@WHOLE
+@pytest.mark.skipif(not sys.platform.startswith("linux"), reason="asks Linux for the peak")
+@pytest.mark.parametrize("more", [(), ("--smooth",)])
+def test_a_million_rows_take_no_more_memory(more, tmp_path):
+    """With time stamps of microseconds, in one pass, or two"""
+    path, peaks = walk(tmp_path), []
+    for rows in (250_000, 1_000_000):
+        draw = np.random.default_rng(1)
+        times = 2500 * np.arange(rows) + draw.integers(0, 500, rows)
+        data = tmp_path / "long.csv"
+        np.savetxt(data, np.column_stack([times, draw.normal(size=rows)]), "%d,%.6g", header="t [us],acc", comments="")
+        program = ("import resource, sys; from kalmanq.command_line import app\n"
+                   "try: app(sys.argv[1:])\n"
+                   "finally: print(resource.getrusage(resource.RUSAGE_SELF).ru_maxrss, file=sys.stderr)")
+        done = subprocess.run([sys.executable, "-c", program, "run", str(path), str(data), "--out", str(tmp_path / "o.csv"), *more],
+                              capture_output=True, text=True)
+        assert done.returncode == 0, done.stderr
+        peaks.append(int(done.stderr.split()[-1]))
+    assert peaks[1] < 1.1 * peaks[0], peaks

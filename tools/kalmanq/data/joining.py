@@ -1,0 +1,164 @@
+"""Several files of data, joined by their times: a row for each time, with what is there of it in each file."""
+
+from __future__ import annotations
+
+from contextlib import ExitStack
+from typing import Any, Iterator, Optional, Sequence
+
+import numpy as np
+
+from kalmanq.data.layouts import Source, TableError, source_of
+from kalmanq.data.tables import Block, Table, cure_of, joined, opened_table, read, split
+from kalmanq.data.time_columns import refuse_unknown_unit
+from kalmanq.errors import KalmanqError
+from kalmanq.model import Model
+
+SAME = 1e-6  # of dt, between times of two files that are one
+
+
+def blocks_of(data: Any, model: Any, rows: int = 65536, has_to_fit: bool = False) -> Iterator[Block]:
+    """A model's columns of a file, or of several, and where the model is in continuous time, the times"""
+    sources = list(map(source_of, data if isinstance(data, (list, tuple)) else [data]))
+    of = getattr(model, "continuous", None)
+    if len(sources) == 1 and not getattr(model, "sensors", ()):
+        return read(sources[0], [*model.measurements, *model.controls], rows, dt=of and of.dt, cure=cure_of(model),
+                    has_to_fit=has_to_fit)
+    refuse_several(sources, model)
+    return _joined(sources, model, rows, has_to_fit)
+
+
+def refuse_several(sources: Sequence[Source], model: Any) -> None:
+    if len(sources) > 1 and getattr(model, "continuous", None) is None:
+        raise KalmanqError(f"{sources[1]}: several files are joined by their times: of a linear model with F, Qc and dt")
+
+
+def record(data: Any, model: Any, has_to_fit: bool = False) -> tuple[np.ndarray, Optional[np.ndarray], Optional[np.ndarray]]:
+    """All rows of a model's columns: z (T x m), u (T x l) or None, and times (T) or None"""
+    block = joined(list(blocks_of(data, model, has_to_fit=has_to_fit)))
+    return *split(block, model, data), block.times
+
+
+def _joined(sources: Sequence[Source], model: Model, rows: int, has_to_fit: bool) -> Iterator[Block]:
+    """In the order of time.  A measurement that is not there is missing; a control stays until the next one."""
+    names = [one.name for one in (*model.measurements, *model.controls)]
+    with ExitStack() as stack:
+        made = [stack.enter_context(opened_table(source, [*model.measurements, *model.controls], has_to_fit=has_to_fit,
+                                                 dt=model.continuous and model.continuous.dt, cure=cure_of(model),
+                                                 may_lack=True))
+                for source in sources]
+        _require_columns(made, model)
+        if len(made) == 1:
+            for block in made[0].all_blocks(rows):
+                refuse_unknown_unit([one.times for one in made if one.times])
+                yield _completed(block, names)
+            return
+        held = _Held(model, made)
+        for block in _merged([_Waiting(one, rows) for one in made], names):
+            yield held.filled(block)
+
+
+def _require_columns(tables: Sequence[Table], model: Model) -> None:
+    """Each column is in one file; a sensor may be in none, as a whole"""
+    said = ", ".join(str(one.source) for one in tables)
+    for one in tables:
+        if len(tables) > 1 and one.times is None:
+            raise TableError(one.source, "there is no column of times, by which files are joined; --time says which it is")
+    for name in (one.name for one in (*model.measurements, *model.controls)):
+        there = [one for one in tables if name in one.names]
+        if len(there) > 1:
+            raise KalmanqError(f"{said}: column {name} is in {there[0].source} and in {there[1].source}: leave one out")
+        sensor = next((one for one in model.sensors if name in one.measurements), None)
+        is_alone = sensor is None or any(other in table.names for other in sensor.measurements for table in tables)
+        if not there and is_alone:
+            raise KalmanqError(f"{said}: there is no column {name}" + (f" of the sensor {sensor.name}" if sensor else "")
+                               + f" (--rename {name}=... says which it is)")
+    if not any(one.name in table.names for one in model.measurements for table in tables):
+        raise KalmanqError(f"{said}: there is no column of any sensor: {', '.join(one.name for one in model.measurements)}")
+
+
+def _completed(block: Block, names: Sequence[str]) -> Block:
+    nothing = np.full(block.length, np.nan)
+    return Block(block.first_row, {name: block.columns.get(name, nothing) for name in names}, block.times, block.lines)
+
+
+class _Waiting:
+    """Rows of a file that have been read, and wait for those of other files"""
+
+    def __init__(self, table: Table, rows: int):
+        self.table, self._blocks = table, table.all_blocks(rows)
+        self.times, self.columns = np.zeros(0), {name: np.zeros(0) for name in table.names}
+        self.is_over = False
+
+    @property
+    def last(self) -> float:
+        """Up to where it is known; all of it is, where it is over"""
+        return np.inf if self.is_over else self.times[-1] if len(self.times) else -np.inf
+
+    def read(self) -> None:
+        block = next(self._blocks, None)
+        if block is None:
+            self.is_over = True
+            return
+        self.times = np.concatenate([self.times, block.times])
+        self.columns = {name: np.concatenate([one, block.columns[name]]) for name, one in self.columns.items()}
+
+    def taken(self, until: float) -> tuple[np.ndarray, dict[str, np.ndarray]]:
+        count = int(np.searchsorted(self.times, until, side="right"))
+        made = self.times[:count], {name: one[:count] for name, one in self.columns.items()}
+        self.times, self.columns = self.times[count:], {name: one[count:] for name, one in self.columns.items()}
+        return made
+
+
+def _merged(files: Sequence[_Waiting], names: Sequence[str]) -> Iterator[Block]:
+    columns = [one.table.times for one in files]
+    for one in files:
+        one.table.times.origin = columns[0].origin
+        one.read()
+    refuse_unknown_unit(columns)
+    dt = columns[0].dt
+    while True:
+        until = min(one.last for one in files)
+        block = _rows([one.taken(until - dt) for one in files], names, dt)  # what is as good as at `until` may come yet
+        if block.length:
+            yield block
+        if until == np.inf:
+            return
+        min(files, key=lambda one: one.last).read()
+
+
+def _rows(parts: Sequence[tuple[np.ndarray, dict[str, np.ndarray]]], names: Sequence[str], dt: float) -> Block:
+    """A row for each time; times of two files that are nearly one are one"""
+    times = np.concatenate([own for own, _ in parts])
+    of = np.repeat(np.arange(len(parts)), [len(own) for own, _ in parts])
+    order = np.argsort(times, kind="stable")
+    is_new = np.ones(len(times), bool)
+    near = SAME * dt + 4 * np.spacing(np.abs(times[order][1:]))
+    is_new[1:] = (np.diff(times[order]) > near) | (np.diff(of[order]) == 0)
+    row = np.empty(len(times), int)
+    row[order] = np.cumsum(is_new) - 1
+    made, begin = {name: np.full(int(is_new.sum()), np.nan) for name in names}, 0
+    for own, given in parts:
+        for name, values in given.items():
+            made[name][row[begin : begin + len(own)]] = values
+        begin += len(own)
+    return Block(0, made, times[order][is_new], is_joined=True)
+
+
+class _Held:
+    """Controls, each as it was last"""
+
+    def __init__(self, model: Model, tables: Sequence[Table]):
+        self._names = [one.name for one in model.controls]
+        self._sources = {name: table.source for table in tables for name in table.names}
+        self._last = {name: np.nan for name in self._names}
+
+    def filled(self, block: Block) -> Block:
+        for name in self._names:
+            values = np.concatenate([[self._last[name]], block.columns[name]])
+            latest = np.maximum.accumulate(np.where(np.isnan(values), 0, np.arange(len(values))))
+            made = values[latest][1:]
+            if np.isnan(made[0]):
+                raise TableError(self._sources[name], f"has no {name} at {block.times[0]:.9g} s, where the first file's first row "
+                                 f"is 0 s: a control is there from the first row of all on")
+            block.columns[name], self._last[name] = made, float(made[-1])
+        return block
