@@ -209,6 +209,13 @@ def test_the_column_is_found_or_said(tmp_path):
     assert done.returncode == 1 and "--time: there is no column when; there are t, pos" in done.stderr
 
 
+def test_days_are_not_taken_for_a_dt_of_1_without_a_word(tmp_path):
+    model = cart(tmp_path, CART.replace("dt = 0.1", "dt = 1.0"))
+    done = kalmanq("run", model, written(tmp_path, data_of("date", [f"2024-01-{day:02}" for day in range(1, 20)])))
+    assert done.returncode == 0 and done.stderr.count("\n") == 1
+    assert "the median step of column date is 86400 s, dt is 1: times are in seconds here" in done.stderr
+
+
 def test_a_model_of_steps_is_told_of_the_cure(tmp_path):
     model, data = written(tmp_path, STEPS, "steps.toml"), written(tmp_path, data_of("t", in_seconds()))
     done = kalmanq("run", model, data)

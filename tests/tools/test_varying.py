@@ -109,7 +109,14 @@ def test_blocks_of_rows_are_the_whole(arithmetic):
     left = alone.copy()
     left.predict(u[8])
     alone.predict(u[8])
+    two = Filter(model, arithmetic)
+    two.run(z[:9], u[:9], varying=varying(made, slice(0, 9)))
+    several = [two.copy() for _ in range(3)]
+    for _ in range(5):
+        two.run(z[9:12], u[9:12], varying=varying(made, slice(9, 12)))
     ahead = made.A[8] @ whole.mean[8] + made.B[8] @ u[8]
+    assert all(np.allclose(one.forecast(1, u[8:9]).mean, ahead, rtol=1e-5, atol=1e-5) for one in several)
+    assert np.allclose(several[0].forecast(3, u[8:11]).mean, ahead, rtol=1e-5, atol=1e-5)  # the model's own A is I, its B is 0
     for one in (left, alone):
         assert np.allclose(one.mean, ahead, rtol=1e-5, atol=1e-5)
 

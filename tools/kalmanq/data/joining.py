@@ -9,7 +9,7 @@ import numpy as np
 
 from kalmanq.data.layouts import Source, TableError, source_of
 from kalmanq.data.tables import Block, Table, cure_of, joined, opened_table, read, split
-from kalmanq.data.time_columns import refuse_unknown_unit
+from kalmanq.data.time_columns import judge_units
 from kalmanq.errors import KalmanqError
 from kalmanq.model import Model
 
@@ -44,13 +44,11 @@ def _joined(sources: Sequence[Source], model: Model, rows: int, has_to_fit: bool
     with ExitStack() as stack:
         made = [stack.enter_context(opened_table(source, [*model.measurements, *model.controls], has_to_fit=has_to_fit,
                                                  dt=model.continuous and model.continuous.dt, cure=cure_of(model),
-                                                 may_lack=True))
+                                                 may_lack=True, is_alone=len(sources) == 1))
                 for source in sources]
         _require_columns(made, model)
         if len(made) == 1:
-            for block in made[0].all_blocks(rows):
-                refuse_unknown_unit([one.times for one in made if one.times])
-                yield _completed(block, names)
+            yield from (_completed(block, names) for block in made[0].all_blocks(rows))
             return
         held = _Held(model, made)
         for block in _merged([_Waiting(one, rows) for one in made], names):
@@ -114,7 +112,7 @@ def _merged(files: Sequence[_Waiting], names: Sequence[str]) -> Iterator[Block]:
     for one in files:
         one.table.times.origin = columns[0].origin
         one.read()
-    refuse_unknown_unit(columns)
+    judge_units(columns)
     dt = columns[0].dt
     while True:
         until = min(one.last for one in files)

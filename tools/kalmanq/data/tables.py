@@ -17,7 +17,7 @@ import numpy as np
 from kalmanq.data.files import whole
 from kalmanq.data.layouts import (
     AnySource, Numbers, Source, TableError, has_decimal_comma, opened, place_of, places_of, separator_of, source_of)
-from kalmanq.data.time_columns import TimeColumn, refuse_unknown_unit
+from kalmanq.data.time_columns import TimeColumn, judge_units
 from kalmanq.data.times import Times, time_column
 from kalmanq.errors import KalmanqError, KalmanqWarning
 from kalmanq.model import Model, Quantity
@@ -65,13 +65,14 @@ def read(data: AnySource, wanted: Sequence[Union[str, Quantity]], rows: int = 65
 
 @contextmanager
 def opened_table(source: Source, wanted: Sequence[Union[str, Quantity]], optional: Sequence[str] = (), has_to_fit: bool = False,
-                 dt: Optional[float] = None, cure: str = RESAMPLE, may_lack: bool = False) -> Iterator[Table]:
-    """As `read`; may_lack: it has some of the columns, and may be one of several files"""
+                 dt: Optional[float] = None, cure: str = RESAMPLE, may_lack: bool = False,
+                 is_alone: bool = True) -> Iterator[Table]:
+    """As `read`; may_lack: it has some of the columns; is_alone: not one of several files that are joined"""
     for option, is_given in (("--sort", source.layout.sort), ("--jitter", source.layout.jitter is not None)):
         if is_given and dt is None:
             raise KalmanqError(f"{option}: where rows are at their times: of a linear model with F, Qc and dt")
     with opened(source) as text:
-        yield Table(source, text, [_quantity(one) for one in wanted], optional, has_to_fit, dt, cure, may_lack)
+        yield Table(source, text, [_quantity(one) for one in wanted], optional, has_to_fit, dt, cure, may_lack, is_alone)
 
 
 def _quantity(one: Union[str, Quantity]) -> Quantity:
@@ -82,8 +83,8 @@ class Table:
     """A text that is read once from its beginning to its end.  times: its column of times, if it is read"""
 
     def __init__(self, source: Source, text: TextIO, wanted: Sequence[Quantity], optional: Sequence[str],
-                 has_to_fit: bool, dt: Optional[float], cure: str, may_lack: bool):
-        self.source, self._has_to_fit, self._cure, self._is_alone = source, has_to_fit, cure, not may_lack
+                 has_to_fit: bool, dt: Optional[float], cure: str, may_lack: bool, is_alone: bool):
+        self.source, self._has_to_fit, self._cure, self._is_alone = source, has_to_fit, cure, is_alone
         self._beyond: dict[str, tuple[str, int, int]] = {}  # of a quantity: why, the first row, how many
         self._numbers = Numbers(source.layout)
         self._wanted = list(wanted)
@@ -101,6 +102,7 @@ class Table:
         self.times = None if dt is None or place is None else TimeColumn(source, cells[place], place, dt)
         self._judged = None if place is None or self.times else Times(cells[place], place)
         self._line += 1
+        self._begun_at = self._line
 
     @property
     def names(self) -> list[str]:
@@ -137,7 +139,7 @@ class Table:
         return reader, cells
 
     def blocks(self, rows: int) -> Iterator[Block]:
-        begun, block, blank = self._line, [], 0  # rows without a cell: of one column, a missing number; at the end, nothing
+        block, blank = [], 0  # rows without a cell: of one column, a missing number; at the end, nothing
         try:
             for row in self._reader:
                 if not row:
@@ -154,8 +156,8 @@ class Table:
                     yield self._block(block)
                     block = []
         except csv.Error as problem:
-            raise TableError(self.source, str(problem), begun - 2 + self._reader.line_num) from problem
-        if not block and self._line == begun:
+            raise TableError(self.source, str(problem), self._begun_at - 2 + self._reader.line_num) from problem
+        if not block and self._line == self._begun_at:
             raise TableError(self.source, "no data below the header")
         if block:
             yield self._block(block)
@@ -191,8 +193,8 @@ class Table:
         column = self.times or self._judged
         cells = [row[column.place].strip() for row in block] if column else []
         times = self.times.read(cells, self._line) if self.times else None
-        if self.times and self._is_alone:
-            refuse_unknown_unit([self.times])
+        if self.times and self._is_alone and self._line == self._begun_at:
+            judge_units([self.times])
         if self._judged:
             self._judged.look(cells, self._line)
         first, self._line = self._line, self._line + len(block)

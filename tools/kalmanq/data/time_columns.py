@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+import warnings
 from dataclasses import dataclass
 from typing import Optional, Sequence
 
@@ -10,6 +11,7 @@ import numpy as np
 
 from kalmanq.data.layouts import MISSING, Source, TableError, unit_of, without_unit
 from kalmanq.data.times import CLOCK, NONE, clocks, plain
+from kalmanq.errors import KalmanqWarning
 
 ZONE = re.compile(r"(?<=[\d ])\s*(?:[Zz]|UTC|[+-]\d\d:?\d\d)$")
 DATE = re.compile(r"\d{4}-\d\d-\d\d.*")
@@ -18,6 +20,7 @@ PER_SECOND = {"s": 1.0, "sec": 1.0, "second": 1.0, "seconds": 1.0, "ms": 1e3, "u
               "min": 1 / 60, "h": 1 / 3600}
 EPOCH = ((1e17, 1e9), (1e14, 1e6), (1e11, 1e3))  # such a number is of nanoseconds, ... since 1970
 UNIT_KNOWN = 30.0  # a median step within this of dt, either way, is in the unit that was taken
+FAR = 1000.0  # of dt, either way: dt may be in another unit
 
 
 @dataclass(frozen=True)
@@ -42,9 +45,14 @@ class TimeColumn:
         self.step = np.nan
         said = unit_of(source.layout.time or "") or unit_of(name) or re.split("[ _]", name)[-1]
         self.unit = said if said in PER_SECOND and said != name else ""
-        self._kind, self._zone = "", ""
+        self.kind, self._zone = "", ""
         self._per_second, self._base = 1.0, 0
         self._last: Optional[tuple[float, str]] = None
+
+    @property
+    def is_guess(self) -> bool:
+        """Is the unit what such numbers mostly have?"""
+        return self.kind == "numbers" and not self.unit
 
     def read(self, cells: Sequence[str], line: int) -> np.ndarray:
         """line: of the first of these rows"""
@@ -52,7 +60,7 @@ class TimeColumn:
         for k, cell in enumerate(cells):
             if cell.lower() in MISSING:
                 raise TableError(self.source, "the time is missing: leave the row out, or fill it in", line + k, self.name)
-        is_first = not self._kind
+        is_first = not self.kind
         if is_first:
             self._begin(cells[0], line)
         made = self._seconds(cells, line)
@@ -64,19 +72,19 @@ class TimeColumn:
         return made
 
     def _begin(self, cell: str, line: int) -> None:
-        self._kind = "dates" if DATE.match(cell) else "clocks" if CLOCK.fullmatch(cell) else "numbers"
-        if self._kind == "dates":
+        self.kind = "dates" if DATE.match(cell) else "clocks" if CLOCK.fullmatch(cell) else "numbers"
+        if self.kind == "dates":
             self._zone, self._per_second = _zone_of(cell), 1e9
-        elif self._kind == "numbers":
+        elif self.kind == "numbers":
             self._refuse_other_unit(line)
             value = self._parsed([cell], line)[0]
             guessed = next((per for least, per in EPOCH if abs(value) >= least), 1.0)
             self._per_second = PER_SECOND[self.unit] if self.unit else guessed
         self._base = 0
         self._base = int(self._parsed([cell], line)[0])
-        self.origin = self.origin or Origin(self._kind, self._base, float(self._parsed([cell], line)[0]), self._per_second)
-        if self.origin.kind != self._kind:
-            raise TableError(self.source, f"the times are {self._kind}, those of the other file {self.origin.kind}: write both "
+        self.origin = self.origin or Origin(self.kind, self._base, float(self._parsed([cell], line)[0]), self._per_second)
+        if self.origin.kind != self.kind:
+            raise TableError(self.source, f"the times are {self.kind}, those of the other file {self.origin.kind}: write both "
                              "alike", line, self.name)
 
     def _refuse_other_unit(self, line: int) -> None:
@@ -97,7 +105,7 @@ class TimeColumn:
             return self._parse(cells, line)
         except (ValueError, OverflowError):
             wrong = next((k for k, cell in enumerate(cells) if not self._is_time(cell, line)), 0)
-            raise TableError(self.source, f"{cells[wrong][:40]!r} is no time, as the others are {self._kind}: --time says which "
+            raise TableError(self.source, f"{cells[wrong][:40]!r} is no time, as the others are {self.kind}: --time says which "
                              f"column has them, or {NONE}", line + wrong, self.name) from None
 
     def _is_time(self, cell: str, line: int) -> bool:
@@ -107,14 +115,14 @@ class TimeColumn:
             return False
 
     def _parse(self, cells: Sequence[str], line: int) -> np.ndarray:
-        if self._kind == "dates":
+        if self.kind == "dates":
             self._refuse_zones(cells, line)
             bare = [ZONE.sub("", cell).strip() for cell in cells] if self._zone else list(cells)
             made = np.array(bare, "datetime64[ns]")
             if np.any(np.isnat(made)):
                 raise ValueError
             return (made.astype(np.int64) - self._base).astype(float)
-        if self._kind == "clocks":
+        if self.kind == "clocks":
             return clocks(cells) - self._base
         if all(map(DECIMAL.fullmatch, cells)):  # without what a sum of seconds since 1970 and of their parts would lose
             parts = [cell.partition(".") for cell in cells]
@@ -147,23 +155,23 @@ class TimeColumn:
         if made[k] == time:
             raise TableError(self.source, f"{cells[k]} is the time of the row before, too: join the two, or leave one out",
                              line + k, self.name)
-        clock = ", but a clock that begins anew needs a date" if self._kind == "clocks" else ""
+        clock = ", but a clock that begins anew needs a date" if self.kind == "clocks" else ""
         raise TableError(self.source, f"the time goes back, from {before} to {cells[k]}: --sort sorts the rows{clock}",
                          line + k, self.name)
 
 
-def refuse_unknown_unit(columns: Sequence[TimeColumn]) -> None:
-    """Of numbers without a unit; columns: of files that are read together, of which the one with the shortest steps tells"""
-    if not columns:
-        return
-    least = min(columns, key=lambda one: one.step if one.step == one.step else np.inf)
-    if any(one.unit or one._kind != "numbers" for one in columns) or not least.step > 0:
-        return
-    ratio = least.step / least.dt
-    if not 1 / UNIT_KNOWN <= ratio <= UNIT_KNOWN:
-        name = without_unit(least.name)
-        raise TableError(least.source, f"column {least.name}: the unit of the times cannot be told: as seconds, the median step is "
-                         f"{least.step:.6g}, dt is {least.dt:g}: --time '{name} [ms]' says it, or [s], or a header {name} [ms]")
+def judge_units(columns: Sequence[TimeColumn]) -> None:
+    """Of files that are read together: numbers without a unit are refused where their steps are far from dt, others are told"""
+    least = min((one.step for one in columns if one.step > 0), default=np.nan)
+    for one in columns:
+        ratio, name = one.step / one.dt, without_unit(one.name)
+        most = UNIT_KNOWN if one.step == least else UNIT_KNOWN**2  # beside another file with shorter steps
+        if one.is_guess and not (1 / UNIT_KNOWN <= ratio <= most or np.isnan(ratio)):
+            raise TableError(one.source, f"column {one.name}: the unit of the times cannot be told: as seconds, the median step is "
+                             f"{one.step:.6g}, dt is {one.dt:g}: --time '{name} [ms]' says it, or [s], or a header {name} [ms]")
+        if ratio > FAR or ratio < 1 / FAR:
+            warnings.warn(f"{one.source}: the median step of column {one.name} is {one.step:.6g} s, dt is {one.dt:g}: times are in "
+                          "seconds here, and dt, F and Qc have to be, too", KalmanqWarning, stacklevel=2)
 
 
 def _zone_of(cell: str) -> str:

@@ -107,11 +107,16 @@ class Filter(Readable):
 
     def forecast(self, steps: int, u: Optional[ArrayLike] = None, dt: Optional[float] = None) -> Filter:
         """The state so many rows ahead, as a filter; u: steps x l; dt: of each, if not the model's."""
-        ahead = Filter(self.model, self.arithmetic.name, parts=self.parts)
         if steps < 0:
             raise KalmanqError("steps: below 0")
         controls = controls_of(u, self.model, steps)
         words = None if controls is None else self.parts.words(controls, "controls")
+        if self._next is not None and dt is None:  # the first step is not as those after it
+            ahead = self.copy()
+            for k in range(steps):
+                ahead.predict(None if controls is None else controls[k])
+            return ahead
+        ahead = Filter(self.model, self.arithmetic.name, parts=self.parts)
         require(self._call("forecast", self._process(dt), self._pointer(words), steps, ahead._handle), "forecast")
         ahead.row, ahead.time = self.row, self.time
         ahead._moved(steps, dt=dt)
@@ -122,7 +127,7 @@ class Filter(Readable):
         made = Filter(self.model, self.arithmetic.name, parts=self.parts)
         require(made._call("filter_copy", self._handle), "copy")
         made.row, made.begins, made._left, made.time = self.row, self.begins, self._left, self.time
-        made._next, made._steps = self._next, self._steps
+        made._next, made._steps = self._next, self._steps.copy()
         return made
 
     # ------------------------------------------------------------------ what the next update would do

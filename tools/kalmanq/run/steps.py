@@ -28,6 +28,12 @@ class Steps:
         self._kept_over: list[Any] = []
         self._kept: list[Any] = []
 
+    def copy(self) -> Steps:
+        """For a filter that goes on from the same row: what moves it to the next one stays"""
+        made = Steps(self.parts)
+        made._kept = list(self._kept)
+        return made
+
     def _known(self) -> dict[float, int]:
         of = self.parts.model.continuous
         return {} if of is None else {of.dt: self.own}
