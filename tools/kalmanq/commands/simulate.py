@@ -90,17 +90,16 @@ def simulate_file(options: Options, console: Console) -> None:
 
 def controls_of(options: Options, model: AnyModel) -> tuple[int, Optional[np.ndarray], Optional[np.ndarray]]:
     """Rows to draw, their controls and their times, if there are files of them"""
-    path, at, u = options.controls, options.at, None
-    of = getattr(model, "continuous", None)
+    path, at, u, dt = options.controls, options.at, None, tables.dt_of(model)
     if path is not None and not model.l:
-        raise KalmanqError(f"--controls {path}: the model has no controls" + ("; --at has times" if of else ""))
-    if at is not None and of is None:
+        raise KalmanqError(f"--controls {path}: the model has no controls" + ("; --at has times" if dt else ""))
+    if at is not None and dt is None:
         raise KalmanqError(f"--at {at}: of a linear model with F, Qc and dt")
-    times = None if at is None else tables.joined(list(tables.read(at, [], dt=of.dt))).times
+    times = None if at is None else tables.joined(list(tables.read(at, [], dt=dt))).times
     if at is not None and times is None:
         raise KalmanqError(f"--at {at}: there is no column of times; --time says which it is")
     if path is not None:
-        block = tables.joined(list(tables.read(path, model.controls, dt=of and of.dt, cure=tables.cure_of(model))))
+        block = tables.joined(list(tables.read(path, model.controls, dt=dt, cure=tables.cure_of(model))))
         u, times = tables.controls_in(block, model.controls, path), block.times if times is None else times
     counts = [len(one) for one in (u, times) if one is not None]
     rows = options.rows or min(counts, default=ROWS)

@@ -8,7 +8,7 @@ from typing import Any, Iterator, Optional, Sequence
 import numpy as np
 
 from kalmanq.data.layouts import Source, TableError, source_of
-from kalmanq.data.tables import Block, Table, cure_of, joined, opened_table, read, split
+from kalmanq.data.tables import Block, Table, cure_of, dt_of, joined, opened_table, read, split
 from kalmanq.data.time_columns import judge_units
 from kalmanq.errors import KalmanqError
 from kalmanq.model import Model
@@ -19,16 +19,15 @@ SAME = 1e-6  # of dt, between times of two files that are one
 def blocks_of(data: Any, model: Any, rows: int = 65536, has_to_fit: bool = False) -> Iterator[Block]:
     """A model's columns of a file, or of several, and where the model is in continuous time, the times"""
     sources = list(map(source_of, data if isinstance(data, (list, tuple)) else [data]))
-    of = getattr(model, "continuous", None)
-    if len(sources) == 1 and not getattr(model, "sensors", ()):
-        return read(sources[0], [*model.measurements, *model.controls], rows, dt=of and of.dt, cure=cure_of(model),
+    if len(sources) == 1 and not (isinstance(model, Model) and model.sensors):
+        return read(sources[0], [*model.measurements, *model.controls], rows, dt=dt_of(model), cure=cure_of(model),
                     has_to_fit=has_to_fit)
     refuse_several(sources, model)
     return _joined(sources, model, rows, has_to_fit)
 
 
 def refuse_several(sources: Sequence[Source], model: Any) -> None:
-    if len(sources) > 1 and getattr(model, "continuous", None) is None:
+    if len(sources) > 1 and dt_of(model) is None:
         raise KalmanqError(f"{sources[1]}: several files are joined by their times: of a linear model with F, Qc and dt")
 
 
@@ -43,8 +42,7 @@ def _joined(sources: Sequence[Source], model: Model, rows: int, has_to_fit: bool
     names = [one.name for one in (*model.measurements, *model.controls)]
     with ExitStack() as stack:
         made = [stack.enter_context(opened_table(source, [*model.measurements, *model.controls], has_to_fit=has_to_fit,
-                                                 dt=model.continuous and model.continuous.dt, cure=cure_of(model),
-                                                 may_lack=True, is_alone=len(sources) == 1))
+                                                 dt=dt_of(model), cure=cure_of(model), may_lack=True, is_alone=len(sources) == 1))
                 for source in sources]
         _require_columns(made, model)
         if len(made) == 1:

@@ -245,9 +245,14 @@ def joined(blocks: Sequence[Block]) -> Block:
         None if blocks[0].lines is None else np.concatenate([one.lines for one in blocks])), blocks[0].is_joined)
 
 
+def dt_of(model: Any) -> Optional[float]:
+    """Of a model whose rows may be at their times; None: they are steps"""
+    return model.continuous.dt if isinstance(model, Model) and model.continuous else None
+
+
 def cure_of(model: Any) -> str:
     """Where its rows are at irregular times, and are steps all the same"""
-    return CONTINUOUS if isinstance(model, Model) and model.continuous is None else RESAMPLE
+    return CONTINUOUS if isinstance(model, Model) and not model.continuous else RESAMPLE
 
 
 def measurements_and_controls(data: AnySource, model: Any, *,
