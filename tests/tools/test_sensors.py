@@ -15,7 +15,6 @@ from whole import WHOLE
 
 from kalmanq import Filter, KalmanqError, Smoother
 from kalmanq.data import joining
-from kalmanq.data.layouts import Layout, Source
 from kalmanq.model import model_file
 
 WALK = """

@@ -52,7 +52,7 @@ LAYOUT = {
     "rename": (List[str], typer.Option(
         [], "--rename", metavar="NAME=COLUMN", help="The model's name of a column of data; may be given again.")),
     "time": (Optional[str], typer.Option(
-        None, "--time", metavar="COLUMN", help="Of times, such as 't [ms]'; none: rows are steps; found by its name if left out.")),
+        None, "--time", metavar="COLUMN", help="Of times, such as 't (ms)'; none: rows are steps; found by its name if left out.")),
     "sort": (bool, typer.Option(False, "--sort", help="Rows by their times.")),
     "jitter": (Optional[float], typer.Option(
         None, "--jitter", metavar="SHARE", min=0, max=0.49, help="Of dt: a step that is off from a multiple of it by less is that.")),

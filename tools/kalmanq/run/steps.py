@@ -24,8 +24,7 @@ class Steps:
     def __init__(self, parts: Parts, keeps: bool = False):
         self.parts, self.keeps = parts, keeps
         self.is_upper = not np.any(np.tril(parts.model.A, -1))  # is all of A that was made?
-        self._over = self._known()  # processes by their dt
-        self._kept_over: list[Any] = []
+        self._forget_over()
         self._kept: list[Any] = []
 
     def copy(self) -> Steps:
@@ -34,9 +33,11 @@ class Steps:
         made._kept = list(self._kept)
         return made
 
-    def _known(self) -> dict[float, int]:
+    def _forget_over(self) -> None:
+        """All processes that were made of a dt, but for the model's own"""
         of = self.parts.model.continuous
-        return {} if of is None else {of.dt: self.own}
+        self._over = np.array([] if of is None else [of.dt]), np.array([] if of is None else [self.own], np.uintp)  # dt, rising
+        self._kept_over: list[Any] = []
 
     @property
     def own(self) -> int:
@@ -50,19 +51,19 @@ class Steps:
     def over(self, dt: np.ndarray) -> Addresses:
         """Of the process over each dt, which is made once"""
         distinct, which = np.unique(dt, return_inverse=True)
-        new = [one for one in distinct.tolist() if one not in self._over]
-        if len(self._over) + len(new) > MOST and not self.keeps:
-            self._over = self._known()
-            self._kept_over.clear()
-            new = [one for one in distinct.tolist() if one not in self._over]
-        if new:
-            A, Q, B = self.parts.model.continuous.steps(np.array(new))
+        if len(self._over[0]) + len(distinct) > MOST and not self.keeps:
+            self._forget_over()
+        new = np.setdiff1d(distinct, self._over[0], assume_unique=True)
+        if len(new):
+            A, Q, B = self.parts.model.continuous.steps(new)
             if not (np.all(np.isfinite(A)) and np.all(np.isfinite(Q))):
                 raise KalmanqError(f"a step of {new[-1]:g} is so long that the model is not representable")
             made, kept = self._processes(A, B, Q)
             self._kept_over.append(kept)
-            self._over.update(zip(new, made.tolist()))
-        return np.array([self._over[one] for one in distinct.tolist()], np.uintp)[which]
+            known, addresses = np.append(self._over[0], new), np.append(self._over[1], made)
+            order = np.argsort(known)
+            self._over = known[order], addresses[order]
+        return self._over[1][np.searchsorted(self._over[0], distinct)][which]
 
     def processes(self, rows: Rows) -> Addresses:
         """Of the process of each row's A, B and Q"""
@@ -102,7 +103,7 @@ class Steps:
         structs, memory = self._room("process", len(A), a.length("process", model.n))
         self._require(a.function("processes_init"), "A, B, Q", len(A), structs, model.n, model.l, a.pointer(memory),
                       *map(a.pointer, given), 0 if F is None else F.shape[2])
-        return self._addresses(structs, len(A)), (structs, memory, given)
+        return self._addresses(structs, len(A)), (structs, memory, given[:2])  # Q is in the memory
 
     def _sensors(self, H: np.ndarray, R: np.ndarray) -> tuple[Addresses, Any]:
         a, model = self.parts.arithmetic, self.parts.model
@@ -114,7 +115,7 @@ class Steps:
         structs, memory = self._room("sensor", len(H), a.length("sensor", model.m))
         self._require(a.function("sensors_init"), "H, R", len(H), structs, model.n, model.m, a.pointer(memory),
                       *map(a.pointer, given))
-        return self._addresses(structs, len(H)), (structs, memory, given)
+        return self._addresses(structs, len(H)), (structs, memory, given[0])  # R is in the memory
 
     def _numbers(self, given: Optional[np.ndarray]) -> Optional[np.ndarray]:
         if given is None:
