@@ -185,7 +185,7 @@ class Filter(Readable):
         before = self._processes(rows) if moves and T else None
         sensors = self._steps.sensors(rows) if rows.matrices.keys() & {"H", "R"} else None
         q.processes, q.sensors = (ffi.NULL if one is None else ffi.cast("void *", one.ctypes.data) for one in (before, sensors))
-        q.is_upper = self._steps.is_upper
+        q.is_upper = self._steps.is_upper and not np.any(np.tril(self.model.A, -1))
         q.widest = ffi.cast("double *", self._widest.ctypes.data) if a.is_fixed else ffi.NULL
         q.watch = ffi.NULL if watch is None else watch.of(self)
         kept = self._loss(q, robust)
@@ -221,7 +221,7 @@ class Filter(Readable):
     def _process(self, dt: Optional[float]) -> Any:
         """What moves the state to the next row"""
         if dt is None:
-            return self._steps.process_at(self._next)
+            return self.parts.process if self._next is None else self._steps.process_at(self._next)
         if self.model.continuous is None or not 0 < dt < np.inf:
             raise KalmanqError("dt: of a model in continuous time (F, Qc, dt), and above 0")
         return self._steps.process_at(self._steps.over(np.array([float(dt)]))[0])

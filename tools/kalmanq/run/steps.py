@@ -23,7 +23,7 @@ class Steps:
 
     def __init__(self, parts: Parts, keeps: bool = False):
         self.parts, self.keeps = parts, keeps
-        self.is_upper = not np.any(np.tril(parts.model.A, -1))  # is all of A that was made?
+        self.is_upper = True  # is all of A that was made?
         self._forget_over()
         self._kept: list[Any] = []
 
@@ -44,9 +44,9 @@ class Steps:
         """The model's process"""
         return int(ffi.cast("uintptr_t", self.parts.process))
 
-    def process_at(self, address: Optional[int]) -> Any:
-        """As a call of C takes it; None: the model's own"""
-        return self.parts.process if address is None else ffi.cast(f"kq_process_{self.parts.arithmetic.name} *", int(address))
+    def process_at(self, address: int) -> Any:
+        """As a call of C takes it"""
+        return ffi.cast(f"kq_process_{self.parts.arithmetic.name} *", int(address))
 
     def over(self, dt: np.ndarray) -> Addresses:
         """Of the process over each dt, which is made once"""
@@ -115,7 +115,7 @@ class Steps:
         structs, memory = self._room("sensor", len(H), a.length("sensor", model.m))
         self._require(a.function("sensors_init"), "H, R", len(H), structs, model.n, model.m, a.pointer(memory),
                       *map(a.pointer, given))
-        return self._addresses(structs, len(H)), (structs, memory, given[0])  # R is in the memory
+        return self._addresses(structs, len(H)), (structs, memory, given)
 
     def _numbers(self, given: Optional[np.ndarray]) -> Optional[np.ndarray]:
         if given is None:
