@@ -60,7 +60,7 @@ class Rows:
 
 def times_of(given: Any, model: Model, rows: int, varying: Optional[Varying] = None) -> np.ndarray:
     """The time of each row, in the unit of dt, rising"""
-    if model.continuous is None:
+    if getattr(model, "continuous", None) is None:
         raise KalmanqError("times: the model is of steps that are all alike: give F, Qc and dt (Model.of_continuous)")
     if varying is not None and any(getattr(varying, name) is not None for name in "ABQ"):
         raise KalmanqError("times: A, B and Q are those of the times, and cannot vary otherwise")

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field
-from typing import Callable, Mapping, Optional, Sequence
+from typing import Callable, Mapping, Optional, Sequence, Union
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -13,11 +13,13 @@ from kalmanq.data.rows import Rows
 from kalmanq.errors import KalmanqError
 from kalmanq.fitting.choice import Choice
 from kalmanq.fitting.densities import fit_densities
+from kalmanq.fitting.entries import ARRAYS
 from kalmanq.fitting.expectation import Records
 from kalmanq.fitting.findings import Findings, findings
 from kalmanq.fitting.likelihood import likelihood
 from kalmanq.fitting.one_start import Ended, Task, one_start
 from kalmanq.model import Model
+from kalmanq.nonlinear import NonlinearModel
 
 METHODS = ("em", "ml", "both")
 IN_OTHER_UNITS = {"H": "+1", "Q": "-2", "x0": "-1", "P0": "-2"}  # per cent
@@ -41,7 +43,7 @@ class Fit:
     message          one line: how it ended
     """
 
-    model: Model
+    model: Union[Model, NonlinearModel]
     log_likelihood: float
     standard_errors: dict[str, np.ndarray] = field(default_factory=dict)
     boundary: tuple[str, ...] = ()
@@ -53,8 +55,19 @@ class Fit:
     distance: float = float("nan")
     message: str = ""
 
+    def names(self, free: Sequence[str]) -> list[str]:
+        """Of what was free: a constant that is an array has one name a number; Q of records at irregular times is Qc"""
+        made = ["Qc" if name == "Q" and getattr(self.model, "continuous", None) else name for name in free if name in ARRAYS]
+        return [*getattr(self.model, "constants", ()), *made]
 
-def fit(model: Model, records: Sequence[ArrayLike], free: Sequence[str] = ("Q", "R"), *,
+    def value(self, name: str) -> np.ndarray:
+        constants = getattr(self.model, "constants", {})
+        if name == "Qc":
+            return self.model.continuous.Qc
+        return np.array([constants[name]]) if name in constants else np.asarray(getattr(self.model, name))
+
+
+def fit(model: Union[Model, NonlinearModel], records: Sequence[ArrayLike], free: Sequence[str] = ("Q", "R"), *,
         u: Optional[Sequence[Optional[ArrayLike]]] = None, times: Optional[Sequence[Optional[ArrayLike]]] = None,
         method: str = "both", Q_form: str = "full",
         R_form: str = "full", held: Optional[Mapping[str, ArrayLike]] = None, starts: int = 1, seed: int = 0,
@@ -65,7 +78,8 @@ def fit(model: Model, records: Sequence[ArrayLike], free: Sequence[str] = ("Q", 
     model       where the search begins; a start that is unknown in it stays so, and is exact
     records     each T x m; NaN: missing
     free        of A, H, Q, R, x0, P0, by name.  H and Q are determined only as H^2 Q, but for what a known P0 tells:
-                leave one out, or hold an entry
+                leave one out, or hold an entry.  Of a nonlinear model: of Q, R, x0, P0, and names of constants of its
+                file, which are free in all that the file makes of them (its likelihood is C, with exact slopes)
     u           for each record T x l, or None
     times       for each record T, or None, of a model in continuous time.  Where its steps are not all dt, Q is Qc: Qc and R can
                 be free, by maximum likelihood; standard_errors has "Qc"

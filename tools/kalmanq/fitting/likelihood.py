@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Optional, Sequence
+from typing import Optional, Sequence, Union
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -10,18 +10,23 @@ from numpy.typing import ArrayLike
 from kalmanq.core import require
 from kalmanq.data.rows import Varying
 from kalmanq.errors import KalmanqError
+from kalmanq.fitting.equations import likelihood_of
 from kalmanq.fitting.expectation import FREE, Expectation, Records
 from kalmanq.model import Model
+from kalmanq.nonlinear import NonlinearModel
 from kalmanq.run.filters import Filter
 from kalmanq.run.parts import Parts
 
 
-def likelihood(model: Model, records: Sequence[ArrayLike], u: Optional[Sequence[Optional[ArrayLike]]] = None, *,
-               times: Optional[Sequence[Optional[ArrayLike]]] = None, varying: Optional[Sequence[Varying]] = None,
-               arithmetic: str = "f64") -> float:
+def likelihood(model: Union[Model, NonlinearModel], records: Sequence[ArrayLike],
+               u: Optional[Sequence[Optional[ArrayLike]]] = None, *, times: Optional[Sequence[Optional[ArrayLike]]] = None,
+               varying: Optional[Sequence[Varying]] = None, arithmetic: str = "f64") -> float:
     """log p of all records (each T x m; NaN: missing), by the filter; an unknown start is exact.  times, varying: of each
     record, as Filter.run has them."""
-    made, parts = Records(model, records, u), Parts(model, arithmetic)
+    made = Records(model, records, u)
+    if isinstance(model, NonlinearModel):
+        return likelihood_of(model, made, arithmetic)
+    parts = Parts(model, arithmetic)
     total = 0.0
     for k, (z, controls) in enumerate(zip(made.z, made.u)):
         run = Filter(model, arithmetic, parts=parts)
