@@ -121,7 +121,8 @@ def _tell(options: Options, found: Fit, free: list[str], console: Console) -> No
         table.add_row(*row)
     console.print(table)
     if any(np.any(np.isfinite(errors)) for errors in found.standard_errors.values()):
-        console.print("standard errors: from the exact Hessian of the log-likelihood")
+        way = "differences" if "Qc" in found.names(free) else "the exact Hessian"
+        console.print(f"standard errors: from {way} of the log-likelihood")
     for name in found.boundary:
         console.print(f"at the boundary, no standard error: {name}")
     tell_written((options.out, options.plot), console)

@@ -38,7 +38,7 @@ def free_and_held(free: str, hold: str, model: Union[Model, NonlinearModel]) -> 
 
 def label_of(name: str, at: Sequence[int]) -> str:
     """Q[0,1]; a constant is one number, and has its name"""
-    return f"{name}[{','.join(map(str, at))}]" if name in ARRAYS else name
+    return f"{name}[{','.join(map(str, at))}]" if name in (*ARRAYS, "Qc") else name
 
 
 def _words(option: str, given: str) -> list[tuple[str, Optional[str]]]:
