@@ -214,7 +214,7 @@ def test_blocks_lag_instant_and_rows_one_by_one(arithmetic, most):
     single = Filter(model, arithmetic)
     single.update(z[0])
     for t in range(1, ROWS):
-        single.predict(u[t - 1], dt=times[t] - times[t - 1])
+        single.predict(u[t - 1], dt=model.continuous.between(times)[t - 1])
         single.update(z[t])
     assert np.array_equal(single.mean, f.mean) and np.array_equal(single.sigma, f.sigma)
     lagged = LagSmoother(model, 5, arithmetic).run(z, u, times=times)
@@ -245,6 +245,16 @@ def test_an_unknown_start_at_irregular_times(seed):
     run = Smoother(model.changed(P0=None)).run(z, u, times=times)
     right = conditioned(model.x0, 1e9 * np.eye(model.n), exact_steps(model, np.append(np.diff(times), 1)), z, u)
     assert errors(run.smoothed, run.smoothed_sigma, right.smoothed, right.smoothed_covariance) < 1e-7
+
+
+def test_a_step_has_one_number_whenever_it_is():
+    """Of times in decimals, whose differences are off in their last bits: so few processes are made"""
+    of = random_record(1)[0].continuous
+    ms = np.cumsum(np.random.default_rng(1).integers(1, 200, 5000))
+    times = ms / 1000 + 1234.567
+    made, raw = of.between(times), np.diff(times)
+    assert len(np.unique(made)) < 300 < 400 < len(np.unique(raw))
+    assert np.abs(made - np.diff(ms) / 1000).max() < 4 * np.spacing(times[-1])
 
 
 def test_jitter_within_a_share_of_dt_is_rounded():

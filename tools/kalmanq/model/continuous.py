@@ -27,11 +27,12 @@ class Continuous:
     jitter: float = 0.0
 
     def between(self, times: np.ndarray) -> np.ndarray:
-        """From each time to the next one.  What is a multiple of dt but for jitter and the rounding of times is just that"""
-        made = np.diff(times)
-        most = self.jitter * self.dt + 4 * np.spacing(np.maximum.accumulate(np.abs(times))[1:])
+        """From each time to the next one.  What is a multiple of dt but for jitter and the rounding of times is just that;
+        others are as good as times are, so that what is one step has one number"""
+        made, rounding = np.diff(times), 4 * np.spacing(np.maximum.accumulate(np.abs(times))[1:])
         whole = np.maximum(np.round(made / self.dt), 1) * self.dt
-        return np.where(np.abs(made - whole) <= most, whole, made)
+        known = np.round(made / rounding) * rounding
+        return np.where(np.abs(made - whole) <= self.jitter * self.dt + rounding, whole, np.where(known > 0, known, made))
 
     def step(self, dt: float) -> tuple[np.ndarray, np.ndarray, Optional[np.ndarray]]:
         """A, Q and B over dt"""
