@@ -136,6 +136,22 @@ def test_file_of_covariances(tmp_path):
     assert np.allclose(read(out).R, said["R"], 1e-12, 0) and f"GAIN, WALK = {said['GAIN'][0]!r}, " in out.read_text()
 
 
+def test_starts():
+    """x0 and P0 of twelve records, and a constant"""
+    model = read(FITTED / "cell.py")
+    z, u = zip(*(simulate(model, 100, seed)[1:] for seed in range(12)))
+    found = kalmanq.fit(model, z, ["x0", "P0", "R0"], u=u)
+    assert found.converged, found.message
+    assert found.value("x0") == pytest.approx(model.x0, abs=4 * np.max(found.standard_errors["x0"]))
+    assert found.log_likelihood > kalmanq.likelihood(model, z, u)
+    assert found.log_likelihood == pytest.approx(kalmanq.likelihood(found.model, z, u), rel=1e-10)
+
+
+def test_nothing_there():
+    model, z, u = drawn("cell", 20, 1)
+    assert kalmanq.fit(model, [np.full_like(z, np.nan)], model.free, u=[u]).message == "there is no data: every measurement is missing"
+
+
 REFUSED = {  # what is changed in cell.py, options, what is said
     "no constant": ("", ["--free", "MASS"], "cell.py: MASS: is free, but is no constant of the file: write NAME = number"),
     "twice": ("R0 = 0.04\n", ["--free", "R0"], "R0: is free, but is assigned in lines 9, 13: assign it once"),
