@@ -30,7 +30,6 @@ from kalmanq.run.simulation import simulate
 
 TOLD = {"orbit": 0.05, "drone": 1e-2, "coordinated_turn": 1e-2, "induction_motor": 1e-2}  # sigma, where float is coarser than elsewhere
 MEAN, COVARIANCE = 2e-3, 1e-3
-BATTERY = FOLDER.parents[2] / "tools" / "kalmanq" / "examples" / "battery.py"
 
 
 # ------------------------------------------------------------------------------ the C is the filter
@@ -95,7 +94,7 @@ PROTOTYPE = {"battery": (2e-4, 2e-5, 2000, 1), "coordinated_turn": (4e-4, 3e-4, 
 @pytest.mark.parametrize("name", PROTOTYPE)
 def test_float_is_as_near_as_a_prototype_was(name: str) -> None:
     mean, covariance, rows, every = PROTOTYPE[name]
-    model = model_of(name) if name in NAMES else read(BATTERY.with_name(f"{name}.py"))
+    model = model_of(name)
     products = {one: compiled_equations(model, "kf", Options(one)) for one in ("f32", "f64")}
     begun = copy.copy(model)  # half a sigma off at first
     begun.P0 = model.P0 / 4
