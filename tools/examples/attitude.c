@@ -99,13 +99,6 @@ kq_status attitude_predict(attitude_device *restrict f, const float u[3])
     const float t29 = t7 ? t16 * t17 : t21 * t22;
     const float t30 = t26 + t27 + t28 + t29 + x4 + x5 + x6;
     if (!(t30 * t30 <= 1.0e+36f)) return KQ_ERR_NOT_FINITE;
-    const float moved0 = t26;
-    const float moved1 = t27;
-    const float moved2 = t28;
-    const float moved3 = t29;
-    const float moved4 = x4;
-    const float moved5 = x5;
-    const float moved6 = x6;
     static const float d[6] = {0};
     f->A[1] = t23;
     f->A[2] = -t24;
@@ -116,13 +109,10 @@ kq_status attitude_predict(attitude_device *restrict f, const float u[3])
     kq_status status = kq_process_change_transition_f32(&f->process, f->A);
     if (!status) status = kq_predict_extended_f32(&f->filter, &f->process, d);
     if (status) return status;
-    f->x[0] = moved0;
-    f->x[1] = moved1;
-    f->x[2] = moved2;
-    f->x[3] = moved3;
-    f->x[4] = moved4;
-    f->x[5] = moved5;
-    f->x[6] = moved6;
+    f->x[0] = t26;
+    f->x[1] = t27;
+    f->x[2] = t28;
+    f->x[3] = t29;
     return status;
 }
 
@@ -170,23 +160,16 @@ kq_status attitude_reset(attitude_device *restrict f)
     const float t26 = x6 + d5;
     const float t27 = t20 + t21 + t22 + t23 + t24 + t25 + t26;
     if (!(t27 * t27 <= 1.0e+36f)) return KQ_ERR_NOT_FINITE;
-    const float whole0 = t20;
-    const float whole1 = t21;
-    const float whole2 = t22;
-    const float whole3 = t23;
-    const float whole4 = t24;
-    const float whole5 = t25;
-    const float whole6 = t26;
     const float back[6] = {-d0, -d1, -d2, -d3, -d4, -d5};
     const kq_status status = kq_move_f32(&f->filter, back);
     if (status) return status;
-    f->x[0] = whole0;
-    f->x[1] = whole1;
-    f->x[2] = whole2;
-    f->x[3] = whole3;
-    f->x[4] = whole4;
-    f->x[5] = whole5;
-    f->x[6] = whole6;
+    f->x[0] = t20;
+    f->x[1] = t21;
+    f->x[2] = t22;
+    f->x[3] = t23;
+    f->x[4] = t24;
+    f->x[5] = t25;
+    f->x[6] = t26;
     return status;
 }
 
@@ -216,22 +199,18 @@ kq_status attitude_innovation_accelerometer(attitude_device *restrict f, const f
     return kq_sensor_change_measurement_f32(&f->sensor_accelerometer, f->H_accelerometer);
 }
 
-kq_status attitude_update_accelerometer(attitude_device *restrict f, const float z[3])
-{
-    float e[3];
-    kq_status status = attitude_innovation_accelerometer(f, z, e);
-    if (!status) status = kq_update_f32(&f->filter, &f->sensor_accelerometer, e);
-    if (!status) status = attitude_reset(f);
-    return status;
-}
-
-kq_status attitude_update_accelerometer_some(attitude_device *restrict f, const float z[3], unsigned present)
+kq_status attitude_update_accelerometer_some(attitude_device *restrict f, const float z[3], uint32_t present)
 {
     float e[3];
     kq_status status = attitude_innovation_accelerometer(f, z, e);
     if (!status) status = kq_update_subset_f32(&f->filter, &f->sensor_accelerometer, e, present);
     if (!status) status = attitude_reset(f);
     return status;
+}
+
+kq_status attitude_update_accelerometer(attitude_device *restrict f, const float z[3])
+{
+    return attitude_update_accelerometer_some(f, z, UINT32_MAX);
 }
 
 kq_status attitude_innovation_magnetometer(attitude_device *restrict f, const float z[3], float e[3])
@@ -260,20 +239,16 @@ kq_status attitude_innovation_magnetometer(attitude_device *restrict f, const fl
     return kq_sensor_change_measurement_f32(&f->sensor_magnetometer, f->H_magnetometer);
 }
 
-kq_status attitude_update_magnetometer(attitude_device *restrict f, const float z[3])
-{
-    float e[3];
-    kq_status status = attitude_innovation_magnetometer(f, z, e);
-    if (!status) status = kq_update_f32(&f->filter, &f->sensor_magnetometer, e);
-    if (!status) status = attitude_reset(f);
-    return status;
-}
-
-kq_status attitude_update_magnetometer_some(attitude_device *restrict f, const float z[3], unsigned present)
+kq_status attitude_update_magnetometer_some(attitude_device *restrict f, const float z[3], uint32_t present)
 {
     float e[3];
     kq_status status = attitude_innovation_magnetometer(f, z, e);
     if (!status) status = kq_update_subset_f32(&f->filter, &f->sensor_magnetometer, e, present);
     if (!status) status = attitude_reset(f);
     return status;
+}
+
+kq_status attitude_update_magnetometer(attitude_device *restrict f, const float z[3])
+{
+    return attitude_update_magnetometer_some(f, z, UINT32_MAX);
 }

@@ -81,7 +81,7 @@ kq_status attitude_reset(attitude_device *f);
 kq_status attitude_update_accelerometer(attitude_device *f, const float z[3]);
 
 /** Takes the components of a sample whose bits are set in `present`. */
-kq_status attitude_update_accelerometer_some(attitude_device *f, const float z[3], unsigned present);
+kq_status attitude_update_accelerometer_some(attitude_device *f, const float z[3], uint32_t present);
 
 /** Innovations e of a sample at the mean; the sensor's H becomes the derivative there. */
 kq_status attitude_innovation_accelerometer(attitude_device *f, const float z[3], float e[3]);
@@ -90,81 +90,28 @@ kq_status attitude_innovation_accelerometer(attitude_device *f, const float z[3]
 kq_status attitude_update_magnetometer(attitude_device *f, const float z[3]);
 
 /** Takes the components of a sample whose bits are set in `present`. */
-kq_status attitude_update_magnetometer_some(attitude_device *f, const float z[3], unsigned present);
+kq_status attitude_update_magnetometer_some(attitude_device *f, const float z[3], uint32_t present);
 
 /** Innovations e of a sample at the mean; the sensor's H becomes the derivative there. */
 kq_status attitude_innovation_magnetometer(attitude_device *f, const float z[3], float e[3]);
 
-static inline float attitude_mean_q_w(const attitude_device *f)
-{
-    return f->x[0];
-}
-
-static inline float attitude_mean_q_x(const attitude_device *f)
-{
-    return f->x[1];
-}
-
-static inline float attitude_mean_q_y(const attitude_device *f)
-{
-    return f->x[2];
-}
-
-static inline float attitude_mean_q_z(const attitude_device *f)
-{
-    return f->x[3];
-}
-
-static inline float attitude_mean_bias_x(const attitude_device *f)
-{
-    return f->x[4];
-}
-
-static inline float attitude_mean_bias_y(const attitude_device *f)
-{
-    return f->x[5];
-}
-
-static inline float attitude_mean_bias_z(const attitude_device *f)
-{
-    return f->x[6];
-}
+static inline float attitude_mean_q_w(const attitude_device *f) { return f->x[0]; }
+static inline float attitude_mean_q_x(const attitude_device *f) { return f->x[1]; }
+static inline float attitude_mean_q_y(const attitude_device *f) { return f->x[2]; }
+static inline float attitude_mean_q_z(const attitude_device *f) { return f->x[3]; }
+static inline float attitude_mean_bias_x(const attitude_device *f) { return f->x[4]; }
+static inline float attitude_mean_bias_y(const attitude_device *f) { return f->x[5]; }
+static inline float attitude_mean_bias_z(const attitude_device *f) { return f->x[6]; }
 
 /** For the library's calls: readings, histories, robust updates. */
-static inline kq_filter_f32 *attitude_filter(attitude_device *f)
-{
-    return &f->filter;
-}
+static inline kq_filter_f32 *attitude_filter(attitude_device *f) { return &f->filter; }
 
-static inline float attitude_sigma_turn_x(const attitude_device *f)
-{
-    return kq_sigma_f32(&f->filter, 0);
-}
-
-static inline float attitude_sigma_turn_y(const attitude_device *f)
-{
-    return kq_sigma_f32(&f->filter, 1);
-}
-
-static inline float attitude_sigma_turn_z(const attitude_device *f)
-{
-    return kq_sigma_f32(&f->filter, 2);
-}
-
-static inline float attitude_sigma_off_x(const attitude_device *f)
-{
-    return kq_sigma_f32(&f->filter, 3);
-}
-
-static inline float attitude_sigma_off_y(const attitude_device *f)
-{
-    return kq_sigma_f32(&f->filter, 4);
-}
-
-static inline float attitude_sigma_off_z(const attitude_device *f)
-{
-    return kq_sigma_f32(&f->filter, 5);
-}
+static inline float attitude_sigma_turn_x(const attitude_device *f) { return kq_sigma_f32(&f->filter, 0); }
+static inline float attitude_sigma_turn_y(const attitude_device *f) { return kq_sigma_f32(&f->filter, 1); }
+static inline float attitude_sigma_turn_z(const attitude_device *f) { return kq_sigma_f32(&f->filter, 2); }
+static inline float attitude_sigma_off_x(const attitude_device *f) { return kq_sigma_f32(&f->filter, 3); }
+static inline float attitude_sigma_off_y(const attitude_device *f) { return kq_sigma_f32(&f->filter, 4); }
+static inline float attitude_sigma_off_z(const attitude_device *f) { return kq_sigma_f32(&f->filter, 5); }
 
 #ifdef __cplusplus
 }

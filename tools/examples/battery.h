@@ -74,31 +74,14 @@ typedef struct {
 /** z - h(x) at a sigma point.  context: a row. */
 void battery_point_innovation(void *context, const float *x, float *e);
 
-static inline float battery_mean_charge(const battery_device *f)
-{
-    return kq_mean_f32(&f->filter, 0);
-}
-
-static inline float battery_mean_polarisation(const battery_device *f)
-{
-    return kq_mean_f32(&f->filter, 1);
-}
+static inline float battery_mean_charge(const battery_device *f) { return kq_mean_f32(&f->filter, 0); }
+static inline float battery_mean_polarisation(const battery_device *f) { return kq_mean_f32(&f->filter, 1); }
 
 /** For the library's calls: readings, histories, robust updates. */
-static inline kq_filter_f32 *battery_filter(battery_device *f)
-{
-    return &f->filter;
-}
+static inline kq_filter_f32 *battery_filter(battery_device *f) { return &f->filter; }
 
-static inline float battery_sigma_charge(const battery_device *f)
-{
-    return kq_sigma_f32(&f->filter, 0);
-}
-
-static inline float battery_sigma_polarisation(const battery_device *f)
-{
-    return kq_sigma_f32(&f->filter, 1);
-}
+static inline float battery_sigma_charge(const battery_device *f) { return kq_sigma_f32(&f->filter, 0); }
+static inline float battery_sigma_polarisation(const battery_device *f) { return kq_sigma_f32(&f->filter, 1); }
 
 #ifdef __cplusplus
 }

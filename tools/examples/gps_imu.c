@@ -63,14 +63,14 @@ kq_status gps_imu_predict(gps_imu_device *restrict f, const float u[2])
     return status;
 }
 
-kq_status gps_imu_update(gps_imu_device *restrict f, const float z[2])
-{
-    return kq_update_f32(&f->filter, &f->sensor, z);
-}
-
-kq_status gps_imu_update_some(gps_imu_device *restrict f, const float z[2], unsigned present)
+kq_status gps_imu_update_some(gps_imu_device *restrict f, const float z[2], uint32_t present)
 {
     return kq_update_subset_f32(&f->filter, &f->sensor, z, present);
+}
+
+kq_status gps_imu_update(gps_imu_device *restrict f, const float z[2])
+{
+    return gps_imu_update_some(f, z, UINT32_MAX);
 }
 
 void gps_imu_point_increment(void *context, const float *x, float *d)

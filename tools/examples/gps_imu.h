@@ -69,7 +69,7 @@ kq_status gps_imu_predict(gps_imu_device *f, const float u[2]);
 kq_status gps_imu_update(gps_imu_device *f, const float z[2]);
 
 /** Takes the components of a sample whose bits are set in `present`. */
-kq_status gps_imu_update_some(gps_imu_device *f, const float z[2], unsigned present);
+kq_status gps_imu_update_some(gps_imu_device *f, const float z[2], uint32_t present);
 
 /** What the functions for sigma points read of a row beside the state. */
 typedef struct {
@@ -79,71 +79,22 @@ typedef struct {
 /** f(x) - x at a sigma point.  context: a row. */
 void gps_imu_point_increment(void *context, const float *x, float *d);
 
-static inline float gps_imu_mean_east(const gps_imu_device *f)
-{
-    return kq_mean_f32(&f->filter, 0);
-}
-
-static inline float gps_imu_mean_north(const gps_imu_device *f)
-{
-    return kq_mean_f32(&f->filter, 1);
-}
-
-static inline float gps_imu_mean_speed(const gps_imu_device *f)
-{
-    return kq_mean_f32(&f->filter, 2);
-}
-
-static inline float gps_imu_mean_heading(const gps_imu_device *f)
-{
-    return kq_mean_f32(&f->filter, 3);
-}
-
-static inline float gps_imu_mean_accelerometer_bias(const gps_imu_device *f)
-{
-    return kq_mean_f32(&f->filter, 4);
-}
-
-static inline float gps_imu_mean_gyro_bias(const gps_imu_device *f)
-{
-    return kq_mean_f32(&f->filter, 5);
-}
+static inline float gps_imu_mean_east(const gps_imu_device *f) { return kq_mean_f32(&f->filter, 0); }
+static inline float gps_imu_mean_north(const gps_imu_device *f) { return kq_mean_f32(&f->filter, 1); }
+static inline float gps_imu_mean_speed(const gps_imu_device *f) { return kq_mean_f32(&f->filter, 2); }
+static inline float gps_imu_mean_heading(const gps_imu_device *f) { return kq_mean_f32(&f->filter, 3); }
+static inline float gps_imu_mean_accelerometer_bias(const gps_imu_device *f) { return kq_mean_f32(&f->filter, 4); }
+static inline float gps_imu_mean_gyro_bias(const gps_imu_device *f) { return kq_mean_f32(&f->filter, 5); }
 
 /** For the library's calls: readings, histories, robust updates. */
-static inline kq_filter_f32 *gps_imu_filter(gps_imu_device *f)
-{
-    return &f->filter;
-}
+static inline kq_filter_f32 *gps_imu_filter(gps_imu_device *f) { return &f->filter; }
 
-static inline float gps_imu_sigma_east(const gps_imu_device *f)
-{
-    return kq_sigma_f32(&f->filter, 0);
-}
-
-static inline float gps_imu_sigma_north(const gps_imu_device *f)
-{
-    return kq_sigma_f32(&f->filter, 1);
-}
-
-static inline float gps_imu_sigma_speed(const gps_imu_device *f)
-{
-    return kq_sigma_f32(&f->filter, 2);
-}
-
-static inline float gps_imu_sigma_heading(const gps_imu_device *f)
-{
-    return kq_sigma_f32(&f->filter, 3);
-}
-
-static inline float gps_imu_sigma_accelerometer_bias(const gps_imu_device *f)
-{
-    return kq_sigma_f32(&f->filter, 4);
-}
-
-static inline float gps_imu_sigma_gyro_bias(const gps_imu_device *f)
-{
-    return kq_sigma_f32(&f->filter, 5);
-}
+static inline float gps_imu_sigma_east(const gps_imu_device *f) { return kq_sigma_f32(&f->filter, 0); }
+static inline float gps_imu_sigma_north(const gps_imu_device *f) { return kq_sigma_f32(&f->filter, 1); }
+static inline float gps_imu_sigma_speed(const gps_imu_device *f) { return kq_sigma_f32(&f->filter, 2); }
+static inline float gps_imu_sigma_heading(const gps_imu_device *f) { return kq_sigma_f32(&f->filter, 3); }
+static inline float gps_imu_sigma_accelerometer_bias(const gps_imu_device *f) { return kq_sigma_f32(&f->filter, 4); }
+static inline float gps_imu_sigma_gyro_bias(const gps_imu_device *f) { return kq_sigma_f32(&f->filter, 5); }
 
 #ifdef __cplusplus
 }

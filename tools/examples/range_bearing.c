@@ -73,20 +73,7 @@ kq_status range_bearing_innovation(range_bearing_device *restrict f, const float
     return status ? status : linearise(f, z, e);
 }
 
-kq_status range_bearing_update(range_bearing_device *restrict f, const float z[2])
-{
-    float e[2];
-    kq_status status = range_bearing_innovation(f, z, e);
-    for (int pass = 1; pass < 4 && !status; pass++) {
-        status = kq_filter_copy_f32(&f->trial, &f->filter);
-        if (!status) status = kq_update_f32(&f->trial, &f->sensor, e);
-        if (!status) status = linearise(f, z, e);
-    }
-    if (!status) status = kq_update_f32(&f->filter, &f->sensor, e);
-    return status;
-}
-
-kq_status range_bearing_update_some(range_bearing_device *restrict f, const float z[2], unsigned present)
+kq_status range_bearing_update_some(range_bearing_device *restrict f, const float z[2], uint32_t present)
 {
     float e[2];
     kq_status status = range_bearing_innovation(f, z, e);
@@ -97,6 +84,11 @@ kq_status range_bearing_update_some(range_bearing_device *restrict f, const floa
     }
     if (!status) status = kq_update_subset_f32(&f->filter, &f->sensor, e, present);
     return status;
+}
+
+kq_status range_bearing_update(range_bearing_device *restrict f, const float z[2])
+{
+    return range_bearing_update_some(f, z, UINT32_MAX);
 }
 
 void range_bearing_point_innovation(void *context, const float *x, float *e)

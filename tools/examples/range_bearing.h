@@ -67,7 +67,7 @@ kq_status range_bearing_predict(range_bearing_device *f);
 kq_status range_bearing_update(range_bearing_device *f, const float z[2]);
 
 /** Takes the components of a sample whose bits are set in `present`. */
-kq_status range_bearing_update_some(range_bearing_device *f, const float z[2], unsigned present);
+kq_status range_bearing_update_some(range_bearing_device *f, const float z[2], uint32_t present);
 
 /** Innovations e of a sample at the mean; the sensor's H becomes the derivative there. */
 kq_status range_bearing_innovation(range_bearing_device *f, const float z[2], float e[2]);
@@ -80,51 +80,18 @@ typedef struct {
 /** z - h(x) at a sigma point.  context: a row. */
 void range_bearing_point_innovation(void *context, const float *x, float *e);
 
-static inline float range_bearing_mean_east(const range_bearing_device *f)
-{
-    return kq_mean_f32(&f->filter, 0);
-}
-
-static inline float range_bearing_mean_north(const range_bearing_device *f)
-{
-    return kq_mean_f32(&f->filter, 1);
-}
-
-static inline float range_bearing_mean_v_east(const range_bearing_device *f)
-{
-    return kq_mean_f32(&f->filter, 2);
-}
-
-static inline float range_bearing_mean_v_north(const range_bearing_device *f)
-{
-    return kq_mean_f32(&f->filter, 3);
-}
+static inline float range_bearing_mean_east(const range_bearing_device *f) { return kq_mean_f32(&f->filter, 0); }
+static inline float range_bearing_mean_north(const range_bearing_device *f) { return kq_mean_f32(&f->filter, 1); }
+static inline float range_bearing_mean_v_east(const range_bearing_device *f) { return kq_mean_f32(&f->filter, 2); }
+static inline float range_bearing_mean_v_north(const range_bearing_device *f) { return kq_mean_f32(&f->filter, 3); }
 
 /** For the library's calls: readings, histories, robust updates. */
-static inline kq_filter_f32 *range_bearing_filter(range_bearing_device *f)
-{
-    return &f->filter;
-}
+static inline kq_filter_f32 *range_bearing_filter(range_bearing_device *f) { return &f->filter; }
 
-static inline float range_bearing_sigma_east(const range_bearing_device *f)
-{
-    return kq_sigma_f32(&f->filter, 0);
-}
-
-static inline float range_bearing_sigma_north(const range_bearing_device *f)
-{
-    return kq_sigma_f32(&f->filter, 1);
-}
-
-static inline float range_bearing_sigma_v_east(const range_bearing_device *f)
-{
-    return kq_sigma_f32(&f->filter, 2);
-}
-
-static inline float range_bearing_sigma_v_north(const range_bearing_device *f)
-{
-    return kq_sigma_f32(&f->filter, 3);
-}
+static inline float range_bearing_sigma_east(const range_bearing_device *f) { return kq_sigma_f32(&f->filter, 0); }
+static inline float range_bearing_sigma_north(const range_bearing_device *f) { return kq_sigma_f32(&f->filter, 1); }
+static inline float range_bearing_sigma_v_east(const range_bearing_device *f) { return kq_sigma_f32(&f->filter, 2); }
+static inline float range_bearing_sigma_v_north(const range_bearing_device *f) { return kq_sigma_f32(&f->filter, 3); }
 
 #ifdef __cplusplus
 }

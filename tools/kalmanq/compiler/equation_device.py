@@ -15,7 +15,7 @@ import numpy as np
 
 from kalmanq.compiler.arithmetic import Arithmetic
 from kalmanq.compiler.equations import Equations, equations
-from kalmanq.compiler.head import reading
+from kalmanq.compiler.head import readings
 from kalmanq.compiler.printing import Floats
 from kalmanq.compiler.request import Options, Request
 from kalmanq.errors import KalmanqError
@@ -127,9 +127,9 @@ class Device(Arithmetic):
     def calls(self) -> list[str]:
         name, given = self.given.name, self.given
         lines = ["/** For the library's calls: readings, histories, robust updates. */",
-                 f"static inline kq_filter_{self.T} *{name}_filter({given.type} *f)", "{", "    return &f->filter;", "}", ""]
-        return lines + [line for i, state in enumerate(given.states)
-                        for line in reading(given, self.type, f"sigma_{state}", f"kq_sigma_{self.T}(&f->filter, {i})")]
+                 f"static inline kq_filter_{self.T} *{name}_filter({given.type} *f) {{ return &f->filter; }}", ""]
+        return lines + readings(given, self.type, {
+            f"sigma_{state}": f"kq_sigma_{self.T}(&f->filter, {i})" for i, state in enumerate(given.states)})
 
     @property
     def fields(self) -> list[str]:

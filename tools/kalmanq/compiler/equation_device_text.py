@@ -37,7 +37,7 @@ class DeviceText(EquationText):
 
     def parts(self) -> list[list[str]]:
         updates = [lines for one in self.of.sensors for lines in (
-            self._linearised(one), self._innovation(one), self._update_of(one), self._update_some_of(one))]
+            self._linearised(one), self._innovation(one), self._update_some_of(one), self._update_of(one))]
         resets = [self._reset_errors()] if self.of.has_errors else []
         return [self._start(), self._start_at(), self._predict(), *resets, *updates, *self._points()]
 
@@ -134,7 +134,6 @@ class DeviceText(EquationText):
         if a.has_errors:
             body.name_shared([*a.moved, *a.transition])
             self._unless_finite(body, a.moved)
-            body.lines += [f"const {a.type} moved{i} = {body.text(one)};" for i, one in enumerate(a.moved)]
             body.lines.append(f"static const {a.type} d[{a.n}] = {{0}};")
         else:
             body.name_shared([*a.change, *a.transition])
@@ -143,18 +142,23 @@ class DeviceText(EquationText):
         calls = [f"kq_process_change_transition_{T}(&f->process, f->A)"] if changed else []
         last = [*self._calls(*calls, f"kq_predict_extended_{T}(&f->filter, &f->process, {given})")]
         if a.has_errors:
-            last += ["if (status) return status;", *(f"f->x[{i}] = moved{i};" for i in range(len(a.moved)))]
+            last += self._replaced(body, a.moved)
         return function(head, [*within(self._places(), body.lines), *last, "return status;"])
 
     def _reset_errors(self) -> list[str]:
         a, body = self.of, Body(self.of.words)
         body.name_shared(a.corrected)
         self._unless_finite(body, a.corrected)
-        body.lines += [f"const {a.type} whole{i} = {body.text(one)};" for i, one in enumerate(a.corrected)]
         body.lines.append(f"const {a.type} back[{a.n}] = {{{', '.join(f'-d{i}' for i in range(a.n))}}};")
         return function(f"kq_status {self.given.name}_reset({self.filter})", [
             *within(self._places(), body.lines), f"const kq_status status = kq_move_{a.T}(&f->filter, back);",
-            "if (status) return status;", *(f"f->x[{i}] = whole{i};" for i in range(len(a.corrected))), "return status;"])
+            *self._replaced(body, a.corrected), "return status;"])
+
+    @staticmethod
+    def _replaced(body: Body, numbers: Sequence[Node]) -> list[str]:
+        """Numbers that the states are errors of, once the filter has moved"""
+        made = [(f"f->x[{i}]", body.text(one)) for i, one in enumerate(numbers) if not (one.op == "symbol" and one.args[0] == f"x{i}")]
+        return ["if (status) return status;", *(f"{name} = {text};" for name, text in made)]
 
     def _linearised(self, sensor: Sensor) -> list[str]:
         """static: innovations and H of a sensor that is not linear, where the filter is or where it is tried"""
@@ -206,14 +210,15 @@ class DeviceText(EquationText):
                 *(passes if a.iterates else []), *last, "return status;"]
 
     def _update_of(self, sensor: Sensor) -> list[str]:
-        return function(f"kq_status {self.given.name}_update{sensor.suffix}({self.filter}{self.update_arguments(sensor)})",
-                        self._taken_by(sensor, "kq_update", ""))
+        arguments, name = self.update_arguments(sensor), f"{self.given.name}_update{sensor.suffix}"
+        some = [f"return {name}_some(f{self._same(arguments)}, UINT32_MAX);"]
+        return function(f"kq_status {name}({self.filter}{arguments})", some if sensor.m > 1 else self._taken_by(sensor, "kq_update", ""))
 
     def _update_some_of(self, sensor: Sensor) -> list[str]:
         if sensor.m == 1:
             return []
         return function(f"kq_status {self.given.name}_update{sensor.suffix}_some({self.filter}{self.update_arguments(sensor)}, "
-                        "unsigned present)", self._taken_by(sensor, "kq_update_subset", ", present"))
+                        "uint32_t present)", self._taken_by(sensor, "kq_update_subset", ", present"))
 
     def _points(self) -> list[list[str]]:
         a = self.of
@@ -298,7 +303,7 @@ class DeviceHeader(EquationHeader):
             lines += ["/** Takes a sample. */", f"kq_status {self.name}_update{one.suffix}({self.filter}{arguments});", ""]
             if one.m > 1:
                 lines += ["/** Takes the components of a sample whose bits are set in `present`. */",
-                          f"kq_status {self.name}_update{one.suffix}_some({self.filter}{arguments}, unsigned present);", ""]
+                          f"kq_status {self.name}_update{one.suffix}_some({self.filter}{arguments}, uint32_t present);", ""]
             if one not in self.a.plain:
                 lines += ["/** Innovations e of a sample at the mean; the sensor's H becomes the derivative there. */",
                           self._head(self.c.innovation_head(one)), ""]
