@@ -146,7 +146,7 @@ def apart(model: NonlinearModel, made: Sequence[np.ndarray], mean: np.ndarray, P
 
 
 @pytest.mark.parametrize("arithmetic", ["f32", "f64"])
-@pytest.mark.parametrize("path, iterate", [*((path, 1) for path in MODELS), (MODELS[0], 2), (MODELS[1], 4), (MODELS[3], 3)],
+@pytest.mark.parametrize("path, iterate", [*((path, 1) for path in MODELS), (MODELS[1], 4), (MODELS[3], 3)],
                          ids=lambda one: getattr(one, "stem", one))
 def test_it_comes_to_what_straight_lines_in_double_come_to(path, iterate, arithmetic, library, tmp_path):
     model, options = read(path), Options(iterate=iterate)
@@ -173,9 +173,9 @@ POINTS = {
     "drift": ("{predict}(device_filter(&f), &f.process, device_point_increment, &(device_row){{v, w}}, {rule}, work)",
               "(device_update_mark(&f, v) || {update}(device_filter(&f), &f.sensor_far, device_point_innovation_far, "
               "&(device_row){{v + 1, w}}, {rule}, work))")}
-METHODS = [("extended", "battery"), ("extended", "range_bearing"), ("extended", "gps_imu"), ("extended", "drift"),
-           ("iterated", "battery"), ("iterated", "range_bearing"), ("iterated", "drift"), ("central", "battery"),
-           ("cubature", "range_bearing"), ("cubature", "gps_imu"), ("cubature", "drift")]
+METHODS = [("extended", "range_bearing"), ("extended", "gps_imu"), ("extended", "drift"), ("iterated", "battery"),
+           ("iterated", "range_bearing"), ("central", "battery"), ("cubature", "range_bearing"), ("cubature", "gps_imu"),
+           ("cubature", "drift")]
 
 
 @pytest.mark.parametrize("arithmetic", ["f32", "f64"])
@@ -259,7 +259,7 @@ def test_robust_updates_are_those_of_straight_lines(name, arithmetic, library, t
 
 
 @pytest.mark.parametrize("arithmetic", ["f32", "f64"])
-@pytest.mark.parametrize("path", MODELS, ids=lambda path: path.stem)
+@pytest.mark.parametrize("path", MODELS[::2], ids=lambda path: path.stem)
 def test_start_at_is_a_start_of_another_model(path, arithmetic, library, tmp_path):
     model = read(path)
     mean, sigma = model.x0 + 1 / 16, 2.0 ** -np.arange(1, model.n + 1)
