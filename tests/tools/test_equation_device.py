@@ -32,6 +32,7 @@ from kalmanq.nonlinear import NonlinearModel, NonlinearSmoother, read
 ROOT, OWN = Path(__file__).resolve().parents[2], Path(__file__).parent / "equations"
 EXAMPLES = Path(kalmanq_package.__file__).parent / "examples"
 MODELS = [EXAMPLES / "battery.py", EXAMPLES / "range_bearing.py", OWN / "attitude.py", OWN / "drift.py"]
+DEVICES = {"attitude": (), "battery": (), "gps_imu": (), "range_bearing": ("--iterate", 4)}  # of tools/examples, with their options
 MOST = {"f32": 1e-3, "f64": 1e-9}  # sigma
 ITERATIONS = 3
 SEEDS, ROWS, NEAR = (1, 2, 3), 300, 100  # of range_bearing the target is 2 km away in the end, where float rounds h to 3e-3 sigma in any filter
@@ -281,7 +282,7 @@ def test_start_at_is_a_start_of_another_model(path, arithmetic, library, tmp_pat
 @pytest.mark.parametrize("path", MODELS, ids=lambda path: path.stem)
 def test_its_files_are_free_of_warnings_and_its_test_says_ok(path, library, tmp_path):
     for T in ("f32", "f64"):
-        done = kalmanq("compile", path, "--library", "--arith", T, "-o", tmp_path / f"own_{T}.c")
+        done = kalmanq("compile", path, "--library", "--arith", T, *DEVICES.get(path.stem, ()), "-o", tmp_path / f"own_{T}.c")
         assert done.returncode == 0, done.stderr
         sources = [f"own_{T}.c", f"own_{T}_test.c"]
         for compiler in [one for one in ("gcc", "clang") if shutil.which(one)]:
@@ -312,9 +313,6 @@ def test_options_of_straight_lines_name_the_library_s_call(option, call, tmp_pat
 def test_a_constant_model_is_sent_to_design(tmp_path):
     done = kalmanq("compile", EXAMPLES / "constant_velocity.toml", "--library", "-o", tmp_path / "own.c")
     assert done.returncode and "kalmanq design" in done.stderr
-
-
-DEVICES = {"attitude": (), "battery": (), "gps_imu": (), "range_bearing": ("--iterate", 4)}
 
 
 @pytest.mark.parametrize("name", DEVICES)

@@ -24,7 +24,7 @@ from kalmanq.compiler.equation_report import SEEDS, _told, drawn, findings
 from kalmanq.compiler.host import Host, compiler
 from kalmanq.compiler.product import compiled
 from kalmanq.compiler.request import Options
-from kalmanq.nonlinear import NonlinearModel, read
+from kalmanq.nonlinear import NonlinearModel
 from kalmanq.nonlinear import simulate as simulated
 from kalmanq.run.simulation import simulate
 
@@ -219,6 +219,7 @@ def test_of_a_linear_model_it_is_the_linear_filter(options: dict) -> None:
 
 def test_a_gate_refuses_outliers_and_opens_after_eight(tmp_path: Path) -> None:
     f = Bare(product_of("gps_imu", "f32", gate=4.0), tmp_path)
+    f.call("start_at", f.numbers([0, 0, 5, 0, 0, 0]), f.numbers([2, 2, 1, 0.3, 0.1, 0.03]))
     for t in range(30):
         f.predict([0.0, 0.0])
         f.update([0.5 * t, 0.0])

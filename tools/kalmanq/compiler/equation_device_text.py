@@ -261,7 +261,8 @@ class DeviceHeader(EquationHeader):
             lines += [f"    {tape}STEPS);", f"    KQ_JACOBIANS_{T.upper()}(jacobians, tape, {n}, STEPS, 1);",
                       f"    kq_attach_{T}({self.name}_filter(&f), &jacobians.attached);"]
         if a.has_errors:
-            lines += ["", "A smoothed mean is the error of what f.x was when the next predict began: keep f.x of each step."]
+            lines += ["", "A smoothed mean is the error of what f.x was when the next predict began: keep f.x of each step.  In another",
+                      f"device g, with g.x as it was and kq_filter_copy of the view, {self.name}_reset(&g) makes the whole of it."]
         one = a.sensors[0]
         z = "z" if one in a.plain else "e"
         lines += ["", "A robust update (kalmanq/robust.h):", ""]
