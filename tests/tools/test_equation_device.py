@@ -170,13 +170,15 @@ def test_it_comes_to_what_straight_lines_in_double_come_to(path, iterate, arithm
 POINTS = {
     "battery": ("device_predict(&f, w)", "{update}(device_filter(&f), &f.sensor, device_point_innovation, &(device_row){{v, at}}, {rule}, work)"),
     "range_bearing": ("device_predict(&f)", "{update}(device_filter(&f), &f.sensor, device_point_innovation, &(device_row){{v}}, {rule}, work)"),
+    "bearing_only": ("device_predict(&f)", "{update}(device_filter(&f), &f.sensor, device_point_innovation, "
+                     "&(device_row){{v, ({type})t}}, {rule}, work)"),
     "gps_imu": ("{predict}(device_filter(&f), &f.process, device_point_increment, &(device_row){{w}}, {rule}, work)", "device_update(&f, v)"),
     "drift": ("{predict}(device_filter(&f), &f.process, device_point_increment, &(device_row){{v, w}}, {rule}, work)",
               "(device_update_mark(&f, v) || {update}(device_filter(&f), &f.sensor_far, device_point_innovation_far, "
               "&(device_row){{v + 1, w}}, {rule}, work))")}
-METHODS = [("extended", "range_bearing"), ("extended", "gps_imu"), ("extended", "drift"), ("iterated", "battery"),
-           ("iterated", "range_bearing"), ("central", "battery"), ("cubature", "range_bearing"), ("cubature", "gps_imu"),
-           ("cubature", "drift")]
+METHODS = [("extended", "range_bearing"), ("extended", "drift"), ("iterated", "battery"), ("iterated", "range_bearing"),
+           ("central", "battery"), ("cubature", "range_bearing"), ("cubature", "gps_imu"), ("cubature", "drift"),
+           ("cubature", "bearing_only")]
 
 
 @pytest.mark.parametrize("arithmetic", ["f32", "f64"])
@@ -185,7 +187,7 @@ def test_filters_and_smoothers_are_the_library_s_on_the_host(method, name, arith
     model, by_points = read(path_of(name)), method in ("cubature", "central")
     product = compiled_device(model, "device", Options(arithmetic, iterate=ITERATIONS if method == "iterated" else 1))
     calls = [one.format(predict=f"kq_predict_sigma_points_{arithmetic}", update=f"kq_update_sigma_points_{arithmetic}",
-                        rule=f"KQ_SIGMA_POINTS_{method.upper()}") for one in POINTS[name]] if by_points else ()
+                        rule=f"KQ_SIGMA_POINTS_{method.upper()}", type=product.arithmetic.type) for one in POINTS[name]] if by_points else ()
     work = f"static {product.arithmetic.type} work[KQ_SIGMA_POINTS_LEN({model.n}, {model.m})];" if by_points else ""
     program = Program(product, library, tmp_path, calls, work, smooths=True)
     for seed in SEEDS:
