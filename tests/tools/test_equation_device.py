@@ -35,7 +35,8 @@ MODELS = [EXAMPLES / "battery.py", EXAMPLES / "range_bearing.py", OWN / "attitud
 DEVICES = {"attitude": (), "battery": (), "gps_imu": (), "range_bearing": ("--iterate", 4)}  # of tools/examples, with their options
 MOST = {"f32": 1e-3, "f64": 1e-9}  # sigma
 ITERATIONS = 3
-SEEDS, ROWS, NEAR = (1, 2, 3), 300, 100  # of range_bearing the target is 2 km away in the end, where float rounds h to 3e-3 sigma in any filter
+SEEDS, ROWS = (1, 2, 3), 300
+NEAR = 100  # of range_bearing the target is 2 km away in the end, where float rounds h to 3e-3 sigma in any filter
 DRIVER = """\
 #include <string.h>
 #include "{name}.h"
@@ -121,8 +122,8 @@ class Program:
                                starts=" || ".join(starts), ends=SMOOTHS.format(**sizes, shows=shows) if smooths else "(void)s;")
         for file, content in {**product.sources(), "driver.c": driver}.items():
             (folder / file).write_text(content)
-        build(folder, [*STRICT, "-O0", "-ffp-contract=off", "-fPIC", "-shared", f"-I{ROOT / 'include'}", f"-DSTEPS={NEAR}", f"{name}.c",
-                       "driver.c", *parts(library, a.T), "-lm", "-o", "run.so"])
+        build(folder, [*STRICT, "-O0", "-ffp-contract=off", "-fPIC", "-shared", f"-I{ROOT / 'include'}", f"-DSTEPS={NEAR}",
+                       f"{name}.c", "driver.c", *parts(library, a.T), "-lm", "-o", "run.so"])
         self.library = ctypes.CDLL(str(folder / "run.so"))
 
     def run(self, record: Record) -> list[np.ndarray]:
@@ -167,15 +168,12 @@ def test_it_comes_to_what_straight_lines_in_double_come_to(path, iterate, arithm
 
 
 # Calls of a predict and of the updates of a row
-POINTS = {
-    "battery": ("device_predict(&f, w)", "{update}(device_filter(&f), &f.sensor, device_point_innovation, &(device_row){{v, at}}, {rule}, work)"),
-    "range_bearing": ("device_predict(&f)", "{update}(device_filter(&f), &f.sensor, device_point_innovation, &(device_row){{v}}, {rule}, work)"),
-    "bearing_only": ("device_predict(&f)", "{update}(device_filter(&f), &f.sensor, device_point_innovation, "
-                     "&(device_row){{v, ({type})t}}, {rule}, work)"),
-    "gps_imu": ("{predict}(device_filter(&f), &f.process, device_point_increment, &(device_row){{w}}, {rule}, work)", "device_update(&f, v)"),
-    "drift": ("{predict}(device_filter(&f), &f.process, device_point_increment, &(device_row){{v, w}}, {rule}, work)",
-              "(device_update_mark(&f, v) || {update}(device_filter(&f), &f.sensor_far, device_point_innovation_far, "
-              "&(device_row){{v + 1, w}}, {rule}, work))")}
+POINTS = {"battery": ("device_predict(&f, w)", "{update} &(device_row){{v, at}}, {rule}"),
+          "range_bearing": ("device_predict(&f)", "{update} &(device_row){{v}}, {rule}"),
+          "bearing_only": ("device_predict(&f)", "{update} &(device_row){{v, ({type})t}}, {rule}"),
+          "gps_imu": ("{predict} &(device_row){{w}}, {rule}", "device_update(&f, v)"),
+          "drift": ("{predict} &(device_row){{v, w}}, {rule}",
+                    "(device_update_mark(&f, v) || {update} &(device_row){{v + 1, w}}, {rule})")}
 METHODS = [("extended", "range_bearing"), ("extended", "drift"), ("iterated", "battery"), ("iterated", "range_bearing"),
            ("central", "battery"), ("cubature", "range_bearing"), ("cubature", "gps_imu"), ("cubature", "drift"),
            ("cubature", "bearing_only")]
@@ -186,16 +184,20 @@ METHODS = [("extended", "range_bearing"), ("extended", "drift"), ("iterated", "b
 def test_filters_and_smoothers_are_the_library_s_on_the_host(method, name, arithmetic, library, tmp_path):
     model, by_points = read(path_of(name)), method in ("cubature", "central")
     product = compiled_device(model, "device", Options(arithmetic, iterate=ITERATIONS if method == "iterated" else 1))
-    calls = [one.format(predict=f"kq_predict_sigma_points_{arithmetic}", update=f"kq_update_sigma_points_{arithmetic}",
-                        rule=f"KQ_SIGMA_POINTS_{method.upper()}", type=product.arithmetic.type) for one in POINTS[name]] if by_points else ()
+    points, update = f"sigma_points_{arithmetic}(device_filter(&f), &f.", "_far" if name == "drift" else ""
+    words = {"predict": f"kq_predict_{points}process, device_point_increment,", "type": product.arithmetic.type,
+             "update": f"kq_update_{points}sensor{update}, device_point_innovation{update},",
+             "rule": f"KQ_SIGMA_POINTS_{method.upper()}, work)"}
+    calls = [one.format(**words) for one in POINTS[name]] if by_points else ()
     work = f"static {product.arithmetic.type} work[KQ_SIGMA_POINTS_LEN({model.n}, {model.m})];" if by_points else ""
     program = Program(product, library, tmp_path, calls, work, smooths=True)
     for seed in SEEDS:
         record = equation_report.drawn(model, NEAR, seed)[0]
         record = in_whole_groups(record, [2**model.m - 1] if by_points else product.given.together)
-        run = NonlinearSmoother(model, "f64", method, ITERATIONS).run(seen(record), record.now if model.l else None, covariance=True)
+        u = record.now if model.l else None
+        run = NonlinearSmoother(model, "f64", method, ITERATIONS).run(seen(record), u, covariance=True)
         mean, P, _, smoothed, smoothed_P = program.run(record)
-        for one, other in (((mean, P), (run.mean, run.covariance)), ((smoothed, smoothed_P), (run.smoothed, run.smoothed_covariance))):
+        for one, *other in (((mean, P), run.mean, run.covariance), ((smoothed, smoothed_P), run.smoothed, run.smoothed_covariance)):
             errors, spread = apart(model, one, *other)
             assert errors.max() < MOST[arithmetic] and spread < MOST[arithmetic]
 
@@ -237,9 +239,9 @@ def test_smoothed_error_states_are_those_of_a_textbook(path, arithmetic, library
             assert errors.max() < MOST[arithmetic] and spread < MOST[arithmetic]
 
 
-ROBUST = {"battery": ("device_predict(&f, w)", "(device_innovation(&f, v, at, e) || {update}(device_filter(&f), &f.sensor, e, 1, &loss))"),
-          "range_bearing": ("device_predict(&f)", "(device_innovation(&f, v, e) || {update}(device_filter(&f), &f.sensor, e, present[t], &loss))"),
-          "gps_imu": ("device_predict(&f, w)", "{update}(device_filter(&f), &f.sensor, v, present[t], &loss)")}
+ROBUST = {"battery": ("device_predict(&f, w)", "(device_innovation(&f, v, at, e) || {update} e, 1, &loss))"),
+          "range_bearing": ("device_predict(&f)", "(device_innovation(&f, v, e) || {update} e, present[t], &loss))"),
+          "gps_imu": ("device_predict(&f, w)", "{update} v, present[t], &loss)")}
 
 
 @pytest.mark.parametrize("arithmetic", ["f32", "f64"])
@@ -247,9 +249,10 @@ ROBUST = {"battery": ("device_predict(&f, w)", "(device_innovation(&f, v, at, e)
 def test_robust_updates_are_those_of_straight_lines(name, arithmetic, library, tmp_path):
     model = read(path_of(name))
     product = compiled_device(model, "device", Options(arithmetic))
-    loss = f"#include <kalmanq/robust.h>\nstatic kq_loss_{arithmetic} loss = {{.kind = &kq_loss_student_{arithmetic}, .parameter = 4}};"
-    calls = [one.format(update=f"kq_update_robust_{arithmetic}") for one in ROBUST[name]]
-    program = Program(product, library, tmp_path, calls, f"{loss}\n{product.arithmetic.type} e[{model.m}];")
+    loss = f"static kq_loss_{arithmetic} loss = {{.kind = &kq_loss_student_{arithmetic}, .parameter = 4}};"
+    calls = [one.format(update=f"kq_update_robust_{arithmetic}(device_filter(&f), &f.sensor,") for one in ROBUST[name]]
+    uses = f"#include <kalmanq/robust.h>\n{loss}\n{product.arithmetic.type} e[{model.m}];"
+    program = Program(product, library, tmp_path, calls, uses)
     with Host(compiled_equations(model, "straight", Options("f64", student=4.0))) as straight, \
             Host(compiled_equations(model, "plain", Options("f64"))) as plain:
         for seed in SEEDS:

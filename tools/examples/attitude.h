@@ -16,8 +16,9 @@
  *     KQ_JACOBIANS_F32(jacobians, tape, 6, STEPS, 1);
  *     kq_attach_f32(attitude_filter(&f), &jacobians.attached);
  *
- * A smoothed mean is the error of what f.x was when the next predict began: keep f.x of each step.  In another
- * device g, with g.x as it was and kq_filter_copy of the view, attitude_reset(&g) makes the whole of it.
+ * A smoothed mean is the error of what f.x was when the next predict began: keep f.x of each step.
+ * In another device g, with g.x as it was and kq_filter_copy of the view, attitude_reset(&g) makes
+ * the whole of it.
  *
  * A robust update (kalmanq/robust.h):
  *

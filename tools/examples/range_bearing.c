@@ -61,7 +61,8 @@ static kq_status linearise(range_bearing_device *restrict f, const float z[2], f
     f->H[4] = -(x1 * t4);
     f->H[5] = x0 * t4;
     for (int i = 0; i < 4; i++) {
-        const float off = kq_mean_f32(&f->filter, i) - kq_mean_f32(&f->trial, i) + kq_mean_low_f32(&f->filter, i);
+        const float apart = kq_mean_f32(&f->filter, i) - kq_mean_f32(&f->trial, i);
+        const float off = apart + kq_mean_low_f32(&f->filter, i);
         for (int j = 0; j < 2; j++) e[j] -= f->H[j * 4 + i] * off;
     }
     return kq_sensor_change_measurement_f32(&f->sensor, f->H);

@@ -138,8 +138,9 @@ class Device(Arithmetic):
                  *(f"kq_sensor_{T} {field(one)};" for one in self.sensors),
                  f"{self.type} filter_memory[KQ_FILTER_LEN_{capital}({n})], process_memory[KQ_PROCESS_LEN({n})];",
                  *(f"{self.type} {field(one)}_memory[{self.length(one)}];" for one in self.sensors)]
-        lines += [f"kq_filter_{T} trial; /* where an update comes out */", f"{self.type} trial_memory[KQ_FILTER_LEN_{capital}({n})];"] \
-            if self.iterates else []
+        trial = [f"kq_filter_{T} trial; /* where an update comes out */",
+                 f"{self.type} trial_memory[KQ_FILTER_LEN_{capital}({n})];"]
+        lines += trial if self.iterates else []
         lines += [f"{self.type} A[{n * n}];"] if _varies(self.transition) else []
         lines += [f"{self.type} H{one.suffix}[{one.m * n}];" for one in self.sensors if _varies(self.rows_of(one))]
         return lines + ([f"{self.type} x[{len(self.given.carried)}]; /* what the states are errors of */"] if self.has_errors else [])

@@ -157,8 +157,8 @@ class DeviceText(EquationText):
     @staticmethod
     def _replaced(body: Body, numbers: Sequence[Node]) -> list[str]:
         """Numbers that the states are errors of, once the filter has moved"""
-        made = [(f"f->x[{i}]", body.text(one)) for i, one in enumerate(numbers) if not (one.op == "symbol" and one.args[0] == f"x{i}")]
-        return ["if (status) return status;", *(f"{name} = {text};" for name, text in made)]
+        made = {i: body.text(one) for i, one in enumerate(numbers)}
+        return ["if (status) return status;", *(f"f->x[{i}] = {text};" for i, text in made.items() if text != f"x{i}")]
 
     def _linearised(self, sensor: Sensor) -> list[str]:
         """static: innovations and H of a sensor that is not linear, where the filter is or where it is tried"""
@@ -167,7 +167,8 @@ class DeviceText(EquationText):
             return []
         e, m, n = self._e_and_H(sensor, "trial"), sensor.m, a.n
         lines = [*e, f"for (int i = 0; i < {n}; i++) {{",
-                 f"    const {a.type} off = kq_mean_{a.T}(&f->filter, i) - kq_mean_{a.T}(&f->trial, i) + kq_mean_low_{a.T}(&f->filter, i);",
+                 f"    const {a.type} apart = kq_mean_{a.T}(&f->filter, i) - kq_mean_{a.T}(&f->trial, i);",
+                 f"    const {a.type} off = apart + kq_mean_low_{a.T}(&f->filter, i);",
                  f"    for (int j = 0; j < {m}; j++) e[j] -= {self._H(sensor)}[j * {n} + i] * off;", "}", self._changed(sensor)]
         return function(f"static {self.innovation_head(sensor, 'linearise')}", lines)
 
@@ -180,8 +181,8 @@ class DeviceText(EquationText):
         return within(self._places(at), body.lines)
 
     def _changed(self, sensor: Sensor) -> str:
-        varies = self._H(sensor).startswith("f->")
-        return f"return kq_sensor_change_measurement_{self.of.T}(&f->{field(sensor)}, {self._H(sensor)});" if varies else "return KQ_OK;"
+        H = self._H(sensor)
+        return f"return kq_sensor_change_measurement_{self.of.T}(&f->{field(sensor)}, {H});" if H[0] == "f" else "return KQ_OK;"
 
     def _innovation(self, sensor: Sensor) -> list[str]:
         a = self.of
@@ -211,8 +212,10 @@ class DeviceText(EquationText):
 
     def _update_of(self, sensor: Sensor) -> list[str]:
         arguments, name = self.update_arguments(sensor), f"{self.given.name}_update{sensor.suffix}"
-        some = [f"return {name}_some(f{self._same(arguments)}, UINT32_MAX);"]
-        return function(f"kq_status {name}({self.filter}{arguments})", some if sensor.m > 1 else self._taken_by(sensor, "kq_update", ""))
+        lines = self._taken_by(sensor, "kq_update", "")
+        if sensor.m > 1:
+            lines = [f"return {name}_some(f{self._same(arguments)}, UINT32_MAX);"]
+        return function(f"kq_status {name}({self.filter}{arguments})", lines)
 
     def _update_some_of(self, sensor: Sensor) -> list[str]:
         if sensor.m == 1:
@@ -261,8 +264,9 @@ class DeviceHeader(EquationHeader):
             lines += [f"    {tape}STEPS);", f"    KQ_JACOBIANS_{T.upper()}(jacobians, tape, {n}, STEPS, 1);",
                       f"    kq_attach_{T}({self.name}_filter(&f), &jacobians.attached);"]
         if a.has_errors:
-            lines += ["", "A smoothed mean is the error of what f.x was when the next predict began: keep f.x of each step.  In another",
-                      f"device g, with g.x as it was and kq_filter_copy of the view, {self.name}_reset(&g) makes the whole of it."]
+            lines += ["", "A smoothed mean is the error of what f.x was when the next predict began: keep f.x of each step.",
+                      f"In another device g, with g.x as it was and kq_filter_copy of the view, {self.name}_reset(&g) makes",
+                      "the whole of it."]
         one = a.sensors[0]
         z = "z" if one in a.plain else "e"
         lines += ["", "A robust update (kalmanq/robust.h):", ""]
@@ -278,7 +282,8 @@ class DeviceHeader(EquationHeader):
             return []
         row = "&row" if a.row_fields() else "NULL"
         noises = "; a KQ_JACOBIANS has STEPS noises then" if a.moves_points else ""
-        lines = ["", f"Sigma points (kalmanq/sigma_points.h), with {a.type} work[KQ_SIGMA_POINTS_LEN({n}, {a.given.of.m})]{noises}:", ""]
+        work = f"{a.type} work[KQ_SIGMA_POINTS_LEN({n}, {a.given.of.m})]"
+        lines = ["", f"Sigma points (kalmanq/sigma_points.h), with {work}{noises}:", ""]
         if a.row_fields():
             lines.append(f"    {self.name}_row row = {{{', '.join(name for _, name in a.row_fields())}}};")
         for call, of, function_ in called:

@@ -106,12 +106,14 @@ class Header:
                 f"{self.a.covariance_type} {self.name}_covariance(const {self.given.type} *f, int i, int j);", ""]
 
     def _means(self) -> list[str]:
-        return readings(self.given, self.a.type, {f"mean_{state}": self.a.mean_text(i) for i, state in enumerate(self.given.carried)})
+        texts = {f"mean_{state}": self.a.mean_text(i) for i, state in enumerate(self.given.carried)}
+        return readings(self.given, self.a.type, texts)
 
 
 def readings(given: Request, type_: str, texts: Mapping[str, str]) -> list[str]:
     """Functions by name that return a text"""
-    return [*(f"static inline {type_} {given.name}_{name}(const {given.type} *f) {{ return {text}; }}" for name, text in texts.items()), ""]
+    head = f"static inline {type_} {given.name}_"
+    return [*(f"{head}{name}(const {given.type} *f) {{ return {text}; }}" for name, text in texts.items()), ""]
 
 
 def count(number: int, what: str) -> str:
