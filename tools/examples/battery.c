@@ -1,6 +1,6 @@
 /*
  * battery: written by kalmanq compile --library.
- * Model file battery.py, SHA-256 5e387f6c1dff9c3d0d1361711b9cb3172138157faf627fbf1cfe7f120836f68c
+ * Model file battery.py, SHA-256 c7b176dbe6f74894ec57362891d7c58ead440cdda61fb8ffea994cd9fda7c193
  */
 #include "battery.h"
 
