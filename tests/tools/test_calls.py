@@ -130,6 +130,8 @@ def test_a_run_is_the_core_s_calls(robust, arithmetic):
                 assert np.array_equal(calls.f._words(name), run.words[name][t], equal_nan=True), (seed, t, name)
             if np.any(~np.isnan(z[t])):
                 assert (calls.f.taken, calls.f.nis) == (run.taken[t], run.nis[t]) or np.isnan(run.nis[t]), (seed, t)
+            else:
+                assert run.log_likelihood[t] == 0 and run.taken[t] == 0 and np.isnan(run.nis[t]), (seed, t)
         assert np.array_equal(f.memory, calls.f.memory) and f.events == calls.f.events
         assert f.log_likelihood == calls.f.log_likelihood or np.isnan(f.log_likelihood)
         rejected += bool(f.events & lib.KQ_EVENT_GATED)
