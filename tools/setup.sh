@@ -11,7 +11,7 @@
 #   kq_setup unity     the framework of the unit tests
 #   kq_setup cores     compilers, C libraries and emulators for Arm, RISC-V and AVR
 #   kq_setup clang     clang with its sanitizers
-#   kq_setup package   pkg-config;  valgrind
+#   kq_setup package   pkg-config
 #   kq_setup scipy     KQ_PYTHON with SciPy, too
 #   kq_setup peers     sets KQ_PEERS_PYTHON to an interpreter with the libraries that results are
 #                      compared with
@@ -140,10 +140,9 @@ kq_setup_unity() {
 }
 
 kq_setup_package() { kq_install pkg-config; }
-kq_setup_valgrind() { kq_have valgrind || kq_install valgrind; }
 
 kq_setup_tests() {
-    kq_setup_many unity cores clang package valgrind python scipy cost peers tools
+    kq_setup_many unity cores clang package python scipy cost peers tools
 }
 
 # Kalman libraries that results are compared with are not packaged: a virtual environment of its own,

@@ -40,12 +40,12 @@ groups_of() { # [NAME]
     tools.fit* | tools.gallery* | tools.speed) echo tools peers ;;
     tools*) echo tools ;;
     target* | parts* | vectors* | bits*) echo clang cores ;;
-    cost*) echo clang cores cost valgrind ;;
+    cost*) echo clang cores cost ;;
     reference | reference.s* | reference.nonlinear*) echo python scipy ;;
     reference* | campaign*) ;;
     diffuse* | em*) echo peers ;;
     example*) echo cores python scipy ;;
-    *) echo clang cores package python scipy cost valgrind peers tools ;;
+    *) echo clang cores package python scipy cost peers tools ;;
     esac
 }
 
