@@ -142,7 +142,7 @@ def test_the_command(tmp_path):
 
 @pytest.mark.parametrize("arguments, code, reason", [
     (["rocket"], 2, "rocket"), (["--out", "x.png"], 1, "of which example?"),
-    (["smoothing", "--arith", "f16"], 2, "f16"), (["stationary", "--out", "none/x.png"], 1, "there is no such folder")])
+    (["smoothing", "--arith", "f16"], 2, "f16"), (["smoothing", "--out", "none/x.png"], 1, "there is no such folder")])
 def test_wrong_input(arguments, code, reason, tmp_path):
     done = kalmanq(*arguments)
     assert done.returncode == code and reason in done.stderr and "Traceback" not in done.stderr
