@@ -41,11 +41,11 @@ groups_of() { # [NAME]
     tools*) echo tools ;;
     target* | parts* | vectors* | bits*) echo clang cores ;;
     cost*) echo clang cores cost ;;
-    reference | reference.s* | reference.nonlinear*) echo python scipy ;;
-    reference* | campaign*) ;;
+    reference | reference.s* | reference.nonlinear*) echo eigen python scipy ;;
+    reference* | campaign*) echo eigen ;;
     diffuse* | em*) echo peers ;;
     example*) echo cores python scipy ;;
-    *) echo clang cores package python scipy cost peers tools ;;
+    *) echo clang cores package python scipy cost eigen peers tools ;;
     esac
 }
 

@@ -1,101 +1,53 @@
 #include "decompositions.hpp"
 
-#include <algorithm>
 #include <cmath>
 #include <limits>
-#include <numeric>
 #include <utility>
-#include <vector>
+
+#include "eigen.hpp"
 
 namespace reference
 {
 
-template <class Real> static void swapRows(Matrix<Real> &M, Index a, Index b)
+// ------------------------------------------------------------------ rank
+
+template <class Real> using EigenQr = Eigen::ColPivHouseholderQR<EigenMatrix<Real>>;
+
+template <class Real> static PivotedQr<Real> read(const EigenQr<Real> &qr)
 {
-    for (Index j = 0; j < M.cols(); ++j) std::swap(M(a, j), M(b, j));
+    const EigenMatrix<Real> pivots = qr.matrixQR().diagonal().cwiseAbs();
+    return {fromEigen<Real>(pivots), qr.rank(), qr.threshold()};
 }
 
-// ------------------------------------------------------------------ reflections, and rank
-
-/// X <- H X from column `first` on,  H = I - tau v v' over the rows from k on, v_k = 1, the rest of v as packed below R_kk
-template <class Real>
-static void reflect(Matrix<Real> &X, const Matrix<Real> &packed, const Real &tau, Index k, Index first = 0)
+template <class Real> PivotedQr<Real> pivotedQr(const Matrix<Real> &M)
 {
-    for (Index j = first; j < X.cols(); ++j) {
+    return read<Real>(EigenQr<Real>(toEigen(M)));
+}
+
+template <class Real> static EigenQr<Real> eigenQr(const Matrix<Real> &M, const Real &threshold)
+{
+    EigenQr<Real> qr(M.rows(), M.cols());
+    qr.setThreshold(threshold);
+    qr.compute(toEigen(M));
+    return qr;
+}
+
+template <class Real> PivotedQr<Real> pivotedQr(const Matrix<Real> &M, const Real &threshold)
+{
+    return read<Real>(eigenQr(M, threshold));
+}
+
+/// X <- H X,  H = I - tau v v' over the rows from k on, v_k = 1, the rest of v as packed below R_kk
+template <class Real>
+static void reflect(Matrix<Real> &X, const Matrix<Real> &packed, const Real &tau, Index k)
+{
+    for (Index j = 0; j < X.cols(); ++j) {
         Real along = X(k, j);
         for (Index i = k + 1; i < X.rows(); ++i) along += packed(i, k) * X(i, j);
         along *= tau;
         X(k, j) -= along;
         for (Index i = k + 1; i < X.rows(); ++i) X(i, j) -= along * packed(i, k);
     }
-}
-
-/// M P = Q R by Householder's reflections: R over the diagonal, their vectors below it
-template <class Real> struct Qr {
-    Matrix<Real> packed;
-    std::vector<Real> tau;
-    std::vector<Index> column; // of M, in the order of P
-
-    /// X <- Q'X
-    void turn(Matrix<Real> &X) const
-    {
-        for (std::size_t k = 0; k < tau.size(); ++k) reflect(X, packed, tau[k], static_cast<Index>(k));
-    }
-    Vector<Real> pivots() const { return packed.diagonal().cwiseAbs(); }
-    Index rank(const Real &threshold) const
-    {
-        const Vector<Real> all = pivots();
-        const Real least = all.size() > 0 ? threshold * all.maxCoeff() : threshold;
-        return std::count_if(all.begin(), all.end(), [&](const Real &x) { return x > least; });
-    }
-};
-
-/// Brings the largest of the columns that are left to the front.
-template <class Real> static void choosePivot(Qr<Real> &qr, Index k)
-{
-    Matrix<Real> &M = qr.packed;
-    Index best = k;
-    Real most(-1);
-    for (Index j = k; j < M.cols(); ++j) {
-        Real square(0);
-        for (Index i = k; i < M.rows(); ++i) square += M(i, j) * M(i, j);
-        if (square > most) best = j, most = square;
-    }
-    for (Index i = 0; i < M.rows(); ++i) std::swap(M(i, k), M(i, best));
-    std::swap(qr.column[static_cast<std::size_t>(k)], qr.column[static_cast<std::size_t>(best)]);
-}
-
-template <class Real> static Qr<Real> factored(const Matrix<Real> &given, bool isPivoted)
-{
-    Qr<Real> qr{given, {}, std::vector<Index>(static_cast<std::size_t>(given.cols()))};
-    std::iota(qr.column.begin(), qr.column.end(), Index(0));
-    Matrix<Real> &M = qr.packed;
-    for (Index k = 0; k < std::min(M.rows(), M.cols()); ++k) {
-        if (isPivoted) choosePivot(qr, k);
-        Real square(0);
-        for (Index i = k + 1; i < M.rows(); ++i) square += M(i, k) * M(i, k);
-        qr.tau.push_back(Real(0));
-        if (square == Real(0)) continue;
-        const Real size = squareRoot(M(k, k) * M(k, k) + square);
-        const Real beta = M(k, k) >= Real(0) ? -size : size, first = M(k, k) - beta;
-        for (Index i = k + 1; i < M.rows(); ++i) M(i, k) /= first;
-        qr.tau.back() = -first / beta;
-        M(k, k) = beta;
-        reflect(M, M, qr.tau.back(), k, k + 1);
-    }
-    return qr;
-}
-
-template <class Real> PivotedQr<Real> pivotedQr(const Matrix<Real> &M)
-{
-    const Index count = std::min(M.rows(), M.cols());
-    return pivotedQr(M, std::numeric_limits<Real>::epsilon() * static_cast<Real>(static_cast<double>(count)));
-}
-
-template <class Real> PivotedQr<Real> pivotedQr(const Matrix<Real> &M, const Real &threshold)
-{
-    const Qr<Real> qr = factored(M, true);
-    return {qr.pivots(), qr.rank(threshold), threshold};
 }
 
 /// R^-1 B, R the upper triangle
@@ -114,63 +66,64 @@ template <class Real> static Matrix<Real> solveUpper(const Matrix<Real> &R, Matr
 template <class Real>
 PseudoInverse<Real> pseudoInverse(const Matrix<Real> &M, const Real &threshold)
 {
-    const Qr<Real> qr = factored(M, true);
-    const Index rank = qr.rank(threshold), n = M.cols();
-    const Qr<Real> second = factored(Matrix<Real>(qr.packed.upperTriangle().topRows(rank).transpose()), true);
+    const EigenQr<Real> qr = eigenQr(M, threshold);
+    const Matrix<Real> packed = fromEigen<Real>(qr.matrixQR());
+    const Index rank = qr.rank(), n = M.cols();
+    const Matrix<Real> C = packed.upperTriangle().topRows(rank);
+    const EigenQr<Real> second = eigenQr(Matrix<Real>(C.transpose()), Real(0));
+    const Matrix<Real> turned = fromEigen<Real>(second.matrixQR());
 
     Matrix<Real> X = Matrix<Real>::Identity(M.rows(), M.rows()); // becomes Q'
-    qr.turn(X);
-    const Matrix<Real> permuted = X.chooseRows(second.column); // P2' of its first rows
-    const Matrix<Real> lower = second.packed.topRows(rank).transpose();
+    for (Index k = 0; k < std::min(M.rows(), n); ++k) reflect(X, packed, qr.hCoeffs()(k), k);
+    Matrix<Real> permuted(rank, M.rows()); // P2' of its first rows
+    for (Index k = 0; k < rank; ++k) {
+        permuted.row(k) = X.row(second.colsPermutation().indices()(k)).eval();
+    }
+    const Matrix<Real> lower = turned.topRows(rank).transpose();
+    const Matrix<Real> solved = solveLower(lower, permuted);
     Matrix<Real> Y = Matrix<Real>::Zero(n, M.rows());
-    if (rank > 0) Y.block(0, 0, rank, M.rows()) = solveLower(lower, permuted);
-    for (Index k = rank; k-- > 0;) reflect(Y, second.packed, second.tau[static_cast<std::size_t>(k)], k);
+    if (rank > 0) Y.block(0, 0, rank, M.rows()) = solved;
+    for (Index k = rank; k-- > 0;) reflect(Y, turned, second.hCoeffs()(k), k);
 
     Matrix<Real> inverse(n, M.rows());
-    for (Index k = 0; k < n; ++k) inverse.row(qr.column[static_cast<std::size_t>(k)]) = Y.row(k).eval();
-    return {inverse, second.pivots().head(rank), rank};
+    for (Index k = 0; k < n; ++k) {
+        inverse.row(qr.colsPermutation().indices()(k)) = Y.row(k).eval();
+    }
+    return {inverse, read<Real>(second).pivots.head(rank), rank};
 }
 
 // ------------------------------------------------------------------ elimination
 
 template <class Real> std::optional<Matrix<Real>> choleskyRoot(const Matrix<Real> &M)
 {
-    Matrix<Real> L = Matrix<Real>::Zero(M.rows(), M.rows());
-    for (Index j = 0; j < M.rows(); ++j) {
-        for (Index i = j; i < M.rows(); ++i) {
-            Real sum = M(i, j);
-            for (Index k = 0; k < j; ++k) sum -= L(i, k) * L(j, k);
-            if (i == j && !(sum > Real(0))) return std::nullopt;
-            L(i, j) = i == j ? squareRoot(sum) : sum / L(j, j);
-        }
-    }
-    return L;
+    const Eigen::LLT<EigenMatrix<Real>> factors(toEigen(M));
+    if (factors.info() != Eigen::Success) return std::nullopt;
+    return fromEigen<Real>(factors.matrixL());
 }
 
 template <class Real> Matrix<Real> solveLower(const Matrix<Real> &L, const Matrix<Real> &B)
 {
-    Matrix<Real> X = B;
-    for (Index j = 0; j < X.cols(); ++j) {
-        for (Index i = 0; i < X.rows(); ++i) {
-            for (Index k = 0; k < i; ++k) X(i, j) -= L(i, k) * X(k, j);
-            X(i, j) /= L(i, i);
-        }
-    }
-    return X;
+    const EigenMatrix<Real> lower = toEigen(L);
+    return fromEigen<Real>(lower.template triangularView<Eigen::Lower>().solve(toEigen(B)));
 }
 
-template <class Real> Matrix<Real> solve(const Matrix<Real> &M, const Matrix<Real> &B)
+static void swapRows(Matrix<Quad> &M, Index a, Index b)
 {
-    Matrix<Real> U = M, X = B;
+    for (Index j = 0; j < M.cols(); ++j) std::swap(M(a, j), M(b, j));
+}
+
+Matrix<Quad> solve(const Matrix<Quad> &M, const Matrix<Quad> &B)
+{
+    Matrix<Quad> U = M, X = B;
     for (Index k = 0; k < U.rows(); ++k) {
         Index pivot = k;
         for (Index i = k + 1; i < U.rows(); ++i) {
-            if (magnitude(U(i, k)) > magnitude(U(pivot, k))) pivot = i;
+            if (abs(U(i, k)) > abs(U(pivot, k))) pivot = i;
         }
         swapRows(U, k, pivot);
         swapRows(X, k, pivot);
         for (Index i = k + 1; i < U.rows(); ++i) {
-            const Real factor = U(i, k) / U(k, k);
+            const Quad factor = U(i, k) / U(k, k);
             for (Index j = k + 1; j < U.cols(); ++j) U(i, j) -= factor * U(k, j);
             for (Index j = 0; j < X.cols(); ++j) X(i, j) -= factor * X(k, j);
         }
@@ -178,80 +131,66 @@ template <class Real> Matrix<Real> solve(const Matrix<Real> &M, const Matrix<Rea
     return solveUpper(U, X);
 }
 
-template <class Real> Matrix<Real> inverse(const Matrix<Real> &M)
+Matrix<Quad> inverse(const Matrix<Quad> &M)
 {
-    return solve(M, Matrix<Real>(Matrix<Real>::Identity(M.rows(), M.rows())));
+    return solve(M, Matrix<Quad>::Identity(M.rows(), M.rows()));
+}
+
+Matrix<double> inverse(const Matrix<double> &M) { return fromEigen<double>(toEigen(M).inverse()); }
+
+/// R over the diagonal and Householder's vectors below it in place of M, and Q' X in place of X
+template <class Real> static void householder(Matrix<Real> &M, Matrix<Real> &X)
+{
+    for (Index k = 0; k < M.cols(); ++k) {
+        Real square(0);
+        for (Index i = k + 1; i < M.rows(); ++i) square += M(i, k) * M(i, k);
+        if (square == Real(0)) continue;
+        const Real size = squareRoot(M(k, k) * M(k, k) + square);
+        const Real beta = M(k, k) >= Real(0) ? -size : size;
+        const Real tau = (beta - M(k, k)) / beta, first = M(k, k) - beta;
+        for (Index i = k + 1; i < M.rows(); ++i) M(i, k) /= first;
+        Matrix<Real> right = M.block(0, k + 1, M.rows(), M.cols() - k - 1);
+        reflect(right, M, tau, k);
+        reflect(X, M, tau, k);
+        M.block(0, k + 1, M.rows(), M.cols() - k - 1) = right;
+        M(k, k) = beta;
+    }
 }
 
 LeastSquares leastSquares(const Matrix<long double> &M, const Vector<long double> &right)
 {
-    const Qr<long double> qr = factored(M, false);
-    Matrix<long double> turned = right;
-    qr.turn(turned);
-    return {solveUpper(qr.packed, Matrix<long double>(turned.topRows(M.cols()))),
-            solveUpper(qr.packed, Matrix<long double>::Identity(M.cols(), M.cols()))};
+    const Index columns = M.cols();
+    Matrix<long double> R = M, turned = right;
+    householder(R, turned);
+    return {solveUpper(R, Matrix<long double>(turned.topRows(columns))),
+            solveUpper(R, Matrix<long double>::Identity(columns, columns))};
 }
 
 Matrix<double> orthogonalFactor(const Matrix<double> &M)
 {
-    Matrix<double> turned = Matrix<double>::Identity(M.rows(), M.rows());
-    factored(M, false).turn(turned);
+    Matrix<double> R = M, turned = Matrix<double>::Identity(M.rows(), M.rows());
+    householder(R, turned);
     return turned.transpose();
 }
 
-/// A column from the largest variance that is left, until none is
 Matrix<double> samplingRoot(const Matrix<double> &covariance)
 {
-    Matrix<double> left = covariance, root = Matrix<double>::Zero(left.rows(), left.rows());
-    for (Index k = 0; k < left.rows(); ++k) {
-        const Vector<double> variances = left.diagonal();
-        const Index i = std::max_element(variances.begin(), variances.end()) - variances.begin();
-        if (!(variances(i) > 0)) break;
-        root.col(k) = left.col(i).eval() / std::sqrt(variances(i));
-        left -= root.col(k).eval() * root.col(k).transpose();
-        left.row(i).setZero();
-        left.col(i).setZero();
-    }
-    return root;
+    const Eigen::LDLT<EigenMatrix<double>> factors(toEigen(covariance));
+    const EigenVector<double> pivots = factors.vectorD().cwiseMax(0).cwiseSqrt();
+    const EigenMatrix<double> lower = factors.matrixL();
+    const EigenMatrix<double> scaled = lower * pivots.asDiagonal();
+    return fromEigen<double>(factors.transpositionsP().transpose() * scaled);
 }
 
 // ------------------------------------------------------------------ eigenvalues
 
-/// A rotation that makes M_ij 0 (Jacobi)
-static void rotate(Matrix<long double> &M, Index i, Index j)
-{
-    const long double theta = (M(j, j) - M(i, i)) / (2 * M(i, j));
-    const long double t = (theta < 0 ? -1 : 1) / (std::fabs(theta) + std::sqrt(theta * theta + 1));
-    const long double c = 1 / std::sqrt(t * t + 1), s = t * c;
-    for (Index k = 0; k < M.rows(); ++k) {
-        const long double a = M(k, i), b = M(k, j);
-        M(k, i) = c * a - s * b, M(k, j) = s * a + c * b;
-    }
-    for (Index k = 0; k < M.rows(); ++k) {
-        const long double a = M(i, k), b = M(j, k);
-        M(i, k) = c * a - s * b, M(j, k) = s * a + c * b;
-    }
-    M(i, j) = M(j, i) = 0;
-}
-
 Vector<long double> symmetricEigenvalues(const Matrix<long double> &M)
 {
-    if (!M.allFinite()) return Vector<long double>::Constant(M.rows(), std::numeric_limits<long double>::quiet_NaN());
-    Matrix<long double> D = M;
-    const long double least = 1e-22L * M.norm();
-    for (bool rests = false; !rests;) {
-        rests = true;
-        for (Index i = 0; i < D.rows(); ++i) {
-            for (Index j = i + 1; j < D.rows(); ++j) {
-                if (std::fabs(D(i, j)) <= least) continue;
-                rotate(D, i, j);
-                rests = false;
-            }
-        }
-    }
-    Vector<long double> values = D.diagonal();
-    std::sort(values.begin(), values.end());
-    return values;
+    const Eigen::SelfAdjointEigenSolver<EigenMatrix<long double>> solver(toEigen(M),
+                                                                         Eigen::EigenvaluesOnly);
+    if (solver.info() == Eigen::Success) return fromEigen<long double>(solver.eigenvalues());
+    return Vector<long double>::Constant(M.rows(),
+                                         std::numeric_limits<long double>::quiet_NaN());
 }
 
 double spectralRadius(const Matrix<double> &A)
@@ -276,9 +215,7 @@ double spectralRadius(const Matrix<double> &A)
     template PivotedQr<Real> pivotedQr(const Matrix<Real> &, const Real &);                        \
     template PseudoInverse<Real> pseudoInverse(const Matrix<Real> &, const Real &);                \
     template std::optional<Matrix<Real>> choleskyRoot(const Matrix<Real> &);                       \
-    template Matrix<Real> solveLower(const Matrix<Real> &, const Matrix<Real> &);                  \
-    template Matrix<Real> solve(const Matrix<Real> &, const Matrix<Real> &);                       \
-    template Matrix<Real> inverse(const Matrix<Real> &);
+    template Matrix<Real> solveLower(const Matrix<Real> &, const Matrix<Real> &);
 
 INSTANTIATE(double)
 INSTANTIATE(long double)

@@ -1,4 +1,5 @@
-// Decompositions of matrices, compiled once for double, long double and Quad.
+// Decompositions of matrices, most of them Eigen's, each compiled once for the number types that
+// are named here.
 #ifndef KALMANQ_TESTS_REFERENCE_DECOMPOSITIONS_HPP
 #define KALMANQ_TESTS_REFERENCE_DECOMPOSITIONS_HPP
 
@@ -35,15 +36,18 @@ PseudoInverse<Real> pseudoInverse(const Matrix<Real> &M, const Real &threshold);
 
 // ------------------------------------------------------------------ elimination
 
-/// L of M = L L', or nothing where M is not positive definite
+/// L of M = L L', or nothing where M is not positive definite; double, long double, Quad.
 template <class Real> std::optional<Matrix<Real>> choleskyRoot(const Matrix<Real> &M);
 
-/// L^-1 B, L lower triangular
+/// L^-1 B, L lower triangular; double, long double, Quad.
 template <class Real> Matrix<Real> solveLower(const Matrix<Real> &L, const Matrix<Real> &B);
 
 /// M^-1 B by elimination with row pivots.
-template <class Real> Matrix<Real> solve(const Matrix<Real> &M, const Matrix<Real> &B);
-template <class Real> Matrix<Real> inverse(const Matrix<Real> &M);
+Matrix<Quad> solve(const Matrix<Quad> &M, const Matrix<Quad> &B);
+Matrix<Quad> inverse(const Matrix<Quad> &M);
+
+/// By Eigen: the random models are made with it, to the last bit.
+Matrix<double> inverse(const Matrix<double> &M);
 
 /// The x that makes |M x - right| least, and R^-1, R'R = M'M; M of full column rank.
 struct LeastSquares {
@@ -61,7 +65,7 @@ Matrix<double> samplingRoot(const Matrix<double> &covariance);
 
 // ------------------------------------------------------------------ eigenvalues
 
-/// Of a symmetric matrix, rising; NaN where an entry is not finite.
+/// Of a symmetric matrix, rising; NaN where the iteration fails.
 Vector<long double> symmetricEigenvalues(const Matrix<long double> &M);
 
 /// The largest |eigenvalue|, as the limit of |A^k|^(1/k).

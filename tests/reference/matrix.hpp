@@ -1,5 +1,7 @@
-// Matrices of any number type, on plain memory: what the reference and its tests are written in.
-// Decompositions are compiled once (decompositions.hpp).
+// Matrices of any number type, on plain memory: what the tests and the interface of the reference
+// are written in.  A header of its own because Eigen's templates cost each program that includes
+// them many times what it takes to compile this; what needs a decomposition asks for it by name
+// (decompositions.hpp), and is compiled once.
 //
 // The names are Eigen's, but every operation is done where it stands and yields a matrix.  A vector
 // is a matrix of one column.  row(), col(), block() and so on of a matrix that may be changed are
@@ -18,7 +20,7 @@
 namespace reference
 {
 
-/// By columns
+/// By columns, as Eigen has it.
 template <class Real> class Matrix : public Algebra<Real>
 {
   public:

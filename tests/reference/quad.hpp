@@ -2,7 +2,7 @@
 // number types of the reference.
 //
 // __float128 itself cannot be given to a template of standard C++ that finds sqrt and abs by the
-// namespace of their argument: a built-in type has none.
+// namespace of their argument, as Eigen's do: a built-in type has none.
 #ifndef KALMANQ_TESTS_REFERENCE_QUAD_HPP
 #define KALMANQ_TESTS_REFERENCE_QUAD_HPP
 
@@ -94,7 +94,7 @@ template <class Real> Real pi()
 namespace std
 {
 
-/// The epsilon, and the smallest number
+/// The epsilon, and the smallest number, which Eigen asks for.
 template <> struct numeric_limits<reference::Quad> : numeric_limits<double> {
     static reference::Quad min() { return reference::Quad::of(ldexpq(1, -16382)); }
     static reference::Quad epsilon() { return reference::Quad::of(ldexpq(1, -112)); }
