@@ -11,7 +11,7 @@
 #   kq_setup unity     the framework of the unit tests
 #   kq_setup cores     compilers, C libraries and emulators for Arm, RISC-V and AVR
 #   kq_setup clang     clang with its sanitizers
-#   kq_setup eigen     the library of the textbooks' filters;  package: pkg-config;  valgrind
+#   kq_setup eigen     the library of the textbooks' filters;  package: pkg-config
 #   kq_setup scipy     KQ_PYTHON with SciPy, too
 #   kq_setup peers     sets KQ_PEERS_PYTHON to an interpreter with the libraries that results are
 #                      compared with
@@ -141,10 +141,9 @@ kq_setup_unity() {
 
 kq_setup_eigen() { kq_install libeigen3-dev; }
 kq_setup_package() { kq_install pkg-config; }
-kq_setup_valgrind() { kq_have valgrind || kq_install valgrind; }
 
 kq_setup_tests() {
-    kq_setup_many unity cores clang eigen package valgrind python scipy cost peers tools
+    kq_setup_many unity cores clang eigen package python scipy cost peers tools
 }
 
 # Kalman libraries that results are compared with are not packaged: a virtual environment of its own,

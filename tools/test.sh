@@ -29,8 +29,9 @@ groups_of() { # [NAME]
     unit.msan*) echo clang ;;
     unit* | fuzz* | bits.host.* | bits.falsified* | bits.generator*) ;;
     vectors.replay.host | vectors.sanitized | vectors.falsified | vectors.generator) ;;
-    package.port | package.levels | package.fixed_sizes) echo cores ;;
-    package*) echo package cores ;;
+    package.port | package.levels) echo cores ;;
+    package.fixed_sizes) echo cores tools ;;
+    package*) echo package cores tools ;;
     flags.gcc | flags.gcc.*) ;;
     flags*) echo clang ;;
     readme* | house* | tools.shared*) echo interpreter ;;
@@ -39,12 +40,12 @@ groups_of() { # [NAME]
     tools.fit* | tools.gallery* | tools.speed) echo tools peers ;;
     tools*) echo tools ;;
     target* | parts* | vectors* | bits*) echo clang cores ;;
-    cost*) echo clang cores cost valgrind ;;
+    cost*) echo clang cores cost ;;
     reference | reference.s* | reference.nonlinear*) echo eigen python scipy ;;
     reference* | campaign*) echo eigen ;;
     diffuse* | em*) echo peers ;;
     example*) echo cores python scipy ;;
-    *) echo clang cores package python scipy cost valgrind eigen peers tools ;;
+    *) echo clang cores package python scipy cost eigen peers tools ;;
     esac
 }
 

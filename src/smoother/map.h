@@ -41,14 +41,6 @@ KQ_KERNEL void map_row(num *out, const num *J, int k, const num *X, int n)
     for (int j = 0; j < n; j++) out[j] = map_entry(J, k, X + j * n, n);
 }
 
-/* One column of it, which may be in the place of X's */
-KQ_KERNEL void map_column(num *out, const num *J, const num *x, int n)
-{
-    num t[KQ_SIZE_MAX];
-    for (int k = 0; k < n; k++) t[k] = map_entry(J, k, x, n);
-    for (int k = 0; k < n; k++) out[k] = t[k];
-}
-
 /* xi is the later xi. */
 static void map_set_unit(backward_map map, int n)
 {

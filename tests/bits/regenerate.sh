@@ -18,8 +18,10 @@ write() { # FILE SOURCE-OR-FLAG...
             "$@" "$here/digest.c" "$here/model.c" "$root"/src/kq_*"$arithmetic.c" -lm -o "$work/write"
         "$work/write" >"$work/$arithmetic"
     done
-    # of "0x..., /* case, block */" on both sides: ROW(0x..., 0x...) /* case, block */
-    paste -d '@' "$work/f32" "$work/f64" | sed 's|^\(0x[^,]*\), \(.*\)@\(0x[^,]*\), .*|ROW(\1, \3) \2|' >"$to/$file"
+    # of "0x..., /* case, block */" on both sides: the case, then ROW(0x..., 0x...), four a line
+    paste -d '@' "$work/f32" "$work/f64" | sed 's|^\(0x[^,]*\), /. \([^,]*\),.*@\(0x[^,]*\), .*|\2@ROW(\1, \3)|' |
+        awk -F@ '{ if ($1 != of) { of = $1; n = 0; printf("%s/* %s */", (NR > 1 ? "\n" : ""), of) }
+            printf("%s%s", (n++ % 4 ? " " : "\n"), $2) } END { print "" }' >"$to/$file"
 }
 
 write expected.inc "$here/bits.c" "$here/beyond.c"

@@ -77,7 +77,7 @@ template <class T> class Campaigner
             update.taken = Api::taken(filter_.get());
             update.nis = reference::Formats<T>::score(Api::nis(filter_.get()));
             update.logLikelihood =
-                reference::Formats<T>::score(Api::logLikelihoodLast(filter_.get()));
+                reference::Formats<T>::score(Api::log_likelihood_last(filter_.get()));
             now.updates.push_back(update);
         }
         now.filtered = toBelief(reference::read(filter_));
@@ -92,7 +92,7 @@ template <class T> class Campaigner
     {
         const unsigned events = Api::events(filter_.get()) | pending_;
         pending_ = 0;
-        Api::eventsClear(filter_.get());
+        Api::events_clear(filter_.get());
         return events;
     }
 
@@ -139,7 +139,7 @@ template <class T> class Campaigner
     void smoothAlone(Outcome &outcome)
     {
         follow([this] { kq::require(Api::attach(filter_.get(), &history_.get()->attached), "history attach"); });
-        kq::require(Api::smoothStates(history_.get()), "smooth states");
+        kq::require(Api::smooth_states(history_.get()), "smooth states");
         for (std::size_t t = 0; t < outcome.instants.size(); ++t) tell(outcome, t, 0, reference::readSmoothedMean(history_, t));
         typename Api::Filter view;
         (void)Api::smoothed(history_.get(), 0, &view);

@@ -1,13 +1,12 @@
 """The unknown start against the exact diffuse filter and smoother of statsmodels, and against batch
 least squares.
 
-    test_diffuse.py --programs DIR      where run_diffuse_f64 and run_diffuse_f32 are
+    test_diffuse.py --library FILE      kalmanq as a shared library
 """
 
 from __future__ import annotations
 
 import argparse
-import subprocess
 import sys
 import unittest
 import warnings
@@ -19,7 +18,10 @@ from statsmodels.tsa.statespace.initialization import Initialization
 from statsmodels.tsa.statespace.kalman_smoother import KalmanSmoother
 
 ROOT = Path(__file__).resolve().parents[2]
-PROGRAMS = Path(".")
+sys.path.insert(0, str(ROOT / "tests" / "reference"))
+from shared_library import Library  # noqa: E402
+
+SHARED, ROOM = "", 400_000  # numbers of memory
 GAP = np.nan
 
 
@@ -68,22 +70,33 @@ class Run:
 
 
 def library(model: Model, early: int = 60, arithmetic: str = "f64") -> Run:
-    steps, m = model.z.shape
-    numbers = [model.n, m, steps, early, model.unknown]
-    numbers += [*model.x0, *model.P0.flat, *model.A.flat, *model.Q.flat, *model.R.flat]
-    for H, z in zip(model.H, model.z):
-        numbers += [*H.flat, *z]
-    done = subprocess.run([PROGRAMS / f"run_diffuse_{arithmetic}"], text=True, capture_output=True,
-                          input=" ".join(repr(float(number)) for number in numbers), check=True)
-    rows = {"filtered": [], "smoothed": []}
-    for line in done.stdout.splitlines():
-        name, *values = line.split()
-        if name in rows:
-            rows[name].append([float(value) for value in values])
-    n, filtered, smoothed = model.n, np.array(rows["filtered"]), np.array(rows["smoothed"])
-    return Run(filtered[:, 1], filtered[:, 2], filtered[:, 3:3 + n], filtered[:, 3 + n:],
-               smoothed[:, 1:1 + n], smoothed[:, 1 + n:1 + 2 * n],
-               smoothed[:, 1 + 2 * n:].reshape(steps, n, n))
+    k, n, (steps, m) = Library(SHARED, arithmetic), model.n, model.z.shape
+    process, sensor, filter_ = k.made("process", n, 0), k.made("sensor", n, m), k.made("filter", n)
+    tape, start = k.made("history", n, words=ROOM), k.made("diffuse", n, early, words=ROOM)
+    k.call("process_init", process, k.numbers(model.A), None, k.numbers(model.Q))
+    k.call("sensor_init", sensor, k.numbers(model.H[0]), k.numbers(model.R))
+    k.call("diffuse_init", start, filter_, k.numbers(model.x0), k.numbers(model.P0), model.unknown)
+    k.call("attach", filter_, tape)  # `attached` comes first
+
+    def states(name, of):
+        return [k.read(name, of, i) for i in range(n)]
+
+    filtered, smoothed = [], []
+    for t, z in enumerate(model.z):
+        if t:
+            k.call("predict", filter_, process, None)
+        k.call("sensor_change_measurement", sensor, k.numbers(model.H[t]))
+        k.call("update_subset", filter_, sensor, k.numbers(z), sum(1 << c for c in range(m) if not np.isnan(z[c])))
+        filtered.append((k.answer("diffuse_count", start), k.read("log_likelihood_last", filter_), states("mean", filter_),
+                         states("sigma", filter_)))
+    k.call("diffuse_smooth", start)
+    for t in range(steps):
+        view, P = np.zeros(512, dtype=np.uint8), np.zeros((n, n), dtype=k.type)
+        k.answer("diffuse_smoothed", start, t, view)  # refused: it reads NaN
+        if k.answer("covariance", view, P):
+            P[:] = np.nan
+        smoothed.append((states("mean", view), states("sigma", view), P.astype(float)))
+    return Run(*map(np.array, zip(*filtered)), *map(np.array, zip(*smoothed)))
 
 
 def exact_diffuse(model: Model):
@@ -267,7 +280,7 @@ class StartTest(unittest.TestCase):
 
 if __name__ == "__main__":
     parser = argparse.ArgumentParser()
-    parser.add_argument("--programs", type=Path, required=True)
+    parser.add_argument("--library", required=True)
     arguments, rest = parser.parse_known_args()
-    PROGRAMS = arguments.programs
+    SHARED = arguments.library
     unittest.main(argv=[sys.argv[0], *rest])

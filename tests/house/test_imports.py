@@ -36,7 +36,7 @@ class Broken(unittest.TestCase):
         self.found("order", "kalmanq.commands.run", "import kalmanq_studies.gallery", "gallery, which is not before")
 
     def test_studies_are_below_the_commands(self):
-        self.found("order", "kalmanq_studies.lectures.rocket", "from kalmanq.commands import simulate", "simulate, which is not")
+        self.found("order", "kalmanq_studies.lectures.smoothing", "from kalmanq.commands import simulate", "simulate, which is not")
         self.found("order", "kalmanq_studies.gallery", "from kalmanq_studies.commands import gallery", "gallery, which is not")
 
     def test_a_name_from_nowhere(self):

@@ -1,13 +1,13 @@
 #!/bin/sh
-# fixed_sizes.sh SOURCE WORK BUILD [DESIGN]: a project with a file of kalmanq design --way sizes (DESIGN/track.c) builds by
-# FetchContent, and runs; installed, too; for a Cortex-M0, whose sqrtf is in libm, it links, with what is listed in
-# KALMANQ_ARITHMETICS compiled and nothing else.
+# fixed_sizes.sh SOURCE WORK BUILD PYTHON: a project with a file of `kalmanq design --way sizes` builds by FetchContent,
+# and runs; installed, too; for a Cortex-M0, whose sqrtf is in libm, it links, with what is listed in KALMANQ_ARITHMETICS
+# compiled and nothing else.
 set -eu
 source=$1 work=$2 library=$3
-consumer=$(cd "$(dirname "$0")/sizes" && pwd)
-design=${4:-$consumer}
+consumer=$(cd "$(dirname "$0")/sizes" && pwd) design=$2/design
 rm -rf "$work"
-mkdir -p "$work"
+mkdir -p "$design"
+"$4" -m kalmanq design "$source/tools/kalmanq/examples/track.toml" --core m4f --arith f32 --way sizes --out "$design"
 
 build() { # NAME OPTION...
     name=$1

@@ -76,10 +76,10 @@ template <class T> class Library
         const auto z = components(reading.sensor).words(reading.z);
         const auto status = reading.present == UINT32_MAX
                                 ? Api::update(filter, sensor, z.data())
-                                : Api::updateSubset(filter, sensor, z.data(), reading.present);
+                                : Api::update_subset(filter, sensor, z.data(), reading.present);
         kq::require(status, "update");
-        kq::require(Api::sensorCheck(sensor), "sensor check");
-        kq::require(Api::filterCheck(filter), "filter check");
+        kq::require(Api::sensor_check(sensor), "sensor check");
+        kq::require(Api::filter_check(filter), "filter check");
     }
 
     void predict(typename Api::Filter *filter, const Step &step)
@@ -87,8 +87,8 @@ template <class T> class Library
         auto *process = this->process(step.process);
         const auto u = controls(step.process).words(step.u);
         kq::require(Api::predict(filter, process, dataOrNull(u)), "predict");
-        kq::require(Api::processCheck(process), "process check");
-        kq::require(Api::filterCheck(filter), "filter check");
+        kq::require(Api::process_check(process), "process check");
+        kq::require(Api::filter_check(filter), "filter check");
     }
 
   private:

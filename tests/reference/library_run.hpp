@@ -69,7 +69,7 @@ template <class T> class LibraryRun
         for (const Reading &reading : step.readings) {
             SensorOwner<T> &sensor = sensors_[reading.sensor];
             const auto z = sensor.components().words(reading.z);
-            kq::require(Api::updateSubset(filter_.get(), sensor.get(), z.data(), reading.present),
+            kq::require(Api::update_subset(filter_.get(), sensor.get(), z.data(), reading.present),
                         "update");
             taken.push_back(Api::taken(filter_.get()));
         }
@@ -89,7 +89,7 @@ template <class T> class LibraryRun
     /// The recorded run backwards.
     std::vector<Smoothed<Wide<T>>> smooth()
     {
-        std::vector<Smoothed<Wide<T>>> past(Api::historySteps(history_->get()));
+        std::vector<Smoothed<Wide<T>>> past(Api::history_steps(history_->get()));
         for (std::size_t t = past.size(); t-- > 0;) {
             past[t] = smoothStep<T>(*history_, nullptr, t);
         }

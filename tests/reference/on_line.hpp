@@ -20,10 +20,9 @@ template <class T> class LagOwner : NotCopied
   public:
     LagOwner(const Formats<T> &states, int m, int L)
         : states_(states),
-          memory_(Api::lagLength(static_cast<std::size_t>(states.count()),
-                                 static_cast<std::size_t>(m), static_cast<std::size_t>(L)))
+          memory_(Api::length(KQ_OBJECT_LAG, states.count(), m, static_cast<std::size_t>(L)))
     {
-        kq::require(Api::lagAssign(&handle_, states.count(), m, L, memory_.data(), memory_.size()),
+        kq::require(Api::lag_assign(&handle_, states.count(), m, L, memory_.data(), memory_.size()),
                     "lag assign");
     }
 
@@ -32,7 +31,7 @@ template <class T> class LagOwner : NotCopied
         kq::require(Api::attach(filter.get(), &handle_.attached), "lag attach");
     }
 
-    int steps() const { return (int)Api::lagSteps(&handle_); }
+    int steps() const { return (int)Api::lag_steps(&handle_); }
 
     Belief<Wide<T>> smooth(int k)
     {
@@ -44,7 +43,7 @@ template <class T> class LagOwner : NotCopied
     Vector<Wide<T>> smoothStates(int k)
     {
         typename Api::Filter view;
-        kq::require(Api::laggedStates(&handle_, k, &view), "lagged states");
+        kq::require(Api::lagged_states(&handle_, k, &view), "lagged states");
         return readViewMean(states_, view);
     }
 
@@ -60,10 +59,9 @@ template <class T> class InstantOwner : NotCopied
 
   public:
     InstantOwner(const Formats<T> &states, int m)
-        : states_(states), memory_(Api::instantLength(static_cast<std::size_t>(states.count()),
-                                                      static_cast<std::size_t>(m)))
+        : states_(states), memory_(Api::length(KQ_OBJECT_INSTANT, states.count(), m))
     {
-        kq::require(Api::instantAssign(&handle_, states.count(), m, memory_.data(), memory_.size()),
+        kq::require(Api::instant_assign(&handle_, states.count(), m, memory_.data(), memory_.size()),
                     "instant assign");
     }
 
@@ -75,7 +73,7 @@ template <class T> class InstantOwner : NotCopied
     Belief<Wide<T>> smooth()
     {
         typename Api::Filter view;
-        kq::require(Api::instantSmooth(&handle_, &view), "instant smooth");
+        kq::require(Api::instant_smooth(&handle_, &view), "instant smooth");
         return readView(states_, view);
     }
 

@@ -47,7 +47,7 @@ template <class T> class ProcessOwner : NotCopied
         : controls_(model.B.cols(), model.range), transition_(flattened<T>(model.A)),
           control_(flattened<T>(model.B)), memory_(triangle(states.count()))
     {
-        kq::require(Api::processAssign(&handle_, states.count(), controls_.count(), memory_.data(),
+        kq::require(Api::process_assign(&handle_, states.count(), controls_.count(), memory_.data(),
                                        memory_.size()),
                     "process assign");
         kq::require(init(model.F, kind), "process init");
@@ -60,7 +60,7 @@ template <class T> class ProcessOwner : NotCopied
     void changeTransition(const Matrix<double> &A)
     {
         transition_ = flattened<T>(A);
-        kq::require(Api::processChangeTransition(&handle_, transition_.data()),
+        kq::require(Api::process_change_transition(&handle_, transition_.data()),
                     "process change transition");
     }
 
@@ -69,10 +69,10 @@ template <class T> class ProcessOwner : NotCopied
     {
         const T *A = transition_.data(), *B = dataOrNull(control_);
         if (kind == Noise::covariance) {
-            return Api::processInit(&handle_, A, B, flattened<T>(F * F.transpose()).data());
+            return Api::process_init(&handle_, A, B, flattened<T>(F * F.transpose()).data());
         }
         const std::vector<T> factor = flattened<T>(F);
-        return Api::processInitFactor(&handle_, A, B, dataOrNull(factor),
+        return Api::process_init_factor(&handle_, A, B, dataOrNull(factor),
                                       static_cast<int>(F.cols()));
     }
 
@@ -95,10 +95,10 @@ template <class T> class SensorOwner : NotCopied
           memory_(kind == Noise::diagonal ? static_cast<std::size_t>(model.components())
                                           : triangle(components_.count()))
     {
-        kq::require(Api::sensorAssign(&handle_, states.count(), components_.count(), memory_.data(),
+        kq::require(Api::sensor_assign(&handle_, states.count(), components_.count(), memory_.data(),
                                       memory_.size()),
                     "sensor assign");
-        const auto initialise = kind == Noise::diagonal ? Api::sensorInitDiagonal : Api::sensorInit;
+        const auto initialise = kind == Noise::diagonal ? Api::sensor_init_diagonal : Api::sensor_init;
         kq::require(initialise(&handle_, measurement_.data(), noise_.data()), "sensor init");
     }
 
@@ -109,7 +109,7 @@ template <class T> class SensorOwner : NotCopied
     void changeMeasurement(const Matrix<double> &H)
     {
         measurement_ = flattened<T>(H);
-        kq::require(Api::sensorChangeMeasurement(&handle_, measurement_.data()),
+        kq::require(Api::sensor_change_measurement(&handle_, measurement_.data()),
                     "sensor change measurement");
     }
 
@@ -129,9 +129,9 @@ template <class T> class FilterOwner : NotCopied
 
   public:
     explicit FilterOwner(const Formats<T> &states)
-        : states_(states), memory_(Api::filterLength(states.count()))
+        : states_(states), memory_(Api::length(KQ_OBJECT_FILTER, states.count()))
     {
-        kq::require(Api::filterAssign(&handle_, states.count(), memory_.data(), memory_.size()),
+        kq::require(Api::filter_assign(&handle_, states.count(), memory_.data(), memory_.size()),
                     "filter assign");
     }
 
@@ -151,7 +151,7 @@ template <class T> class FilterOwner : NotCopied
 template <class T>
 kq_status FilterOwner<T>::init(const Vector<double> &x0, const Matrix<double> &P0)
 {
-    return Api::filterInit(&handle_, flattened<T>(x0).data(), flattened<T>(P0).data());
+    return Api::filter_init(&handle_, flattened<T>(x0).data(), flattened<T>(P0).data());
 }
 
 template <class T> class HistoryOwner : NotCopied
@@ -161,10 +161,9 @@ template <class T> class HistoryOwner : NotCopied
   public:
     /// Room for `steps` steps of at most m scalar measurements and `changes` changes of process.
     HistoryOwner(const Formats<T> &states, int m, std::size_t steps, std::size_t changes)
-        : states_(states), memory_(Api::historyLength(static_cast<std::size_t>(states.count()), static_cast<std::size_t>(m), steps,
-                                     changes))
+        : states_(states), memory_(Api::length(KQ_OBJECT_HISTORY, states.count(), m, steps, changes))
     {
-        kq::require(Api::historyAssign(&handle_, states.count(), memory_.data(), memory_.size()),
+        kq::require(Api::history_assign(&handle_, states.count(), memory_.data(), memory_.size()),
                     "history assign");
     }
 

@@ -20,7 +20,7 @@ template <class T> Belief<Wide<T>> read(const FilterOwner<T> &filter)
     const int n = states.count();
     Belief<Wide<T>> belief{Vector<Wide<T>>(n), {}};
     for (int i = 0; i < n; ++i) {
-        belief.mean(i) = states.value(i, Api::mean(filter.get(), i), Api::meanLow(filter.get(), i));
+        belief.mean(i) = states.value(i, Api::mean(filter.get(), i), Api::mean_low(filter.get(), i));
     }
     std::vector<typename Api::Coefficient> P(static_cast<std::size_t>(n * n));
     kq::require(Api::covariance(filter.get(), P.data()), "covariance");
@@ -45,7 +45,7 @@ Vector<Wide<T>> readViewMean(const Formats<T> &states, const typename kq::Api<T>
     using Api = kq::Api<T>;
     Vector<Wide<T>> mean(states.count());
     for (int i = 0; i < mean.size(); ++i) {
-        mean(i) = states.value(i, Api::mean(&view, i), Api::meanLow(&view, i));
+        mean(i) = states.value(i, Api::mean(&view, i), Api::mean_low(&view, i));
     }
     return mean;
 }
@@ -88,7 +88,7 @@ Smoothed<Wide<T>> smoothStep(HistoryOwner<T> &history, const typename kq::Api<T>
     const auto n = static_cast<std::size_t>(states.count());
     std::vector<typename Api::Coefficient> lagOne(n * n), mean(n), covariance(n * n);
     const typename Api::Extras extras{lagOne.data(), mean.data(), covariance.data()};
-    kq::require(Api::smoothStep(history.get(), process, &extras), "smooth step");
+    kq::require(Api::smooth_step(history.get(), process, &extras), "smooth step");
     return {readSmoothed(history, t), states.covariance(lagOne, states), states.vector(mean),
             states.covariance(covariance, states)};
 }

@@ -104,7 +104,7 @@ void compareMeasurementNoise(Figures &figures, const Case &model, std::size_t t,
         const Matrix<Quad> variance = H * exact.covariance * H.transpose();
         for (Index c = 0; c < v.size(); ++c, ++k) {
             typename Api::Coefficient mean{}, square{};
-            kq::require(Api::smoothedMeasurementNoise(history.get(), k, &mean, &square),
+            kq::require(Api::smoothed_measurement_noise(history.get(), k, &mean, &square),
                         "smoothed measurement noise");
             if (noise.variances(c) == 0) continue;
             const Quad root = sqrt(noise.variances(c));
@@ -116,7 +116,7 @@ void compareMeasurementNoise(Figures &figures, const Case &model, std::size_t t,
     }
     typename Api::Coefficient mean, square;
     const bool over =
-        Api::smoothedMeasurementNoise(history.get(), k, &mean, &square) == KQ_ERR_SIZE;
+        Api::smoothed_measurement_noise(history.get(), k, &mean, &square) == KQ_ERR_SIZE;
     figures.add("count of v", over ? 0 : 1);
 }
 
@@ -183,7 +183,7 @@ template <class T>
 void smoothStates(Figures &figures, const Case &model, const std::vector<Belief<Wide<T>>> &beliefs)
 {
     Recording<T> recording(model.sequence, Processes::separate);
-    kq::require(kq::Api<T>::smoothStates(recording.history.get()), "smooth states");
+    kq::require(kq::Api<T>::smooth_states(recording.history.get()), "smooth states");
     for (std::size_t t = 0; t < model.past.size(); ++t) {
         const Belief<Quad> &exact = model.past[t].belief;
         const Vector<Quad> unit = units(model, exact.covariance, floorOf<T>());

@@ -26,7 +26,7 @@ template <class T> struct Adaptation {
     std::vector<typename kq::Api<T>::Coefficient> memory;
     std::vector<std::int32_t> root;
     Adaptation(int n, int m)
-        : memory(kq::Api<T>::adaptationLength(static_cast<std::size_t>(n), static_cast<std::size_t>(m))),
+        : memory(kq::Api<T>::length(KQ_OBJECT_ADAPTATION, n, m)),
           root(rootLength(n))
     {
         kq::require(assign(n, m), "assign");
@@ -198,14 +198,14 @@ template <class T> class Run
         const typename Api::Rule of{rule.scales,     rule.memory,    number(0.1),
                                      number(0x1p-10), number(0x1p10), number(0x1p-10),
                                      number(0x1p10)};
-        kq::require(Api::adaptationInit(&tool_.object, process_.get(), sensor_.get(), &of), "init");
+        kq::require(Api::adaptation_init(&tool_.object, process_.get(), sensor_.get(), &of), "init");
         kq::require(Api::attach(filter_.get(), &tool_.object.attached), "attach");
     }
 
     void step()
     {
         const auto z = sensor_.components().words(simulation_.measure());
-        kq::require(Api::updateSubset(filter_.get(), sensor_.get(), z.data(),
+        kq::require(Api::update_subset(filter_.get(), sensor_.get(), z.data(),
                                              simulation_.present()),
                     "update");
         kq::require(Api::predict(filter_.get(), process_.get(), nullptr), "predict");
@@ -215,7 +215,7 @@ template <class T> class Run
     Errors errors() const
     {
         typename Api::Coefficient q{}, r{};
-        kq::require(Api::adaptationScales(&tool_.object, &q, &r), "scales");
+        kq::require(Api::adaptation_scales(&tool_.object, &q, &r), "scales");
         return {std::log(Api::value(q) / truth_.q), std::log(Api::value(r) / truth_.r)};
     }
 

@@ -94,9 +94,9 @@ template <class T> class Watch
     using Score = typename Api::Score;
 
   public:
-    Watch(int m, int window) : m_(m), memory_(Api::consistencyLength(static_cast<std::size_t>(m), static_cast<std::size_t>(window)))
+    Watch(int m, int window) : m_(m), memory_(Api::length(KQ_OBJECT_CONSISTENCY, 0, m, static_cast<std::size_t>(window)))
     {
-        kq::require(Api::consistencyAssign(&handle_, m, window, memory_.data(), memory_.size()),
+        kq::require(Api::consistency_assign(&handle_, m, window, memory_.data(), memory_.size()),
                     "consistency assign");
     }
 
@@ -105,11 +105,11 @@ template <class T> class Watch
     {
         const auto words = sensor.components().words(z);
         kq::require(
-            Api::consistencyWatch(&handle_, filter.get(), sensor.get(), words.data(), present),
+            Api::consistency_watch(&handle_, filter.get(), sensor.get(), words.data(), present),
             "watch");
-        kq::require(Api::updateSubset(filter.get(), sensor.get(), words.data(), present),
+        kq::require(Api::update_subset(filter.get(), sensor.get(), words.data(), present),
                     "update");
-        kq::require(Api::consistencyRecord(&handle_, filter.get()), "record");
+        kq::require(Api::consistency_record(&handle_, filter.get()), "record");
     }
 
     /// Of the window as it is; then it begins anew.
@@ -117,13 +117,13 @@ template <class T> class Watch
     {
         Score nis, low, high, mean, reach, correlation, spread;
         const Score q = scoreOf<T>(1.96);
-        kq::require(Api::consistencyNis(&handle_, q, &nis, &low, &high), "nis");
+        kq::require(Api::consistency_nis(&handle_, q, &nis, &low, &high), "nis");
         bool any = nis < low || nis > high;
         outside.low += nis < low;
         outside.high += nis > high;
         for (int c = 0; c < m_; ++c) {
             kq::require(
-                Api::consistencyInnovation(&handle_, c, q, &mean, &reach, &correlation, &spread),
+                Api::consistency_innovation(&handle_, c, q, &mean, &reach, &correlation, &spread),
                 "innovation");
             const bool biased = mean < -reach || mean > reach;
             const bool coloured = correlation < -spread || correlation > spread;
@@ -132,7 +132,7 @@ template <class T> class Watch
             any = any || biased || coloured;
         }
         outside.any += any;
-        kq::require(Api::consistencyClear(&handle_), "clear");
+        kq::require(Api::consistency_clear(&handle_), "clear");
     }
 
   private:

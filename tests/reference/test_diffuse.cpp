@@ -98,10 +98,9 @@ template <class T> class StartOwner : NotCopied
     using Api = kq::Api<T>;
 
   public:
-    StartOwner(int n, std::size_t early)
-        : memory_(Api::startLength(static_cast<std::size_t>(n), early))
+    StartOwner(int n, std::size_t early) : memory_(Api::length(KQ_OBJECT_DIFFUSE, n, 0, early))
     {
-        kq::require(Api::startAssign(&handle_, n, early, memory_.data(), memory_.size()),
+        kq::require(Api::diffuse_assign(&handle_, n, early, memory_.data(), memory_.size()),
                     "start assign");
     }
     typename Api::Start *get() { return &handle_; }
@@ -115,7 +114,7 @@ template <class T>
 void init(StartOwner<T> &start, FilterOwner<T> &filter, const Sequence &sequence,
           std::uint32_t unknown)
 {
-    kq::require(kq::Api<T>::startInit(start.get(), filter.get(), flattened<T>(sequence.x0).data(),
+    kq::require(kq::Api<T>::diffuse_init(start.get(), filter.get(), flattened<T>(sequence.x0).data(),
                                       flattened<T>(sequence.P0).data(), unknown),
                 "start init");
 }
@@ -169,10 +168,10 @@ template <class T> class Run
             compareFiltered(t);
             if (t + 1 < steps.size()) predict(steps[t]);
         }
-        const double logLikelihood = scoreOf(Api::logLikelihood(filter_.get()));
+        const double logLikelihood = scoreOf(Api::log_likelihood(filter_.get()));
         errors_.logLikelihood = std::fabs(logLikelihood - model_.logLikelihood);
         errors_.events = Api::events(filter_.get());
-        kq::require(Api::startSmooth(start_.get()), "start smooth");
+        kq::require(Api::diffuse_smooth(start_.get()), "start smooth");
         for (std::size_t t = 0; t < steps.size(); ++t) compareSmoothed(t);
         return errors_;
     }
@@ -182,7 +181,7 @@ template <class T> class Run
     {
         const auto *sensor = library_.sensor(reading.sensor);
         const auto z = library_.components(reading.sensor).words(reading.z);
-        kq::require(Api::updateSubset(filter_.get(), sensor, z.data(), reading.present), "update");
+        kq::require(Api::update_subset(filter_.get(), sensor, z.data(), reading.present), "update");
     }
 
     void predict(const Step &step)
@@ -199,7 +198,7 @@ template <class T> class Run
             const bool is = isKnown(Api::mean(filter_.get(), i));
             errors_.wrong += is != model_.filtered[t].known[static_cast<std::size_t>(i)];
         }
-        if (Api::startCount(start_.get()) > 0) return;
+        if (Api::diffuse_count(start_.get()) > 0) return;
         errors_.determinedAt = std::min(errors_.determinedAt, t);
         const Belief<Wide<T>> now = read(filter_);
         const Vector<Quad> unit = model_.unit<T>(exact.covariance);
@@ -211,7 +210,7 @@ template <class T> class Run
     {
         const Belief<Quad> &exact = model_.smoothed[t].belief;
         typename Api::Filter view;
-        kq::require(Api::startSmoothed(start_.get(), t, &view), "start smoothed");
+        kq::require(Api::diffuse_smoothed(start_.get(), t, &view), "start smoothed");
         for (int i = 0; i < exact.mean.size(); ++i) {
             const bool is = isKnown(Api::mean(&view, i));
             errors_.wrong += is != model_.smoothed[t].known[static_cast<std::size_t>(i)];

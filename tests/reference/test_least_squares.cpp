@@ -40,7 +40,7 @@ template <class T> class Fit
 
     double residual() const
     {
-        return static_cast<double>(Formats<T>::score(kq::Api<T>::leastSquaresResidual(&handle_)));
+        return static_cast<double>(Formats<T>::score(kq::Api<T>::least_squares_residual(&handle_)));
     }
 
   private:

@@ -14,50 +14,7 @@ import numpy as np
 
 from nonlinear_models import (Battery, CoordinatedTurn, FallingBody, GpsImu, RangeBearing, chance_band, jacobian,
                               linearise_cubature, linearise_extended, run, unwrapped, wrapped)
-
-
-class Library:
-    """kalmanq of one arithmetic; objects are bytes, numbers are arrays"""
-
-    def __init__(self, path, arithmetic):
-        self.all, self.suffix = ctypes.CDLL(path), "_" + arithmetic
-        self.type = np.float32 if arithmetic == "f32" else np.float64
-        self.number = ctypes.c_float if arithmetic == "f32" else ctypes.c_double
-        numbers = ctypes.POINTER(self.number)
-        self.function = ctypes.CFUNCTYPE(None, ctypes.c_void_p, numbers, numbers)
-        self.kept = []
-
-    def call(self, name, *arguments):
-        status = getattr(self.all, "kq_" + name + self.suffix)(*[self.argument(a) for a in arguments])
-        if status:
-            raise SystemExit(f"kq_{name}{self.suffix} answers {status}")
-
-    def read(self, name, *arguments):
-        function = getattr(self.all, "kq_" + name + self.suffix)
-        function.restype = self.number
-        return float(function(*[self.argument(a) for a in arguments]))
-
-    def argument(self, a):
-        if isinstance(a, np.ndarray):
-            return a.ctypes.data_as(ctypes.c_void_p)
-        return ctypes.c_size_t(a) if isinstance(a, int) else a
-
-    def numbers(self, a):
-        self.kept.append(np.ascontiguousarray(np.real(a), dtype=self.type))
-        return self.kept[-1]
-
-    def made(self, name, *sizes, words=4096):
-        item, memory = np.zeros(512, dtype=np.uint8), np.zeros(words, dtype=self.type)
-        self.kept += [item, memory]
-        self.call(name + "_assign", item, *sizes, memory, words)
-        return item
-
-    def callback(self, function, rows, n):
-        def called(_, x, y):
-            values = np.real(function(np.array(x[:n], dtype=np.float64)))
-            for c in range(rows):
-                y[c] = values[c]
-        return self.function(called)
+from shared_library import Library
 
 
 class Run:

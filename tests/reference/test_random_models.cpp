@@ -116,8 +116,8 @@ template <class T> class Comparison
         exactLogLikelihood_ += exact.logLikelihood;
         measured_ += static_cast<int>(exact.e.size());
         const Quad nis(Formats<T>::score(Api::nis(filter_.get())));
-        const Quad sum(Formats<T>::score(Api::logLikelihood(filter_.get())));
-        const Quad last(Formats<T>::score(Api::logLikelihoodLast(filter_.get())));
+        const Quad sum(Formats<T>::score(Api::log_likelihood(filter_.get())));
+        const Quad last(Formats<T>::score(Api::log_likelihood_last(filter_.get())));
         figures_.add("nis", ratio(nis - exact.nis, Quad(1) + exact.nis));
         figures_.add("logp", ratio(last - exact.logLikelihood, Quad(1) + exact.nis));
         figures_.add("sum logp", ratio(sum - exactLogLikelihood_, Quad(1 + measured_)));

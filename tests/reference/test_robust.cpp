@@ -47,22 +47,22 @@ template <class T> struct FloatArithmetic {
     void process(typename Api<T>::Process &p, typename Api<T>::Process &scaled, double Q)
     {
         const T q[] = {static_cast<T>(Q)};
-        kq::require(Api<T>::processAssign(&p, 1, 0, noiseMemory, 1), "process");
-        kq::require(Api<T>::processAssign(&scaled, 1, 0, scaledMemory, 1), "process");
-        kq::require(Api<T>::processInit(&p, A, nullptr, q), "process");
+        kq::require(Api<T>::process_assign(&p, 1, 0, noiseMemory, 1), "process");
+        kq::require(Api<T>::process_assign(&scaled, 1, 0, scaledMemory, 1), "process");
+        kq::require(Api<T>::process_init(&p, A, nullptr, q), "process");
     }
 
     void sensor(typename Api<T>::Sensor &s, double R)
     {
         const T r[] = {static_cast<T>(R)};
-        kq::require(Api<T>::sensorAssign(&s, 1, 1, sensorMemory, 1), "sensor");
-        kq::require(Api<T>::sensorInit(&s, H, r), "sensor");
+        kq::require(Api<T>::sensor_assign(&s, 1, 1, sensorMemory, 1), "sensor");
+        kq::require(Api<T>::sensor_init(&s, H, r), "sensor");
     }
 
     void start(typename Api<T>::Filter &f, double P0)
     {
         const T x[] = {0}, P[] = {static_cast<T>(P0)};
-        kq::require(Api<T>::filterInit(&f, x, P), "filter");
+        kq::require(Api<T>::filter_init(&f, x, P), "filter");
     }
 };
 
@@ -144,12 +144,12 @@ template <class T> class Walk
 {
   public:
     Walk(const Model &model, std::size_t steps)
-        : model_(model), tape_(Api<T>::historyLength(1, 1, steps + 1, 0)), weights_(steps)
+        : model_(model), tape_(Api<T>::length(KQ_OBJECT_HISTORY, 1, 1, steps + 1)), weights_(steps)
     {
         arithmetic_.process(process_, scaled_, model.Q);
         arithmetic_.sensor(sensor_, model.R);
-        kq::require(Api<T>::filterAssign(&filter_, 1, memory_.data(), memory_.size()), "filter");
-        kq::require(Api<T>::historyAssign(&history_, 1, tape_.data(), tape_.size()), "history");
+        kq::require(Api<T>::filter_assign(&filter_, 1, memory_.data(), memory_.size()), "filter");
+        kq::require(Api<T>::history_assign(&history_, 1, tape_.data(), tape_.size()), "history");
     }
 
     Series filtered(const Series &z, const Method &method)
@@ -159,7 +159,7 @@ template <class T> class Walk
         loss_ = {};
         loss_.kind = kindOf(method.step);
         loss_.parameter = Api<T>::number(method.parameter);
-        loss_.limit = Api<T>::chiSquareLimit(1, KQ_LEVEL_9999);
+        loss_.limit = Api<T>::chi_square_limit(1, KQ_LEVEL_9999);
         for (std::size_t t = 0; t < z.size(); ++t) {
             const auto word = Its::word(z[t]);
             kq::require(take(word, method, t > 0 || model_.movesFirst), method.name);
@@ -190,7 +190,7 @@ template <class T> class Walk
     {
         if (moves) kq::require(Api<T>::predict(&filter_, &process_, nullptr), "predict");
         if (method.step == Step::plain) return Api<T>::update(&filter_, &sensor_, &z);
-        return Api<T>::updateRobust(&filter_, &sensor_, &z, 1, &loss_);
+        return Api<T>::update_robust(&filter_, &sensor_, &z, 1, &loss_);
     }
 
     static auto kindOf(Step step)
@@ -231,7 +231,7 @@ template <class T> class Walk
         for (std::size_t t = 1; t <= steps; ++t) {
             typename Api<T>::Filter view;
             kq::require(Api<T>::smoothed(&history_, t, &view), "smoothed");
-            const double low = static_cast<double>(Api<T>::meanLow(&view, 0));
+            const double low = static_cast<double>(Api<T>::mean_low(&view, 0));
             const double high = static_cast<double>(Api<T>::mean(&view, 0));
             x.push_back(Its::wordValue(high + low * lowUnit));
         }
@@ -241,7 +241,7 @@ template <class T> class Walk
     double mean() const
     {
         return Its::wordValue(static_cast<double>(Api<T>::mean(&filter_, 0)) +
-                              static_cast<double>(Api<T>::meanLow(&filter_, 0)) * lowUnit);
+                              static_cast<double>(Api<T>::mean_low(&filter_, 0)) * lowUnit);
     }
 
     static constexpr double lowUnit = std::is_same_v<T, Q31> ? 0x1p-24 : 1;
@@ -253,7 +253,7 @@ template <class T> class Walk
     typename Api<T>::Filter filter_{};
     typename Api<T>::History history_{};
     typename Api<T>::Loss loss_{};
-    std::array<typename Api<T>::Word, Api<T>::filterLength(1)> memory_{};
+    std::vector<typename Api<T>::Word> memory_ = std::vector<typename Api<T>::Word>(Api<T>::length(KQ_OBJECT_FILTER, 1));
     std::vector<typename Api<T>::Word> tape_;
     std::vector<typename Api<T>::Coefficient> weights_;
 };

@@ -1,6 +1,6 @@
 """kq_steady_solve against SciPy's solve_discrete_are, on random models.
 
-  test_steady.py PROGRAM [--seed N]     PROGRAM: steady_models, which reads models and solves them
+  test_steady.py LIBRARY [--seed N]     LIBRARY: kalmanq as a shared library
 
 An error of P- is relative to sqrt(P_ii P_jj), one of K_ic to sqrt(P_ii / S_cc).  Where the two
 solutions are further apart than the goal, the equation's residual in 80-bit arithmetic says which
@@ -11,12 +11,14 @@ eps times the sum of |C^k|^2, C = A (I - K H) in units of the sigmas.
 from __future__ import annotations
 
 import argparse
-import subprocess
+import ctypes
 import sys
 from dataclasses import dataclass
 
 import numpy as np
 from scipy.linalg import solve_discrete_are
+
+from shared_library import Library
 
 GOAL_F64 = 1e-10
 MODELS = 200
@@ -37,10 +39,6 @@ class Model:
     @property
     def m(self) -> int:
         return self.H.shape[0]
-
-    def text(self) -> str:
-        numbers = np.concatenate([a.ravel() for a in (self.A, self.H, self.Q, self.R)])
-        return f"{self.n} {self.m} " + " ".join(f"{a:.17g}" for a in numbers) + "\n"
 
 
 @dataclass(frozen=True)
@@ -115,30 +113,25 @@ TAKEN = {
 }
 
 
-# ---- the program and SciPy -------------------------------------------------------------------
+# ---- the library and SciPy -------------------------------------------------------------------
 
 
-def solutions(program: str, models: list[Model]) -> list[tuple[Solution, Solution]]:
+def solutions(library: str, models: list[Model]) -> list[tuple[Solution, Solution]]:
     """In f64 and in f32."""
-    text = "".join(model.text() for model in models)
-    printed = subprocess.run([program], input=text, capture_output=True, text=True, check=True)
-    lines = printed.stdout.splitlines()
-    if len(lines) != 2 * len(models):
-        sys.exit(f"{program}: {len(lines)} lines for {len(models)} models")
-    return [
-        (solution(model, lines[2 * k]), solution(model, lines[2 * k + 1]))
-        for k, model in enumerate(models)
-    ]
+    kinds = [Library(library, arithmetic) for arithmetic in ("f64", "f32")]
+    return [tuple(solution(k, model) for k in kinds) for model in models]
 
 
-def solution(model: Model, line: str) -> Solution:
+def solution(k: Library, model: Model) -> Solution:
     n, m = model.n, model.m
-    status, *words = line.split()
-    values = np.array([float(word) for word in words])
-    if int(status):
-        return Solution(int(status), *(np.zeros((0, 0)),) * 3)
-    P, K, G = np.split(values, [n * n, n * n + n * m])
-    return Solution(0, P.reshape(n, n), K.reshape(n, m), G.reshape(n, n))
+    k.kept.clear()
+    process, sensor = k.made("process", n, 0), k.made("sensor", n, m)
+    k.call("process_init", process, k.numbers(model.A), None, k.numbers(model.Q))
+    k.call("sensor_init", sensor, k.numbers(model.H), k.numbers(model.R))
+    P, K, G, memory = (np.zeros(shape, dtype=k.type) for shape in ((n, n), (n, m), (n, n), 8192))
+    out = (ctypes.c_void_p * 4)(P.ctypes.data, None, K.ctypes.data, G.ctypes.data)  # a kq_steady_solution
+    status = k.answer("steady_solve", process, sensor, memory, len(memory), out)
+    return Solution(status, *(a.astype(float) for a in (P, K, G)))
 
 
 def gain(model: Model, P: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
@@ -186,11 +179,11 @@ def amplification(model: Model, P: np.ndarray) -> float:
 # ---- the tests -------------------------------------------------------------------------------
 
 
-def random_models(program: str, random: np.random.Generator) -> bool:
+def random_models(library: str, random: np.random.Generator) -> bool:
     models = [draw(random) for _ in range(MODELS)]
     errors, f32_errors, f32_shares, gains, smoothers = [], [], [], [], []
     less_accurate = failed = 0
-    for model, (f64, f32) in zip(models, solutions(program, models)):
+    for model, (f64, f32) in zip(models, solutions(library, models)):
         reference = solve_discrete_are(model.A.T, model.H.T, model.Q, model.R)
         if f64.status or f32.status:
             print(f"refused: {f64.status}, {f32.status}: n {model.n}")
@@ -223,11 +216,11 @@ def random_models(program: str, random: np.random.Generator) -> bool:
     return not failed
 
 
-def refusals(program: str, random: np.random.Generator) -> bool:
+def refusals(library: str, random: np.random.Generator) -> bool:
     good = True
     for name, (model, status) in REFUSED.items():
         models = [model] + [transformed(random, model) for _ in range(20)]
-        got = solutions(program, models)
+        got = solutions(library, models)
         exact = {got[0][0].status, got[0][1].status}
         others = [pair[k].status for pair in got[1:] for k in (0, 1)]
         wrong = sum(other != status for other in others)
@@ -235,7 +228,7 @@ def refusals(program: str, random: np.random.Generator) -> bool:
         print(f"{name}: {exact}, {wrong} of {len(others)} otherwise after a change of coordinates")
     for name, model in TAKEN.items():
         models = [model] + [transformed(random, model) for _ in range(20)]
-        wrong = sum(pair[k].status != 0 for pair in solutions(program, models) for k in (0, 1))
+        wrong = sum(pair[k].status != 0 for pair in solutions(library, models) for k in (0, 1))
         good &= wrong == 0
         print(f"{name}: {wrong} of {2 * len(models)} refused")
     return good
@@ -243,11 +236,11 @@ def refusals(program: str, random: np.random.Generator) -> bool:
 
 def main() -> None:
     parser = argparse.ArgumentParser()
-    parser.add_argument("program")
+    parser.add_argument("library")
     parser.add_argument("--seed", type=int, default=1)
     arguments = parser.parse_args()
     random = np.random.default_rng(arguments.seed)
-    results = [random_models(arguments.program, random), refusals(arguments.program, random)]
+    results = [random_models(arguments.library, random), refusals(arguments.library, random)]
     sys.exit(0 if all(results) else 1)
 
 

@@ -53,6 +53,8 @@ class Options:
 
 def design_file(options: Options, console: Console) -> None:
     model = model_file.read(options.model)
+    if options.out:
+        require_folder(options.out)
     made, records = _designs(options, model)
     compiled = offers(model, made.model, options.name or identifier(made.model.name))
     add_ways(made, compiled, records)
@@ -94,7 +96,6 @@ def _reason(options: Options, made: Designs) -> str:
 
 
 def _write(options: Options, made: Designs, chosen: Way, compiled: Sequence[Offer]) -> list[Path]:
-    require_folder(options.out)
     if chosen.way == COMPILED:
         return _write_compiled(options, made, next(one for one in compiled if one.arithmetic == chosen.arithmetic))
     text = source(Parts(made.model, chosen.arithmetic), chosen.way, options.name or identifier(made.model.name),

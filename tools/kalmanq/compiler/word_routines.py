@@ -163,7 +163,7 @@ static inline int32_t word(reciprocal r)
 }
 """
 
-INVERSE = """\
+QUOTIENT = """\
 /* 0xffffffff / d, rounded down, for 2^15 <= d <= 2^16 */
 #if defined __ARM_ARCH_6M__ || defined __AVR__
 /* This core divides in a hundred instructions: a line near 1 / d, two steps of Newton's, and what they leave. */
@@ -181,6 +181,9 @@ static uint32_t quotient(uint32_t d)
 #else
 static inline uint32_t quotient(uint32_t d) { return UINT32_C(0xffffffff) / d; }
 #endif
+"""
+
+INVERSE = QUOTIENT + """\
 /* 2^30 / (1 + |u|), u of 30 bits: a quotient of 16 bits and one step of Newton's */
 static inline int32_t inverse(int32_t u)
 {

@@ -101,7 +101,7 @@ class Problem:
         if self.choice.forms[name] == "multiple":
             return Multiple(name, start, noises)
         held = self.inside(name, self.choice.held.get(name, np.zeros(self.model.R.shape if name == "R" else
-                                                                        self.model.A.shape, bool)), True)
+                                                                        (self.model.n, self.model.n), bool)), True)
         if self.choice.forms[name] == "diagonal":
             if np.any(start - np.diag(np.diag(start))):
                 raise KalmanqError(f"{name} is not diagonal, and is to be")

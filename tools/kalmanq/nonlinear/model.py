@@ -147,8 +147,8 @@ class NonlinearModel:
         if not {"Q", "G"} & set(other):
             made.update({"G": self.G} if self.G is not None else {"Q": self.Q})
         made.update(x0=self.x0, P0=self.P0, states=self.states, measurements=self.measurements, controls=self.controls,
-                    angles=self.angles, name=self.name, **other)
-        return NonlinearModel(**made)
+                    angles=self.angles, name=self.name)
+        return NonlinearModel(**{**made, **other})
 
     # ------------------------------------------------------------------ the functions, checked
 

@@ -4,13 +4,13 @@ from __future__ import annotations
 
 import numpy as np
 
+from kalmanq.compiler.request import refuse_beyond
 from kalmanq.errors import KalmanqError
 from kalmanq.model import Model
 from kalmanq.run.checks import unseen
 from kalmanq.run.parts import is_diagonal
 
 LASTING = 1 - 1e-12
-FLOAT = np.finfo(np.float32)
 
 
 def refuse(model: Model, arithmetic: str) -> None:
@@ -19,7 +19,7 @@ def refuse(model: Model, arithmetic: str) -> None:
     _noises(model)
     _settling(model)
     if arithmetic == "f32":
-        _floats(model)
+        refuse_beyond(model)
 
 
 def _start(model: Model) -> None:
@@ -55,11 +55,3 @@ def _settling(model: Model) -> None:
         if abs(value) >= LASTING:
             raise KalmanqError(f"not stabilisable: a direction with eigenvalue {value:.4g} has no process noise and "
                                "does not fade, so the covariance never settles; give it noise")
-
-
-def _floats(model: Model) -> None:
-    for name in ("A", "B", "H", "Q", "R", "x0", "P0"):
-        matrix = getattr(model, name)
-        values = np.abs(matrix[matrix != 0]) if matrix is not None else np.zeros(0)
-        if values.size and (values.max() > FLOAT.max or values.min() < FLOAT.tiny):
-            raise KalmanqError(f"{name}: has a number beyond a float; take other units")

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import re
 
-from kalmanq.compiler.word_routines import PRODUCT
+from kalmanq.compiler.word_routines import PRODUCT, QUOTIENT
 
 WIDE = """\
 /* c x 2^-32, c >= 0.  The high word by an unsigned shift: of a signed one gcc makes a product of 64 bits by 64. */
@@ -18,26 +18,6 @@ static inline int64_t wide(int32_t c, int64_t x)
     return product((int32_t)factor, (int32_t)(uint32_t)((uint64_t)x >> 32)) +
            (int64_t)(((uint64_t)factor * (uint32_t)x) >> 32);
 }
-"""
-
-QUOTIENT = """\
-/* 0xffffffff / d, rounded down, for 2^15 <= d < 2^16 */
-#if defined __ARM_ARCH_6M__ || defined __AVR__
-/* This core divides in a hundred instructions: a line near 1 / d, two steps of Newton's, and what they leave. */
-static uint32_t quotient(uint32_t d)
-{
-    const uint32_t near = UINT32_C(46261) - (UINT32_C(30840) * d >> 16);
-    const int32_t first = (int32_t)((UINT32_C(1) << 30) - d * near);
-    const uint32_t nearer = (near << 2) + (uint32_t)((int32_t)near * (first >> 12) >> 16);
-    const int32_t second = (int32_t)(UINT32_C(0) - d * nearer);
-    uint32_t r = nearer + (uint32_t)((int32_t)nearer * (second >> 10) >> 22); /* at most 2 below */
-    int32_t rest = (int32_t)(UINT32_C(0xffffffff) - d * r);
-    if (rest >= (int32_t)d) r++, rest -= (int32_t)d;
-    return rest >= (int32_t)d ? r + 1 : r;
-}
-#else
-static inline uint32_t quotient(uint32_t d) { return UINT32_C(0xffffffff) / d; }
-#endif
 """
 
 INVERSE = """\

@@ -13,6 +13,7 @@ from rich.console import Console
 from kalmanq.commands.messages import print_json, table
 from kalmanq.commands.options import JSON, choices, command_of
 from kalmanq.core import ARITHMETICS
+from kalmanq.data.files import require_folder
 from kalmanq.pages import pictures
 from kalmanq_studies.commands.listing import tell_choices
 from kalmanq_studies.lectures import EXAMPLES
@@ -33,6 +34,8 @@ def show(options: Options, console: Console) -> None:
         tell_choices("example", {name: one.shows for name, one in EXAMPLES.items()}, "what it shows",
                      "kalmanq examples NAME --out FIGURE.png", options.out, options.json, console)
         return
+    if options.out:
+        require_folder(options.out.parent)
     example = EXAMPLES[options.name]
     wanted = ("f64", "f32", "q31") if options.arithmetic == "all" else (options.arithmetic,)
     with console.status(f"{options.name} in {', '.join(wanted)}"):

@@ -22,7 +22,7 @@ from kalmanq.run.parts import Parts
 from kalmanq.run.simulation import simulate
 from kalmanq_studies.lectures.example import BLUE, GREEN, GREY, ORANGE, PURPLE, Example, apart, ranged, shown
 
-ROWS, POINT, FAR, RUNS = 60, 30, 12, 400  # rows of a record, the fixed point, the largest lag and horizon, records
+ROWS, POINT, FAR, RUNS = 60, 30, 12, 200  # rows of a record, the fixed point, the largest lag and horizon, records
 
 
 @dataclass(frozen=True)

@@ -9,13 +9,19 @@ import matplotlib.pyplot as plt
 import numpy as np
 from matplotlib.figure import Figure
 
+from kalmanq.model import Model
 from kalmanq.run.steady import steady_state
 from kalmanq_studies.lectures.example import (
     ARITHMETIC_STYLES, BLUE, GREEN, ORANGE, Example, covariances_apart, predicted_covariances, ranged, shown)
-from kalmanq_studies.lectures.prediction_error import model
 
 SIZES, ROWS = (0.1, 0.3, 0.5), 40
 COLOURS = dict(zip(SIZES, (GREEN, BLUE, ORANGE)))
+
+
+def model(Q: float = 0.3) -> Model:
+    """Eigenvalues of A: 0.9 and -0.1."""
+    return Model(A=[[0.5, 0.4], [0.6, 0.3]], H=np.eye(2), R=0.5 * np.eye(2), Q=Q * np.eye(2), x0=[8, 8],
+                 P0=[[0.9, 0.3], [0.3, 0.9]], name="stationary")
 
 
 @dataclass(frozen=True)
