@@ -14,7 +14,6 @@ from __future__ import annotations
 import ctypes
 import json
 import re
-import shutil
 import sys
 import tempfile
 from dataclasses import dataclass
@@ -39,8 +38,8 @@ from kalmanq.nonlinear import NonlinearModel, read
 from kalmanq.nonlinear.simulation import simulate
 
 HERE = Path(__file__).resolve().parent
-EXAMPLES, OWN, FILTER = ROOT / "tools" / "kalmanq" / "examples", HERE / "equations", HERE / "generator_filter.cpp"
-FILES = [EXAMPLES / "battery.py", EXAMPLES / "range_bearing.py", OWN / "coordinated_turn.py", OWN / "gps_imu.py"]
+EXAMPLES, FILTER = ROOT / "tools" / "kalmanq" / "examples", HERE / "generator_filter.cpp"
+FILES = [*(EXAMPLES / f"{name}.py" for name in ("battery", "range_bearing", "gps_imu")), HERE / "equations" / "coordinated_turn.py"]
 FORMS = ("P - K H P", "as PX4", "all by SymForce")  # of generator_filter.cpp
 CORE, FLAGS = BY_NAME["m4f"], ("-O2", "-ffunction-sections", "-ffp-contract=fast", "-fno-math-errno")
 COUNTED, ROWS, SEEDS, LOW = 40, 400, (1, 2, 3, 4, 5), "_low"  # the battery is empty after 480 rows
@@ -87,7 +86,6 @@ class Case:
 def cases(folder: Path) -> dict[str, Case]:
     """Of each file two: with low noise the filter begins less certain, the state no farther off"""
     made = {}
-    shutil.copy(OWN / "planar.py", folder)
     for path in FILES:
         for suffix, R, P0 in (("", 1, 1), (LOW, 1e-6, 100)):
             drawn, used = (changed(path, folder / f"{path.stem}.py", R, factor) for factor in (1, P0))
