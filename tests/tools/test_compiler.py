@@ -424,7 +424,7 @@ def test_every_entry_is_read_where_a_part_is_constant(tmp_path: Path) -> None:
 def test_fast_math_is_refused(tmp_path: Path) -> None:
     for name, text in compiled(tank(), "flt").sources().items():
         (tmp_path / name).write_text(text)
-    for flags in (["-ffast-math"], ["-Ofast"]):
+    for flags in (["-ffast-math"], ["-Ofast"], ["-funsafe-math-optimizations"], ["-ffinite-math-only"]):
         done = subprocess.run(["gcc", "-c", *flags, str(tmp_path / "flt.c"), "-o", str(tmp_path / "flt.o")],
                               capture_output=True, text=True)
         assert done.returncode and "-ffast-math" in done.stderr

@@ -6,8 +6,8 @@
 
 #include <math.h>
 
-#if defined __FAST_MATH__
-#error "two floats a state need ordinary arithmetic: compile without -ffast-math"
+#if defined __FAST_MATH__ || defined __ASSOCIATIVE_MATH__ || (defined __FINITE_MATH_ONLY__ && __FINITE_MATH_ONLY__)
+#error "sums as written, and NaN: no -ffast-math, -funsafe-math-optimizations, -fassociative-math or -ffinite-math-only"
 #endif
 static const float A[] = {1.0f, 0.0f, 0.0f, 0.84648174f};
 static const float B[] = {-0.0011111111f, 0.0030703654f};

@@ -17,8 +17,8 @@ from kalmanq.compiler.printing import indented
 from kalmanq.compiler.request import LONGEST_GAP, Request
 
 NO_FAST_MATH = """\
-#if defined __FAST_MATH__
-#error "two floats a state need ordinary arithmetic: compile without -ffast-math"
+#if defined __FAST_MATH__ || defined __ASSOCIATIVE_MATH__ || (defined __FINITE_MATH_ONLY__ && __FINITE_MATH_ONLY__)
+#error "sums as written, and NaN: no -ffast-math, -funsafe-math-optimizations, -fassociative-math or -ffinite-math-only"
 #endif
 """
 SHORT_DOUBLE = """\
