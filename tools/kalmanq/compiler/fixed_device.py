@@ -1,0 +1,259 @@
+"""A nonlinear model as a device over the library in q31: formulas in fixed point, formats from records."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, replace
+from typing import Any, Callable, Optional, Sequence
+
+import numpy as np
+
+from kalmanq.compiler import fixed_functions
+from kalmanq.compiler.equation_device import Device, DeviceRequest, field, refuse_options
+from kalmanq.compiler.equations import Equations, equations
+from kalmanq.compiler.fixed_formulas import MARGIN, FixedFormulas, Input, fraction_for, largest, lowered
+from kalmanq.compiler.fixed_records import Seen
+from kalmanq.compiler.request import Options
+from kalmanq.core import lib
+from kalmanq.errors import KalmanqError
+from kalmanq.formulas.graph import Node
+from kalmanq.formulas.program import Program
+from kalmanq.model import Model, Quantity
+from kalmanq.nonlinear import NonlinearModel
+from kalmanq.nonlinear.model import Sensor
+from kalmanq.run.parts import Parts
+
+ROOM = 16.0  # of a row of A or H in raw values, at most
+EVENTS = (("SATURATED", "a value of a formula was beyond its format: the nearer end was taken"),
+          ("NO_VALUE", "a division by 0, a root or a logarithm of a negative number: the call was refused"))
+
+
+@dataclass(frozen=True)
+class Evaluated:
+    """Formulas of a call.  words: 32 bits each, with their fractions; table: entries of A or H by place, with 2^exponent"""
+
+    formulas: FixedFormulas
+    words: Sequence[str]
+    table: Sequence[tuple[int, str]]
+    run: Callable[..., list[Any]]
+
+
+def fixed_device(model: NonlinearModel, name: str, options: Options, seen: Seen) -> FixedDevice:
+    refuse_options(options)
+    if model.has_errors:
+        raise KalmanqError("--arith q31: a model of error states is compiled in f32 and f64")
+    of = equations(model, name, replace(options, arithmetic="f64"))
+    return FixedDevice(of, DeviceRequest(**{**vars(of.given), "options": options}), seen)
+
+
+class FixedDevice(Device):
+    code_includes = ()
+
+    def __init__(self, of: Equations, given: DeviceRequest, seen: Seen):
+        super().__init__(of, given)
+        self.type = self.covariance_type = "int32_t"
+        self.zero, self.seen = "0", seen
+        self.states = [_ranged(one, seen.largest("x", i)) for i, one in enumerate(self.nonlinear.states)]
+        self.controls = [_ranged(one, seen.largest("u", k)) for k, one in enumerate(self.nonlinear.controls)]
+        self.x, self.u = ([_fraction(one) for one in which] for which in (self.states, self.controls))
+        if self.B is not None and not self._has_room():
+            self.B = None
+        self.plain = [one for one in self.plain if self._fits(one)]
+        self.lacks: dict[int, int] = {}  # integer bits that a declared range lacks for H, by component
+        self.taken = [self._measured(one, j) for one in self.sensors for j in range(one.first, one.first + one.m)]
+        self.z = [_fraction(one) if self.is_plain(j) else fraction_for(seen.largest("z", j), 31 - MARGIN)
+                  for j, one in enumerate(self.taken)]
+        self.e = list(self.e)
+        self.model = given.model.changed(states=self.states, measurements=self.taken, controls=self.controls)
+        self.process = self._process()
+        self.parts = {one.name: self._sensor_parts(one) for one in self.sensors}
+        self.predicted = None if self.B is not None else self._evaluated(
+            self.change, self.x, self.transition, np.subtract.outer(self.x, self.x), seen.before)
+        self.innovations = {one.name: self._innovation(one) for one in self.sensors if one not in self.plain}
+
+    # ---- formats
+
+    def is_plain(self, j: int) -> bool:
+        return any(one.first <= j < one.first + one.m for one in self.plain)
+
+    def _has_room(self) -> bool:
+        A, B = self._constants(self.transition).reshape(self.n, self.n), self.B
+        rows = np.abs(A) * 2.0 ** np.subtract.outer(self.x, self.x)
+        return bool(np.all(rows.sum(axis=1) + (np.abs(B) * 2.0 ** np.subtract.outer(self.x, self.u)).sum(axis=1) <= ROOM))
+
+    def _fits(self, sensor: Sensor) -> bool:
+        """A plain sensor whose format has room for H x"""
+        H = np.abs(self._constants(self.rows_of(sensor)).reshape(sensor.m, self.n)) * 2.0 ** -np.array(self.x, float)
+        ranged = [_ranged(self.nonlinear.measurements[sensor.first + j], self.seen.largest("z", sensor.first + j)) for j in range(sensor.m)]
+        return all(one.sum() * 2.0 ** _fraction(other) <= ROOM for one, other in zip(H, ranged))
+
+    @staticmethod
+    def _constants(entries: Sequence[Node]) -> np.ndarray:
+        return np.array([one.value if one.is_constant else 0.0 for one in entries])
+
+    def _measured(self, sensor: Sensor, j: int) -> Quantity:
+        """With its range: of z, or of an innovation"""
+        one = self.nonlinear.measurements[j]
+        if sensor in self.plain:
+            return _ranged(one, self.seen.largest("z", j))
+        room = self._room(j)
+        if one.range is not None:
+            if _fraction(one) > room:
+                self.lacks[j] = _fraction(one) - room
+            return one
+        roots = lowered([self.e[j]])
+        fraction = min(fraction_for(largest(roots, self.seen.at)[id(roots[0])], 31 - MARGIN), room - 1, 94)
+        return Quantity(one.name, one.unit, (2**31 - 1) * 2.0**-fraction, fraction)
+
+    def _room(self, j: int) -> int:
+        """The most fraction bits of component j with which its row of H has room, in the records"""
+        values = Program(lowered(self.H[j])).values(self.seen.at)
+        rows = sum(np.abs(np.asarray(value, float)) * 2.0**-n for value, n in zip(values, self.x))
+        most = float(np.max(np.where(np.isfinite(rows), rows, 0.0)))
+        return math.floor(math.log2(ROOM / most)) if most else 94
+
+    def fraction(self, which: str, k: int) -> int:
+        return {"states": self.x, "measurements": self.z, "controls": self.u}[which][k]
+
+    def innovation_fraction(self, j: int) -> int:
+        return _fraction(self.taken[j])
+
+    def format_of(self, which: str, k: int) -> str:
+        return f"Q{31 - self.fraction(which, k)}.{self.fraction(which, k)}"
+
+    def enumerators(self) -> list[str]:
+        given, upper = self.given, self.given.upper
+        rows = [(f"{name}", self.x[i]) for i, name in enumerate(given.states)]
+        rows += [(f"z_{name}", self.z[j]) for j, name in enumerate(given.measurements)]
+        rows += [(f"e_{name}", self.innovation_fraction(j)) for j, name in enumerate(given.measurements) if not self.is_plain(j)]
+        rows += [(f"u_{name}", self.u[k]) for k, name in enumerate(given.controls)]
+        events = [f"{upper}_{name} = {1 << bit}{',' if bit < len(EVENTS) - 1 else ''} /* {what} */" for bit, (name, what) in enumerate(EVENTS)]
+        fractions = [f"{upper}_{name.upper()}_FRACTION = {fraction}" for name, fraction in rows]
+        return ["/* f->events: bits that stay set until you clear them */", "enum {", *(f"    {one}" for one in events), "};", "",
+                "/* value = raw value 2^-FRACTION; e: of innovations */", "enum {", *(f"    {one}," for one in fractions[:-1]),
+                f"    {fractions[-1]}", "};", ""]
+
+    # ---- the library's tables
+
+    def _process(self) -> Parts:
+        model, n = self.given.model, self.n
+        A, B = (np.eye(n), None) if self.B is None else (self._constants(self.transition).reshape(n, n), self.B if self.B.size else None)
+        noise = {"G": model.G} if model.G is not None else {"Q": model.Q}
+        return Parts(Model(A, np.zeros((1, n)), 1.0, B=B, x0=model.x0, P0=model.P0, states=self.states,
+                           measurements=[Quantity("z", "", 1.0)], controls=self.controls if B is not None else None, **noise), "q31")
+
+    def _sensor_parts(self, sensor: Sensor) -> Parts:
+        n = self.n
+        H = self._constants(self.rows_of(sensor)).reshape(sensor.m, n)
+        made = Parts(Model(np.eye(n), H, self.noise(sensor), np.zeros((n, n)), x0=self.given.model.x0, P0=self.given.model.P0,
+                           states=self.states, measurements=self.taken[sensor.first:sensor.first + sensor.m]), "q31")
+        if sensor not in self.plain:
+            made.take_innovations()
+        return made
+
+    # ---- formulas
+
+    def _inputs(self, roots: Sequence[Node]) -> dict[str, Input]:
+        stems = {"x": self.x, "u": self.u, "z": self.z}
+        made = {f"{stem}{k}": Input(fraction) for stem, which in stems.items() for k, fraction in enumerate(which)}
+        return {**made, "t": Input(0)}
+
+    def _evaluated(self, words: Sequence[Node], fractions: Sequence[int], table: Sequence[Node], exponents: np.ndarray,
+                   values: Any) -> Evaluated:
+        places = [k for k, one in enumerate(table) if not one.is_constant]
+        roots = lowered([*words, *(table[k] for k in places)])
+        made = FixedFormulas(roots, self._inputs(roots), largest(roots, values))
+        given = [made.out(one, fraction) for one, fraction in zip(roots, fractions)]
+        scaled = [(k, made.out_scaled(one, int(exponents.ravel()[k]))) for k, one in zip(places, roots[len(words):])]
+        return Evaluated(made, given, scaled, made.python([*given, *(text for _, text in scaled)]))
+
+    def _innovation(self, sensor: Sensor) -> Evaluated:
+        own = range(sensor.first, sensor.first + sensor.m)
+        fractions = [self.innovation_fraction(j) for j in own]
+        return self._evaluated([self.e[j] for j in own], fractions, self.rows_of(sensor), np.subtract.outer(fractions, self.x), self.seen.at)
+
+    # ---- the text
+
+    @property
+    def fields(self) -> list[str]:
+        n = self.n
+        lines = ["kq_filter_q31 filter;", "kq_process_q31 process;", *(f"kq_sensor_q31 {field(one)};" for one in self.sensors),
+                 f"int32_t filter_memory[KQ_FILTER_LEN_Q31({n})];"]
+        lines += [f"kq_scaled_q31 A[{n * n}];"] if self.predicted and self.predicted.table else []
+        lines += [f"kq_scaled_q31 H{one.suffix}[{one.m * n}];" for one in self.sensors if self.varies(one)]
+        return [*lines, "uint32_t events;"]
+
+    def varies(self, sensor: Sensor) -> bool:
+        return sensor not in self.plain and bool(self.innovations[sensor.name].table)
+
+    def literal(self, value: float) -> str:
+        return str(int(value)) if value > -2**31 else "INT32_MIN"
+
+    def raw(self, which: str, k: int, value: float) -> int:
+        word = math.floor(math.ldexp(value, self.fraction(which, k)) + 0.5) if math.isfinite(value) else 2**31
+        return word if abs(word) < 2**31 else -2**31 if which == "measurements" or value < 0 else 2**31 - 1
+
+    def routines(self, text: str) -> str:
+        return fixed_functions.routines(text) + "\n" + "\n".join(self._tables()) + "\n\n"
+
+    def _tables(self) -> list[str]:
+        n, process = self.n, self.process
+        root = int(lib.kq_length_q31(lib.KQ_OBJECT_ROOT, n, 0, 0, 0))
+        l = self.B.shape[1] if self.B is not None else 0
+        table = process.process_table
+        lines = [_formats("state_format", process.formats["states"], n), *([_formats("control_format", process.formats["controls"], l)] if l else []),
+                 _scaled("transition", table.transition, n * n), *([_scaled("control", table.control, n * l)] if l else []),
+                 _words("noise_root", table.noise_root, root), _words("first_mean", process.prior.mean, n), _words("first_root", process.prior.root, root),
+                 f"static const kq_process_table_q31 process_table = {{{n}, {l}, state_format, {'control_format' if l else 'NULL'}, transition, "
+                 f"{'control' if l else 'NULL'}, noise_root}};",
+                 f"static const kq_prior_table_q31 prior = {{{n}, state_format, first_mean, first_root}};"]
+        if self.predicted:
+            lines.append(_entries("A", self.transition, np.subtract.outer(self.x, self.x)))
+        for one in self.sensors:
+            sensor, m, s = self.parts[one.name].sensor_table, one.m, one.suffix
+            lines += [_formats(f"format{s}", self.parts[one.name].formats["measurements"], m), _scaled(f"H{s}", sensor.measurement, m * n),
+                      _scaled(f"R{s}", sensor.noise, m if self.is_diagonal(one) else m * (m + 1) // 2),
+                      f"static const kq_sensor_table_q31 table{s} = {{{n}, {m}, {int(not self.is_diagonal(one))}, state_format, format{s}, H{s}, R{s}}};"]
+        return lines
+
+
+def _ranged(one: Quantity, most: float) -> Quantity:
+    """Where none is declared, with MARGIN bits more than the records have used"""
+    if one.range is not None:
+        return one
+    fraction = fraction_for(most, 31 - MARGIN) if one.fraction is None else one.fraction
+    return Quantity(one.name, one.unit, (2**31 - 1) * 2.0**-fraction, fraction)
+
+
+def _fraction(one: Quantity) -> int:
+    """As kq_format_prepare_q31 has it"""
+    if one.fraction is not None:
+        return one.fraction
+    fraction = 31 - math.frexp(one.range)[1]
+    return fraction if math.ldexp(one.range, fraction) <= 2**31 - 0.5 else fraction - 1
+
+
+def _words(name: str, words: Any, count: int) -> str:
+    return f"static const int32_t {name}[] = {{{', '.join(str(words[k]) for k in range(count))}}};"
+
+
+def _scaled(name: str, numbers: Any, count: int) -> str:
+    return f"static const kq_scaled_q31 {name}[] = {{{', '.join(f'{{{numbers[k].mantissa}, {numbers[k].exponent}}}' for k in range(count))}}};"
+
+
+def _formats(name: str, formats: Any, count: int) -> str:
+    return f"static const kq_format_q31 {name}[] = {{{', '.join(f'{{{formats[k].range}, {formats[k].fraction}}}' for k in range(count))}}};"
+
+
+def constant_entry(value: float, exponent: int) -> tuple[int, int]:
+    """Mantissa and exponent"""
+    if not value:
+        return 0, 0
+    part, k = math.frexp(value)
+    mantissa = round(math.ldexp(part, 31))
+    return (mantissa // 2, k - 30 + exponent) if abs(mantissa) >> 31 else (mantissa, k - 31 + exponent)
+
+
+def _entries(name: str, entries: Sequence[Node], exponents: np.ndarray) -> str:
+    made = [constant_entry(one.value if one.is_constant else 0.0, int(by)) for one, by in zip(entries, exponents.ravel())]
+    return f"static const kq_scaled_q31 {name}[] = {{{', '.join(f'{{{a}, {b}}}' for a, b in made)}}};"

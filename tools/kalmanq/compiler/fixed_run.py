@@ -1,0 +1,107 @@
+"""A device in q31 that is run over a record on this machine: its formulas in Python and the library's C, bit for bit the chip's."""
+
+from __future__ import annotations
+
+from typing import Any, Optional
+
+import numpy as np
+
+from kalmanq.compiler.emit import PREDICTS, UPDATES
+from kalmanq.compiler.fixed_device import Evaluated, FixedDevice, constant_entry
+from kalmanq.compiler.fixed_functions import NO_VALUE, Far
+from kalmanq.compiler.host import Ran
+from kalmanq.compiler.record import Record
+from kalmanq.core import ffi, lib
+from kalmanq.nonlinear.model import Sensor
+from kalmanq.run.readings import Readable
+
+
+LIBRARY = 16  # the library's events, in a row's
+
+
+class FixedRun:
+    """events: of formulas; those of the library are of `filter`"""
+
+    def __init__(self, device: FixedDevice):
+        self.device, n = device, device.n
+        self.filter = Readable(device.process.model, device.process)
+        device.process.init_filter(self.filter._handle)
+        self.events = 0
+        self.process = device.process.process
+        self.A = ffi.new("kq_scaled_q31[]", n * n)
+        self.H = {one.name: ffi.new("kq_scaled_q31[]", one.m * n) for one in device.sensors}
+        _fill(self.A, device.transition, np.subtract.outer(device.x, device.x))
+        for one in device.sensors:
+            own = [device.innovation_fraction(j) for j in range(one.first, one.first + one.m)]
+            _fill(self.H[one.name], device.rows_of(one), np.subtract.outer(own, device.x))
+        if device.predicted:
+            lib.kq_process_change_jacobian_q31(self.process, self.A, ffi.NULL)
+
+    def run(self, record: Record) -> Ran:
+        """From where it is"""
+        device, rows, n = self.device, len(record.what), self.device.n
+        made = Ran(np.zeros((rows, n)), np.zeros((rows, n)), np.zeros((rows, n, n)), np.zeros(rows, np.uint32), np.zeros(rows, np.uint32))
+        for t in range(rows):
+            made.taken[t] = self.row(record, t)
+            made.reading[t] = self._words()
+            made.mean[t], made.covariance[t] = self.filter.mean, self.filter.covariance
+            made.events[t], self.events = self.events | self.filter.events << LIBRARY, 0
+            self.filter.clear_events()
+        return made
+
+    def row(self, record: Record, t: int) -> int:
+        """Bits of what was taken; bit 31: the predict was refused"""
+        device, taken = self.device, 0
+        u, now = ([device.raw("controls", k, value) for k, value in enumerate(of[t])] if of is not None and device.nonlinear.l else []
+                  for of in (record.u, record.now))
+        z = [device.raw("measurements", j, value) for j, value in enumerate(record.z[t])]
+        if record.what[t] & PREDICTS and self.predict(u, t - 1):
+            taken |= 1 << 31
+        for one in device.sensors if record.what[t] & UPDATES else ():
+            present = int(record.present[t]) >> one.first & one.all
+            if present and not self.update(one, z, now, t, present):
+                taken |= present << one.first
+        return taken
+
+    def predict(self, u: list[int], t: int) -> int:
+        handle, of = self.filter._handle, self.device.predicted
+        if of is None:
+            return int(lib.kq_predict_q31(handle, self.process, u or ffi.NULL))
+        d = self._evaluated(of, self.A, {f"u{k}": value for k, value in enumerate(u)}, t)
+        if d is None:
+            return int(lib.KQ_ERR_NOT_FINITE)
+        status = lib.kq_process_change_jacobian_q31(self.process, self.A, ffi.NULL) if of.table else 0
+        return int(status or lib.kq_predict_extended_q31(handle, self.process, d))
+
+    def update(self, sensor: Sensor, z: list[int], u: list[int], t: int, present: int) -> int:
+        handle, parts = self.filter._handle, self.device.parts[sensor.name]
+        given: Optional[list[int]] = z[sensor.first:sensor.first + sensor.m]
+        if sensor not in self.device.plain:
+            of, H = self.device.innovations[sensor.name], self.H[sensor.name]
+            given = self._evaluated(of, H, {**{f"u{k}": value for k, value in enumerate(u)}, **{f"z{j}": value for j, value in enumerate(z)}}, t)
+            if given is None:
+                return int(lib.KQ_ERR_NOT_FINITE)
+            status = lib.kq_sensor_change_measurement_q31(parts.sensor, H, ffi.NULL) if of.table else 0
+            if status:
+                return int(status)
+        if sensor.m == 1:
+            return int(lib.kq_update_q31(handle, parts.sensor, given))
+        return int(lib.kq_update_subset_q31(handle, parts.sensor, given, present))
+
+    def _evaluated(self, of: Evaluated, table: Any, given: dict[str, int], t: int) -> Optional[list[int]]:
+        """Its words; None: a formula has no value.  The table gets its entries"""
+        far = Far()
+        values = {**dict.fromkeys(of.formulas.inputs, 0), **{f"x{i}": x for i, x in enumerate(self._words())}, **given, "t": t}
+        made = of.run(far, **values)
+        self.events |= far.bits
+        for (k, _), entry in zip(of.table, made[len(of.words):]):
+            table[k].mantissa, table[k].exponent = entry.mantissa, entry.exponent
+        return None if far.bits & NO_VALUE else made[:len(of.words)]
+
+    def _words(self) -> list[int]:
+        return [int(lib.kq_mean_q31(self.filter._handle, i)) for i in range(self.device.n)]
+
+
+def _fill(table: Any, entries: Any, exponents: np.ndarray) -> None:
+    for k, (one, by) in enumerate(zip(entries, exponents.ravel())):
+        table[k].mantissa, table[k].exponent = constant_entry(one.value if one.is_constant else 0.0, int(by))
