@@ -11,10 +11,11 @@ import numpy as np
 from kalmanq.compiler import fixed_functions
 from kalmanq.compiler.equation_device import Device, DeviceRequest, field, refuse_options
 from kalmanq.compiler.equations import Equations, equations
-from kalmanq.compiler.fixed_formulas import MARGIN, FixedFormulas, Input, fraction_for, largest, lowered
+from kalmanq.compiler.fixed_formulas import FixedFormulas, Input
 from kalmanq.compiler.fixed_records import Seen
+from kalmanq.compiler.fixed_tables import constants, fraction_of, tables_of_process, tables_of_sensor
+from kalmanq.compiler.fixed_values import MARGIN, fraction_for, largest, lowered
 from kalmanq.compiler.request import Options
-from kalmanq.core import lib
 from kalmanq.errors import KalmanqError
 from kalmanq.formulas.graph import Node
 from kalmanq.formulas.program import Program
@@ -55,13 +56,13 @@ class FixedDevice(Device):
         self.zero, self.seen = "0", seen
         self.states = [_ranged(one, seen.largest("x", i)) for i, one in enumerate(self.nonlinear.states)]
         self.controls = [_ranged(one, seen.largest("u", k)) for k, one in enumerate(self.nonlinear.controls)]
-        self.x, self.u = ([_fraction(one) for one in which] for which in (self.states, self.controls))
+        self.x, self.u = ([fraction_of(one) for one in which] for which in (self.states, self.controls))
         if self.B is not None and not self._has_room():
             self.B = None
         self.plain = [one for one in self.plain if self._fits(one)]
         self.lacks: dict[int, int] = {}  # integer bits that a declared range lacks for H, by component
         self.taken = [self._measured(one, j) for one in self.sensors for j in range(one.first, one.first + one.m)]
-        self.z = [_fraction(one) if self.is_plain(j) else fraction_for(seen.largest("z", j), 31 - MARGIN)
+        self.z = [fraction_of(one) if self.is_plain(j) else fraction_for(seen.largest("z", j), 31 - MARGIN)
                   for j, one in enumerate(self.taken)]
         self.e = list(self.e)
         self.model = given.model.changed(states=self.states, measurements=self.taken, controls=self.controls)
@@ -77,15 +78,17 @@ class FixedDevice(Device):
         return any(one.first <= j < one.first + one.m for one in self.plain)
 
     def _has_room(self) -> bool:
+        """In A and B of a plain predict"""
         A, B = self._constants(self.transition).reshape(self.n, self.n), self.B
-        rows = np.abs(A) * 2.0 ** np.subtract.outer(self.x, self.x)
-        return bool(np.all(rows.sum(axis=1) + (np.abs(B) * 2.0 ** np.subtract.outer(self.x, self.u)).sum(axis=1) <= ROOM))
+        rows = np.abs(A) * 2.0 ** np.subtract.outer(self.x, self.x), np.abs(B) * 2.0 ** np.subtract.outer(self.x, self.u)
+        return bool(np.all(rows[0].sum(axis=1) + rows[1].sum(axis=1) <= ROOM))
 
     def _fits(self, sensor: Sensor) -> bool:
         """A plain sensor whose format has room for H x"""
         H = np.abs(self._constants(self.rows_of(sensor)).reshape(sensor.m, self.n)) * 2.0 ** -np.array(self.x, float)
-        ranged = [_ranged(self.nonlinear.measurements[sensor.first + j], self.seen.largest("z", sensor.first + j)) for j in range(sensor.m)]
-        return all(one.sum() * 2.0 ** _fraction(other) <= ROOM for one, other in zip(H, ranged))
+        own = range(sensor.first, sensor.first + sensor.m)
+        ranged = [_ranged(self.nonlinear.measurements[j], self.seen.largest("z", j)) for j in own]
+        return all(one.sum() * 2.0 ** fraction_of(other) <= ROOM for one, other in zip(H, ranged))
 
     @staticmethod
     def _constants(entries: Sequence[Node]) -> np.ndarray:
@@ -98,8 +101,8 @@ class FixedDevice(Device):
             return _ranged(one, self.seen.largest("z", j))
         room = self._room(j)
         if one.range is not None:
-            if _fraction(one) > room:
-                self.lacks[j] = _fraction(one) - room
+            if fraction_of(one) > room:
+                self.lacks[j] = fraction_of(one) - room
             return one
         roots = lowered([self.e[j]])
         fraction = min(fraction_for(largest(roots, self.seen.at)[id(roots[0])], 31 - MARGIN), room - 1, 94)
@@ -116,7 +119,7 @@ class FixedDevice(Device):
         return {"states": self.x, "measurements": self.z, "controls": self.u}[which][k]
 
     def innovation_fraction(self, j: int) -> int:
-        return _fraction(self.taken[j])
+        return fraction_of(self.taken[j])
 
     def format_of(self, which: str, k: int) -> str:
         return f"Q{31 - self.fraction(which, k)}.{self.fraction(which, k)}"
@@ -127,20 +130,20 @@ class FixedDevice(Device):
         rows += [(f"z_{name}", self.z[j]) for j, name in enumerate(given.measurements)]
         rows += [(f"e_{name}", self.innovation_fraction(j)) for j, name in enumerate(given.measurements) if not self.is_plain(j)]
         rows += [(f"u_{name}", self.u[k]) for k, name in enumerate(given.controls)]
-        events = [f"{upper}_{name} = {1 << bit}{',' if bit < len(EVENTS) - 1 else ''} /* {what} */" for bit, (name, what) in enumerate(EVENTS)]
-        fractions = [f"{upper}_{name.upper()}_FRACTION = {fraction}" for name, fraction in rows]
-        return ["/* f->events: bits that stay set until you clear them */", "enum {", *(f"    {one}" for one in events), "};", "",
-                "/* value = raw value 2^-FRACTION; e: of innovations */", "enum {", *(f"    {one}," for one in fractions[:-1]),
-                f"    {fractions[-1]}", "};", ""]
+        events = [f"{upper}_{name} = {1 << bit}, /* {what} */" for bit, (name, what) in enumerate(EVENTS)]
+        fractions = [f"{upper}_{name.upper()}_FRACTION = {fraction}," for name, fraction in rows]
+        return [*_enumeration("f->events: bits that stay set until you clear them", events),
+                *_enumeration("value = raw value 2^-FRACTION; e: of innovations", fractions)]
 
     # ---- the library's tables
 
     def _process(self) -> Parts:
         model, n = self.given.model, self.n
-        A, B = (np.eye(n), None) if self.B is None else (self._constants(self.transition).reshape(n, n), self.B if self.B.size else None)
-        noise = {"G": model.G} if model.G is not None else {"Q": model.Q}
-        return Parts(Model(A, np.zeros((1, n)), 1.0, B=B, x0=model.x0, P0=model.P0, states=self.states,
-                           measurements=[Quantity("z", "", 1.0)], controls=self.controls if B is not None else None, **noise), "q31")
+        A = np.eye(n) if self.B is None else self._constants(self.transition).reshape(n, n)
+        more = {"B": self.B, "controls": self.controls} if self.B is not None and self.B.size else {}
+        more.update({"G": model.G} if model.G is not None else {"Q": model.Q})
+        return Parts(Model(A, np.zeros((1, n)), 1.0, x0=model.x0, P0=model.P0, states=self.states,
+                           measurements=[Quantity("z", "", 1.0)], **more), "q31")
 
     def _sensor_parts(self, sensor: Sensor) -> Parts:
         n = self.n
@@ -170,7 +173,8 @@ class FixedDevice(Device):
     def _innovation(self, sensor: Sensor) -> Evaluated:
         own = range(sensor.first, sensor.first + sensor.m)
         fractions = [self.innovation_fraction(j) for j in own]
-        return self._evaluated([self.e[j] for j in own], fractions, self.rows_of(sensor), np.subtract.outer(fractions, self.x), self.seen.at)
+        return self._evaluated([self.e[j] for j in own], fractions, self.rows_of(sensor), np.subtract.outer(fractions, self.x),
+                               self.seen.at)
 
     # ---- the text
 
@@ -193,27 +197,17 @@ class FixedDevice(Device):
         word = math.floor(math.ldexp(value, self.fraction(which, k)) + 0.5) if math.isfinite(value) else 2**31
         return word if abs(word) < 2**31 else -2**31 if which == "measurements" or value < 0 else 2**31 - 1
 
+    def raws(self, which: str, values: Sequence[float]) -> list[int]:
+        return [self.raw(which, k, value) for k, value in enumerate(values)]
+
     def routines(self, text: str) -> str:
         return fixed_functions.routines(text) + "\n" + "\n".join(self._tables()) + "\n\n"
 
     def _tables(self) -> list[str]:
-        n, process = self.n, self.process
-        root = int(lib.kq_length_q31(lib.KQ_OBJECT_ROOT, n, 0, 0, 0))
-        l = self.B.shape[1] if self.B is not None else 0
-        table = process.process_table
-        lines = [_formats("state_format", process.formats["states"], n), *([_formats("control_format", process.formats["controls"], l)] if l else []),
-                 _scaled("transition", table.transition, n * n), *([_scaled("control", table.control, n * l)] if l else []),
-                 _words("noise_root", table.noise_root, root), _words("first_mean", process.prior.mean, n), _words("first_root", process.prior.root, root),
-                 f"static const kq_process_table_q31 process_table = {{{n}, {l}, state_format, {'control_format' if l else 'NULL'}, transition, "
-                 f"{'control' if l else 'NULL'}, noise_root}};",
-                 f"static const kq_prior_table_q31 prior = {{{n}, state_format, first_mean, first_root}};"]
-        if self.predicted:
-            lines.append(_entries("A", self.transition, np.subtract.outer(self.x, self.x)))
+        lines = tables_of_process(self.n, self.B.shape[1] if self.B is not None else 0, self.process)
+        lines += [constants("A", self.transition, np.subtract.outer(self.x, self.x).ravel())] if self.predicted else []
         for one in self.sensors:
-            sensor, m, s = self.parts[one.name].sensor_table, one.m, one.suffix
-            lines += [_formats(f"format{s}", self.parts[one.name].formats["measurements"], m), _scaled(f"H{s}", sensor.measurement, m * n),
-                      _scaled(f"R{s}", sensor.noise, m if self.is_diagonal(one) else m * (m + 1) // 2),
-                      f"static const kq_sensor_table_q31 table{s} = {{{n}, {m}, {int(not self.is_diagonal(one))}, state_format, format{s}, H{s}, R{s}}};"]
+            lines += tables_of_sensor(self.n, one.m, one.suffix, self.is_diagonal(one), self.parts[one.name])
         return lines
 
 
@@ -225,35 +219,6 @@ def _ranged(one: Quantity, most: float) -> Quantity:
     return Quantity(one.name, one.unit, (2**31 - 1) * 2.0**-fraction, fraction)
 
 
-def _fraction(one: Quantity) -> int:
-    """As kq_format_prepare_q31 has it"""
-    if one.fraction is not None:
-        return one.fraction
-    fraction = 31 - math.frexp(one.range)[1]
-    return fraction if math.ldexp(one.range, fraction) <= 2**31 - 0.5 else fraction - 1
-
-
-def _words(name: str, words: Any, count: int) -> str:
-    return f"static const int32_t {name}[] = {{{', '.join(str(words[k]) for k in range(count))}}};"
-
-
-def _scaled(name: str, numbers: Any, count: int) -> str:
-    return f"static const kq_scaled_q31 {name}[] = {{{', '.join(f'{{{numbers[k].mantissa}, {numbers[k].exponent}}}' for k in range(count))}}};"
-
-
-def _formats(name: str, formats: Any, count: int) -> str:
-    return f"static const kq_format_q31 {name}[] = {{{', '.join(f'{{{formats[k].range}, {formats[k].fraction}}}' for k in range(count))}}};"
-
-
-def constant_entry(value: float, exponent: int) -> tuple[int, int]:
-    """Mantissa and exponent"""
-    if not value:
-        return 0, 0
-    part, k = math.frexp(value)
-    mantissa = round(math.ldexp(part, 31))
-    return (mantissa // 2, k - 30 + exponent) if abs(mantissa) >> 31 else (mantissa, k - 31 + exponent)
-
-
-def _entries(name: str, entries: Sequence[Node], exponents: np.ndarray) -> str:
-    made = [constant_entry(one.value if one.is_constant else 0.0, int(by)) for one, by in zip(entries, exponents.ravel())]
-    return f"static const kq_scaled_q31 {name}[] = {{{', '.join(f'{{{a}, {b}}}' for a, b in made)}}};"
+def _enumeration(remark: str, rows: Sequence[str]) -> list[str]:
+    last = rows[-1].replace(",", "", 1)
+    return [f"/* {remark} */", "enum {", *(f"    {one}" for one in [*rows[:-1], last]), "};", ""]

@@ -16,7 +16,8 @@ from kalmanq.nonlinear import NonlinearModel
 from kalmanq.nonlinear.model import Sensor
 
 
-def compiled_fixed(model: NonlinearModel, name: str, options: Options = Options("q31"), source: str = "", seen: Optional[Seen] = None) -> Product:
+def compiled_fixed(model: NonlinearModel, name: str, options: Options = Options("q31"), source: str = "",
+                   seen: Optional[Seen] = None) -> Product:
     """seen: records that the formats are of; simulated ones otherwise"""
     seen = seen or simulated(model)
     with using(model.formulas.graph):

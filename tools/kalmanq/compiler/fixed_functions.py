@@ -1,4 +1,4 @@
-"""Functions in fixed point: C as text, and the same in Python, bit for bit.
+"""Functions in fixed point, as text of C; fixed_python.py has the same, bit for bit.
 
 A word has 31 bits, -2^30 .. 2^30 - 1; `far` gets a bit where a value is beyond it, or has none.  Every function is a reduction of
 its argument and a polynomial near the least error (Chebyshev's), all without floating point.
@@ -6,23 +6,24 @@ its argument and a polynomial near the least error (Chebyshev's), all without fl
 
 from __future__ import annotations
 
+import math
 import re
-from dataclasses import dataclass
-from typing import Any, Callable, Mapping, Sequence
+from typing import Sequence
 
 from kalmanq.compiler import word_routines
 
 SATURATED, NO_VALUE = 1, 2  # bits of `far`
-HALF_WORD, MOST = 1 << 30, 2**31 - 1
+WORD = 1 << 30  # words are below
 # Coefficients of 1, x, x^2, ...: of 2^x, |x| <= 1/2; of the next three by the square of what they are odd or even in; of
 # log(x + 3/2), |x| <= 1/2
 EXP = (1073741824, 744261118, 257941253, 59597083, 10327276, 1431671, 166105, 16432)  # 2^-30
 SIN = (1686629713, -693598667, 85569259, -5026471, 169873)  # 2^-30, sin(pi/2 y) / y, |y| <= 1/2
 COS = (1073741824, -1324675869, 272375233, -22398329, 970263)  # 2^-30, cos(pi/2 y)
-ATAN = (1073741824, -357913941, 214748290, -153388158, 119222248, -96554821, 74875806, -40415630)  # 2^-30, atan(q) / q, |q| <= 0.415
+ATAN = (1073741824, -357913941, 214748290, -153388158, 119222248, -96554821, 74875806,
+        -40415630)  # 2^-30, atan(q) / q, |q| <= 0.415
 LOG = (870729689, 1431655764, -477218588, 212097252, -106048638, 56556013, -31419796, 17998857, -10500967, 5925019, -3549187,
        3103530, -1904386)  # 2^-31
-TURN, LOG2_E = (1367130551, 33), (1549082005, 30)  # 1 / (2 pi) and log2(e): numbers, and their fractions
+TURN, LOG2_E = 1 / (2 * math.pi), 1 / math.log(2)
 LN_2, TANGENT = 1488522236, 0x6A09E668  # log(2) 2^31, tan(pi/8) 2^32
 QUARTER, HALF = 843314857, 1686629713  # pi/2 and pi, 2^-29
 
@@ -209,8 +210,9 @@ static int64_t remainder_of(int64_t a, int64_t b, uint32_t *far)
 """,
 }
 INVERTED = "typedef struct { int32_t over; int by; } inverted;\n"
-ORDER = ("upper", "rounded", "narrowed", "held", "known", "placed", "size", "leading", "scaled", "one_over", "root_of", "over_root", "phase",
-         "large_phase", "sine", "exponential", "logarithm", "angle", "nearest", "within", "absolute", "remainder_of")
+ORDER = ("upper", "rounded", "narrowed", "held", "known", "placed", "size", "leading", "scaled", "one_over", "root_of",
+         "over_root", "phase", "large_phase", "sine", "exponential", "logarithm", "angle", "nearest", "within", "absolute",
+         "remainder_of")
 
 
 def routines(text: str) -> str:
@@ -222,200 +224,3 @@ def routines(text: str) -> str:
             text += C[name]
     own = "\n".join([*([INVERTED] if "inverted" in text else []), *made])
     return "\n".join(one for one in (word_routines.routines(text), own) if one)
-
-
-# ------------------------------------------------------------------------------ the same in Python
-
-
-class Far:
-    def __init__(self) -> None:
-        self.bits = 0
-
-
-@dataclass(frozen=True)
-class Reciprocal:
-    over: int
-    root: int
-    half: int
-
-
-@dataclass(frozen=True)
-class Inverted:
-    over: int
-    by: int
-
-
-@dataclass(frozen=True)
-class Scaled:
-    mantissa: int
-    exponent: int
-
-
-NEAR = [int(one, 16) for one in re.findall(r"0x[0-9a-f]+", word_routines.line())]
-UNSIGNED = 0xffffffff
-
-
-def signed(word: int) -> int:
-    word &= UNSIGNED
-    return word - (1 << 32) if word >> 31 else word
-
-
-def upper(a: int, b: int) -> int:
-    return (a * b) >> 32
-
-
-def wide(c: int, x: int) -> int:
-    return (c * (x >> 32)) + (c * (x & UNSIGNED) >> 32)
-
-
-def rounded(a: int, by: int) -> int:
-    return (a + (1 << (by - 1))) >> by
-
-
-def held(a: int, far: Far) -> int:
-    if -HALF_WORD <= a < HALF_WORD:
-        return a
-    far.bits |= SATURATED
-    return -HALF_WORD + 1 if a < 0 else HALF_WORD - 1
-
-
-def known(a: int) -> int:
-    return a if -MOST <= a <= MOST else -MOST - 1
-
-
-def placed(a: int, by: int, far: Far) -> int:
-    if by > 62:
-        return 0
-    if by > 0:
-        return held(rounded(a, by), far)
-    most = 0 if by < -30 else (HALF_WORD - 1) >> -by
-    return a << min(-by, 30) if abs(a) <= most else held(a << 31, far)
-
-
-def leading(a: int) -> int:
-    return 64 - a.bit_length()
-
-
-def scaled(a: int, exponent: int) -> Scaled:
-    if not a:
-        return Scaled(0, 0)
-    zeros = leading(abs(a))
-    mantissa = abs(a) << zeros >> 33
-    return Scaled(-mantissa if a < 0 else mantissa, exponent + 33 - zeros)
-
-
-def inverse(u: int) -> int:
-    d = (1 << 30) + abs(u)
-    r = UNSIGNED // ((d + 0x4000) >> 15)
-    return (r << 13) + (r * (((1 << 47) - d * r) >> 4) >> 30) + 1
-
-
-def one_over(a: int, far: Far) -> Inverted:
-    if not a:
-        far.bits |= NO_VALUE
-        return Inverted(HALF_WORD - 1, 30)
-    zeros = leading(abs(a))
-    over = inverse((abs(a) << zeros >> 33) - (1 << 30))
-    return Inverted(-over if a < 0 else over, 93 - zeros)
-
-
-def inverse_root(t: int) -> Reciprocal:
-    high, low = t >> 32, t & UNSIGNED
-    first, after = high or low + (not low), low if high else 0
-    even = (32 - first.bit_length()) & ~1
-    v = (first << even | after >> 1 >> (31 - even)) & UNSIGNED
-    near = NEAR[(v >> 25) - 32]
-    q = (near >> 16) - ((near & 0xffff) * (v >> 9 & 0xffff) >> 21)
-    rest = signed(0x40000000 - (v * q * q >> 32))
-    quarter = rest >> 2
-    step = (0x80000000 + rest + (quarter * quarter * 3 >> 28)) & UNSIGNED
-    over = (q << 16 & UNSIGNED) * step >> 32
-    over -= over >> 31
-    root = v * (over << 1 | 1) >> 32
-    root -= root >> 31
-    return Reciprocal(over, root, (even if high else even + 32) // 2)
-
-
-def root_of(a: int, far: Far) -> Reciprocal:
-    if a < 0:
-        far.bits |= NO_VALUE
-    return inverse_root(max(a, 0))
-
-
-def over_root(r: Reciprocal) -> Inverted:
-    return Inverted(r.over, 62 - r.half)
-
-
-def phase(turns: int, by: int) -> int:
-    return rounded(turns, by) & UNSIGNED
-
-
-def large_phase(turns: int, by: int) -> int:
-    return turns << by & UNSIGNED
-
-
-def _horner(coefficients: Sequence[int], x: int) -> int:
-    made = coefficients[-1]
-    for one in coefficients[-2::-1]:
-        made = one + upper(made, x)
-    return made
-
-
-def sine(turn: int) -> int:
-    begun = (turn + 0x20000000) & UNSIGNED
-    y = signed(((begun & 0x3fffffff) << 2) - 0x80000000)
-    square = upper(y, y)
-    made = _horner(COS, square) if begun & 0x40000000 else upper(_horner(SIN, square), y)
-    return -made if begun & 0x80000000 else made
-
-
-def exponential(a: int, fraction: int, far: Far) -> int:
-    k = (a + 0x80000000) >> 32
-    return placed(_horner(EXP, signed(a)), 30 - fraction - min(max(k, -200), 200), far)
-
-
-def logarithm(a: int, fraction: int, far: Far) -> int:
-    if a <= 0:
-        far.bits |= NO_VALUE
-    given = max(a, 1)
-    zeros = leading(given)
-    x = signed(((given << zeros >> 32 & UNSIGNED) << 1) - 0x80000000)
-    return (63 - zeros - fraction) * LN_2 + _horner(LOG, x)
-
-
-def angle(y: int, x: int) -> int:
-    larger = max(abs(y), abs(x))
-    if not larger:
-        return 0
-    zeros = leading(larger)
-    a, b = abs(y) << zeros >> 33, abs(x) << zeros >> 33
-    less, more = min(a, b), max(a, b)
-    beyond = less > (more * TANGENT >> 32)
-    sum_ = less + more if beyond else more
-    by = sum_ >> 31
-    over = inverse((sum_ >> by) - (1 << 30))
-    q = rounded((less - more if beyond else less) * over, 28 + by)
-    made = (upper(_horner(ATAN, upper(q, q)), q) + 1) >> 1
-    made += QUARTER // 2 if beyond else 0
-    made = QUARTER - made if a > b else made
-    made = HALF - made if x < 0 else made
-    return -made if y < 0 else made
-
-
-def nearest(a: int, by: int) -> int:
-    made = rounded(a, by)
-    return made - (made & 1 if (a - (made << by)) * 2 == -(1 << by) else 0)
-
-
-def remainder_of(a: int, b: int, far: Far) -> int:
-    if not b:
-        far.bits |= NO_VALUE
-        return 0
-    return abs(a) % abs(b) * (-1 if a < 0 else 1)
-
-
-PYTHON: Mapping[str, Callable[..., Any]] = {
-    "product": lambda a, b: a * b, "INT64_C": int, "UINT32_C": int, "narrowed": int, "absolute": abs,
-    "within": lambda a, most: max(-most, min(most, a)), **{
-        one.__name__: one for one in (upper, wide, rounded, held, known, placed, scaled, one_over, root_of, over_root, phase, large_phase,
-                                      sine, exponential, logarithm, angle, nearest, remainder_of)}}

@@ -7,7 +7,7 @@ from typing import Any, Mapping, Sequence
 import numpy as np
 
 from kalmanq.compiler.fixed_device import Evaluated, FixedDevice
-from kalmanq.compiler.fixed_functions import Far
+from kalmanq.compiler.fixed_python import Far
 from kalmanq.compiler.lint import Lossy, Visited, formulas, points
 from kalmanq.formulas.program import Program
 from kalmanq.nonlinear import NonlinearModel
@@ -26,7 +26,8 @@ def lossy_formulas(model: NonlinearModel, device: FixedDevice, visited: Sequence
     exact = [np.broadcast_to(one, len(some)) for one in Program([one for _, one, _ in rows]).values(given)]
     errors = np.array([_errors(device, {key: int(one[k]) for key, one in words.items()}, np.array([one[k] for one in exact]))
                        for k in range(len(some))])
-    return sorted((_worst(model, name, np.abs(column) * scale, given) for (name, _, scale), column in zip(rows, errors.T)), key=lambda one: -one.error)
+    made = [_worst(model, name, np.abs(column) * scale, given) for (name, _, scale), column in zip(rows, errors.T)]
+    return sorted(made, key=lambda one: -one.error)
 
 
 def _words(device: FixedDevice, which: str, stem: str, values: np.ndarray) -> dict[str, np.ndarray]:
@@ -40,14 +41,15 @@ def _values(words: Mapping[str, np.ndarray], stem: str, fractions: Sequence[int]
 def _worst(model: NonlinearModel, name: str, errors: np.ndarray, given: Mapping[str, Any]) -> Lossy:
     off = np.nan_to_num(errors, nan=0.0, posinf=0.0)
     at = int(np.argmax(off))
-    return Lossy(name, float(off[at]), 0, ", ".join(f"{state.name} = {given[f'x{i}'][at]:.3g}" for i, state in enumerate(model.states)))
+    where = ", ".join(f"{state.name} = {given[f'x{i}'][at]:.3g}" for i, state in enumerate(model.states))
+    return Lossy(name, float(off[at]), 0, where)
 
 
 def _errors(device: FixedDevice, given: dict[str, int], exact: np.ndarray) -> np.ndarray:
     """Of increments, A, h and H, given what they are, as formulas() has them; NaN where an event tells"""
     n, m = device.n, device.nonlinear.m
     d, A, h, H = (part.copy() for part in np.split(exact, np.cumsum([n, n * n, m])))
-    z = [device.raw("measurements", j, value) for j, value in enumerate(h)]
+    z = device.raws("measurements", h)
     given = {**given, **{f"z{j}": value for j, value in enumerate(z)}}
     made = [np.zeros(len(one)) for one in (d, A, h, H)]
     if device.predicted:
@@ -57,7 +59,8 @@ def _errors(device: FixedDevice, given: dict[str, int], exact: np.ndarray) -> np
             own, rows = slice(one.first, one.first + one.m), slice(n * one.first, n * (one.first + one.m))
             fractions = [device.innovation_fraction(j) for j in range(one.first, one.first + one.m)]
             e = np.ldexp(np.array(z[own], float), -np.array(device.z[own])) - h[own]
-            made[2][own], made[3][rows] = _off(device.innovations[one.name], given, fractions, e, np.subtract.outer(fractions, device.x), H[rows])
+            exponents = np.subtract.outer(fractions, device.x)
+            made[2][own], made[3][rows] = _off(device.innovations[one.name], given, fractions, e, exponents, H[rows])
     return np.concatenate(made)
 
 

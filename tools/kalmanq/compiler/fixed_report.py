@@ -11,15 +11,16 @@ from kalmanq.compiler.equation_product import compiled_equations
 from kalmanq.compiler.equation_report import COARSE, MISSING, ROWS, SEEDS, drawn
 from kalmanq.compiler.equation_device_text import in_whole_groups
 from kalmanq.compiler.fixed_device import EVENTS, FixedDevice
-from kalmanq.compiler.fixed_formulas import MARGIN
 from kalmanq.compiler.fixed_lint import lossy_formulas
 from kalmanq.compiler.fixed_run import LIBRARY, FixedRun
+from kalmanq.compiler.fixed_values import MARGIN
 from kalmanq.compiler.host import Host, Ran
 from kalmanq.compiler.lint import Lossy
 from kalmanq.compiler.product import Product
 from kalmanq.compiler.request import Options
 from kalmanq.core import names_of
 from kalmanq.errors import KalmanqError
+from kalmanq.model import Quantity
 from kalmanq.nonlinear import NonlinearModel
 
 
@@ -69,12 +70,13 @@ def tried(model: NonlinearModel, product: Product) -> Tried:
 
 def lines(product: Product, found: Tried) -> list[str]:
     device: FixedDevice = product.arithmetic
-    made = [*device.told(), f"  Formats are of {device.seen.rows} simulated rows, with {MARGIN} bits more than they used.", *_chosen(device)]
+    made = [*device.told(), f"  Formats are of {device.seen.rows} simulated rows, with {MARGIN} bits more than they used.",
+            *_chosen(device)]
     if found.why_not:
         return [*made, f"  Not tried: {found.why_not}"]
     low, high = found.ratios
-    made.append(f"  In {len(SEEDS)} other records of {ROWS} simulated rows, {100 * MISSING:.0f} % of the measurements missing, beside "
-                f"double: means within {found.mean:.1e} sigma, sigmas from {low:.4f} to {high:.4f} of those.")
+    made.append(f"  In {len(SEEDS)} other records of {ROWS} simulated rows, {100 * MISSING:.0f} % of the measurements missing,")
+    made.append(f"  beside double: means within {found.mean:.1e} sigma, sigmas from {low:.4f} to {high:.4f} of those.")
     return [*made, *(f"  {one}" for one in warned(device, found))]
 
 
@@ -88,15 +90,21 @@ def _chosen(device: FixedDevice) -> list[str]:
 
 
 def warned(device: FixedDevice, found: Tried) -> list[str]:
-    made = [f"{device.taken[j].name}: in the records its Jacobian needs {bits} more integer bits; an update there is refused: a range of "
-            f"{device.taken[j].range * 2.0**bits:g} has them." for j, bits in device.lacks.items()]
-    beyond = [(one, device.seen.largest("x", i)) for i, one in enumerate(device.states)]
-    made += [f"{one.name}: the records reach {most:.3g}, beyond its declared range of {one.range:g}." for one, most in beyond if most > one.range]
+    lacks = [(device.taken[j], bits) for j, bits in device.lacks.items()]
+    made = [f"{one.name}: in the records its Jacobian needs {bits} more integer bits, and an update there is refused: "
+            f"a range of {_range(one) * 2.0**bits:g} has them." for one, bits in lacks]
+    reached = [(one, device.seen.largest("x", i)) for i, one in enumerate(device.states)]
+    made += [f"{one.name}: the records reach {most:.3g}, beyond its declared range of {one.range:g}."
+             for one, most in reached if most > _range(one)]
     if found.refused:
         made.append(f"{found.refused} rows had a call that was refused.")
     made += [f"{name} in {count} rows." for name, count in found.events.items()]
-    made += [f"In fixed point {one} is off by {one.error:.1e} sigma at {one.where}: write it so that nothing cancels, or use --arith f32."
-             for one in found.lossy if one.error > COARSE]
+    made += [f"In fixed point {one} is off by {one.error:.1e} sigma at {one.where}: write it so that nothing cancels, "
+             "or use --arith f32." for one in found.lossy if one.error > COARSE]
     if found.mean > COARSE and not found.events:
-        made.append(f"Fixed point is coarse here: means are off by {found.mean:.1e} sigma. --arith f32 is finer; narrower ranges help.")
+        made.append(f"Fixed point is coarse here: means are off by {found.mean:.1e} sigma. --arith f32 is finer.")
     return made
+
+
+def _range(one: Quantity) -> float:
+    return one.range or 0.0

@@ -2,13 +2,15 @@
 
 from __future__ import annotations
 
-from typing import Any, Optional
+from typing import Any, Optional, Sequence
 
 import numpy as np
 
 from kalmanq.compiler.emit import PREDICTS, UPDATES
-from kalmanq.compiler.fixed_device import Evaluated, FixedDevice, constant_entry
-from kalmanq.compiler.fixed_functions import NO_VALUE, Far
+from kalmanq.compiler.fixed_device import Evaluated, FixedDevice
+from kalmanq.compiler.fixed_functions import NO_VALUE
+from kalmanq.compiler.fixed_python import Far
+from kalmanq.compiler.fixed_tables import constant_entry
 from kalmanq.compiler.host import Ran
 from kalmanq.compiler.record import Record
 from kalmanq.core import ffi, lib
@@ -40,7 +42,7 @@ class FixedRun:
     def run(self, record: Record) -> Ran:
         """From where it is"""
         device, rows, n = self.device, len(record.what), self.device.n
-        made = Ran(np.zeros((rows, n)), np.zeros((rows, n)), np.zeros((rows, n, n)), np.zeros(rows, np.uint32), np.zeros(rows, np.uint32))
+        made = Ran(*(np.zeros((rows, *shape)) for shape in ((n,), (n,), (n, n))), *(np.zeros(rows, np.uint32) for _ in range(2)))
         for t in range(rows):
             made.taken[t] = self.row(record, t)
             made.reading[t] = self._words()
@@ -52,9 +54,8 @@ class FixedRun:
     def row(self, record: Record, t: int) -> int:
         """Bits of what was taken; bit 31: the predict was refused"""
         device, taken = self.device, 0
-        u, now = ([device.raw("controls", k, value) for k, value in enumerate(of[t])] if of is not None and device.nonlinear.l else []
-                  for of in (record.u, record.now))
-        z = [device.raw("measurements", j, value) for j, value in enumerate(record.z[t])]
+        u, now = ([] if of is None else device.raws("controls", of[t]) for of in (record.u, record.now))
+        z = device.raws("measurements", record.z[t])
         if record.what[t] & PREDICTS and self.predict(u, t - 1):
             taken |= 1 << 31
         for one in device.sensors if record.what[t] & UPDATES else ():
@@ -67,7 +68,7 @@ class FixedRun:
         handle, of = self.filter._handle, self.device.predicted
         if of is None:
             return int(lib.kq_predict_q31(handle, self.process, u or ffi.NULL))
-        d = self._evaluated(of, self.A, {f"u{k}": value for k, value in enumerate(u)}, t)
+        d = self._evaluated(of, self.A, _named("u", u), t)
         if d is None:
             return int(lib.KQ_ERR_NOT_FINITE)
         status = lib.kq_process_change_jacobian_q31(self.process, self.A, ffi.NULL) if of.table else 0
@@ -78,7 +79,7 @@ class FixedRun:
         given: Optional[list[int]] = z[sensor.first:sensor.first + sensor.m]
         if sensor not in self.device.plain:
             of, H = self.device.innovations[sensor.name], self.H[sensor.name]
-            given = self._evaluated(of, H, {**{f"u{k}": value for k, value in enumerate(u)}, **{f"z{j}": value for j, value in enumerate(z)}}, t)
+            given = self._evaluated(of, H, {**_named("u", u), **_named("z", z)}, t)
             if given is None:
                 return int(lib.KQ_ERR_NOT_FINITE)
             status = lib.kq_sensor_change_measurement_q31(parts.sensor, H, ffi.NULL) if of.table else 0
@@ -91,7 +92,7 @@ class FixedRun:
     def _evaluated(self, of: Evaluated, table: Any, given: dict[str, int], t: int) -> Optional[list[int]]:
         """Its words; None: a formula has no value.  The table gets its entries"""
         far = Far()
-        values = {**dict.fromkeys(of.formulas.inputs, 0), **{f"x{i}": x for i, x in enumerate(self._words())}, **given, "t": t}
+        values = {**dict.fromkeys(of.formulas.inputs, 0), **_named("x", self._words()), **given, "t": t}
         made = of.run(far, **values)
         self.events |= far.bits
         for (k, _), entry in zip(of.table, made[len(of.words):]):
@@ -102,6 +103,10 @@ class FixedRun:
         return [int(lib.kq_mean_q31(self.filter._handle, i)) for i in range(self.device.n)]
 
 
+def _named(stem: str, values: Sequence[int]) -> dict[str, int]:
+    return {f"{stem}{k}": value for k, value in enumerate(values)}
+
+
 def _fill(table: Any, entries: Any, exponents: np.ndarray) -> None:
     for k, (one, by) in enumerate(zip(entries, exponents.ravel())):
-        table[k].mantissa, table[k].exponent = constant_entry(one.value if one.is_constant else 0.0, int(by))
+        table[k].mantissa, table[k].exponent = constant_entry(one, by)
