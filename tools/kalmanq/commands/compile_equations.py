@@ -5,7 +5,7 @@ from __future__ import annotations
 import re
 from dataclasses import asdict, replace
 from pathlib import Path
-from typing import Any, Callable
+from typing import Any, Callable, Optional
 
 from rich.console import Console
 
@@ -14,12 +14,15 @@ from kalmanq.compiler import equation_report, fixed_report
 from kalmanq.compiler.equation_device_text import compiled_device, device_trial, in_whole_groups
 from kalmanq.compiler.equation_product import compiled_equations
 from kalmanq.compiler.fixed_device_text import compiled_fixed
+from kalmanq.compiler.fixed_records import simulated
 from kalmanq.compiler.fixed_run import FixedRun
 from kalmanq.compiler.host import Host, Ran
 from kalmanq.compiler.product import Product, fingerprint
 from kalmanq.compiler.record import Record
 from kalmanq.compiler.request import Options
 from kalmanq.compiler.trial import ROWS, trial
+from kalmanq.data import tables
+from kalmanq.data.layouts import Source
 from kalmanq.nonlinear import NonlinearModel, read
 
 
@@ -44,11 +47,14 @@ def compile_file(path: Path, name: str, wanted: Options, write: Callable[[dict[s
 
 
 def compile_device(path: Path, name: str, wanted: Options, write: Callable[[dict[str, str]], list[Path]], as_json: bool,
-                   console: Console) -> None:
-    model, source = read(path), fingerprint(path)
+                   console: Console, data: Optional[Source] = None) -> None:
+    """data: rows that the formats of q31 are to hold"""
+    model, source, is_fixed = read(path), fingerprint(path), wanted.arithmetic == "q31"
+    rows = tables.measurements_and_controls(data, model) if data else None
     with console.status("compiling", spinner="line"):
-        compiled, tried = (compiled_fixed, _fixed_tried) if wanted.arithmetic == "q31" else (compiled_device, _device_tried)
-        product = compiled(model, name, wanted, source)
+        tried = _fixed_tried if is_fixed else _device_tried
+        product = compiled_fixed(model, name, wanted, source, simulated(model, rows)) if is_fixed else \
+            compiled_device(model, name, wanted, source)
         equation_report.refuse_wrong(model)
         record = in_whole_groups(equation_report.drawn(model, ROWS, equation_report.SEEDS[0])[0], product.given.together)
         ran, lines = tried(model, product, record)

@@ -4,19 +4,18 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, replace
-from typing import Any, Callable, Optional, Sequence
+from typing import Any, Callable, Mapping, Optional, Sequence
 
 import numpy as np
 
 from kalmanq.compiler import fixed_functions
 from kalmanq.compiler.equation_device import Device, DeviceRequest, field, refuse_options
 from kalmanq.compiler.equations import Equations, equations
-from kalmanq.compiler.fixed_formulas import FixedFormulas, Input
-from kalmanq.compiler.fixed_records import Seen
-from kalmanq.compiler.fixed_tables import constants, fraction_of, tables_of_process, tables_of_sensor
+from kalmanq.compiler.fixed_formulas import FixedFormulas, Input, formulas_for
+from kalmanq.compiler.fixed_records import Seen, Values
+from kalmanq.compiler.fixed_tables import constants, fraction_of, tables_of_process, tables_of_sensor, words
 from kalmanq.compiler.fixed_values import MARGIN, fraction_for, largest, lowered
 from kalmanq.compiler.request import Options
-from kalmanq.errors import KalmanqError
 from kalmanq.formulas.graph import Node
 from kalmanq.formulas.program import Program
 from kalmanq.model import Model, Quantity
@@ -24,9 +23,11 @@ from kalmanq.nonlinear import NonlinearModel
 from kalmanq.nonlinear.model import Sensor
 from kalmanq.run.parts import Parts
 
+ROWS = 300  # of the records, in which no word of a formula may be beyond its end
 ROOM = 16.0  # of a row of A or H in raw values, at most
 EVENTS = (("SATURATED", "a value of a formula was beyond its format: the nearer end was taken"),
-          ("NO_VALUE", "a division by 0, a root or a logarithm of a negative number: the call was refused"))
+          ("NO_VALUE", "a division by 0, a root or a logarithm of a negative number, a nominal number beyond its format: "
+                      "the call was refused"))
 
 
 @dataclass(frozen=True)
@@ -41,8 +42,6 @@ class Evaluated:
 
 def fixed_device(model: NonlinearModel, name: str, options: Options, seen: Seen) -> FixedDevice:
     refuse_options(options)
-    if model.has_errors:
-        raise KalmanqError("--arith q31: a model of error states is compiled in f32 and f64")
     of = equations(model, name, replace(options, arithmetic="f64"))
     return FixedDevice(of, DeviceRequest(**{**vars(of.given), "options": options}), seen)
 
@@ -54,9 +53,10 @@ class FixedDevice(Device):
         super().__init__(of, given)
         self.type = self.covariance_type = "int32_t"
         self.zero, self.seen = "0", seen
-        self.states = [_ranged(one, seen.largest("x", i)) for i, one in enumerate(self.nonlinear.states)]
-        self.controls = [_ranged(one, seen.largest("u", k)) for k, one in enumerate(self.nonlinear.controls)]
-        self.x, self.u = ([fraction_of(one) for one in which] for which in (self.states, self.controls))
+        model, stem = self.nonlinear, "d" if self.has_errors else "x"
+        self.states, self.controls, self.carried = ([_ranged(one, seen.largest(stem, i)) for i, one in enumerate(which)] for which, stem in (
+            (model.states, stem), (model.controls, "u"), (model.carried, "x")))
+        self.d, self.u, self.x = ([fraction_of(one) for one in which] for which in (self.states, self.controls, self.carried))
         if self.B is not None and not self._has_room():
             self.B = None
         self.plain = [one for one in self.plain if self._fits(one)]
@@ -68,8 +68,9 @@ class FixedDevice(Device):
         self.model = given.model.changed(states=self.states, measurements=self.taken, controls=self.controls)
         self.process = self._process()
         self.parts = {one.name: self._sensor_parts(one) for one in self.sensors}
-        self.predicted = None if self.B is not None else self._evaluated(
-            self.change, self.x, self.transition, np.subtract.outer(self.x, self.x), seen.before)
+        rows = (self.moved, self.x) if self.has_errors else (self.change, self.d)
+        self.predicted = None if self.B is not None else self._evaluated(*rows, seen.before, self.transition, np.subtract.outer(self.d, self.d))
+        self.reset = self._evaluated(self.corrected, self.x, seen.before) if self.has_errors else None
         self.innovations = {one.name: self._innovation(one) for one in self.sensors if one not in self.plain}
 
     # ---- formats
@@ -80,12 +81,12 @@ class FixedDevice(Device):
     def _has_room(self) -> bool:
         """In A and B of a plain predict"""
         A, B = self._constants(self.transition).reshape(self.n, self.n), self.B
-        rows = np.abs(A) * 2.0 ** np.subtract.outer(self.x, self.x), np.abs(B) * 2.0 ** np.subtract.outer(self.x, self.u)
+        rows = np.abs(A) * 2.0 ** np.subtract.outer(self.d, self.d), np.abs(B) * 2.0 ** np.subtract.outer(self.d, self.u)
         return bool(np.all(rows[0].sum(axis=1) + rows[1].sum(axis=1) <= ROOM))
 
     def _fits(self, sensor: Sensor) -> bool:
         """A plain sensor whose format has room for H x"""
-        H = np.abs(self._constants(self.rows_of(sensor)).reshape(sensor.m, self.n)) * 2.0 ** -np.array(self.x, float)
+        H = np.abs(self._constants(self.rows_of(sensor)).reshape(sensor.m, self.n)) * 2.0 ** -np.array(self.d, float)
         own = range(sensor.first, sensor.first + sensor.m)
         ranged = [_ranged(self.nonlinear.measurements[j], self.seen.largest("z", j)) for j in own]
         return all(one.sum() * 2.0 ** fraction_of(other) <= ROOM for one, other in zip(H, ranged))
@@ -111,12 +112,12 @@ class FixedDevice(Device):
     def _room(self, j: int) -> int:
         """The most fraction bits of component j with which its row of H has room, in the records"""
         values = Program(lowered(self.H[j])).values(self.seen.at)
-        rows = sum(np.abs(np.asarray(value, float)) * 2.0**-n for value, n in zip(values, self.x))
+        rows = sum(np.abs(np.asarray(value, float)) * 2.0**-n for value, n in zip(values, self.d))
         most = float(np.max(np.where(np.isfinite(rows), rows, 0.0)))
         return math.floor(math.log2(ROOM / most)) if most else 94
 
     def fraction(self, which: str, k: int) -> int:
-        return {"states": self.x, "measurements": self.z, "controls": self.u}[which][k]
+        return {"states": self.d, "carried": self.x, "measurements": self.z, "controls": self.u}[which][k]
 
     def innovation_fraction(self, j: int) -> int:
         return fraction_of(self.taken[j])
@@ -126,7 +127,7 @@ class FixedDevice(Device):
 
     def enumerators(self) -> list[str]:
         given, upper = self.given, self.given.upper
-        rows = [(f"{name}", self.x[i]) for i, name in enumerate(given.states)]
+        rows = [*zip(given.states, self.d), *zip(given.nominal, self.x)]
         rows += [(f"z_{name}", self.z[j]) for j, name in enumerate(given.measurements)]
         rows += [(f"e_{name}", self.innovation_fraction(j)) for j, name in enumerate(given.measurements) if not self.is_plain(j)]
         rows += [(f"u_{name}", self.u[k]) for k, name in enumerate(given.controls)]
@@ -156,25 +157,35 @@ class FixedDevice(Device):
 
     # ---- formulas
 
-    def _inputs(self, roots: Sequence[Node]) -> dict[str, Input]:
-        stems = {"x": self.x, "u": self.u, "z": self.z}
+    def _rows(self, inputs: Mapping[str, Input], values: Values) -> list[dict[str, int]]:
+        """Raw values of some of the records' rows"""
+        names = [name for name in inputs if name in values]
+        rows = np.array([np.ldexp(values[name], inputs[name].fraction) for name in names]).T
+        rows = np.rint(rows[np.all(np.abs(rows) < 2.0**31, axis=1)])  # NaN: not measured
+        some = rows[::max(1, len(rows) // ROWS)].astype(int).tolist()
+        return [{**dict.fromkeys(inputs, 0), **dict(zip(names, row))} for row in some]
+
+    def _inputs(self) -> dict[str, Input]:
+        stems = {"x": self.x, "u": self.u, "z": self.z, "d": self.d if self.has_errors else ()}
         made = {f"{stem}{k}": Input(fraction) for stem, which in stems.items() for k, fraction in enumerate(which)}
         return {**made, "t": Input(0)}
 
-    def _evaluated(self, words: Sequence[Node], fractions: Sequence[int], table: Sequence[Node], exponents: np.ndarray,
-                   values: Any) -> Evaluated:
+    def _evaluated(self, words: Sequence[Node], fractions: Sequence[int], values: Values, table: Sequence[Node] = (),
+                   exponents: np.ndarray = np.zeros(0)) -> Evaluated:
         places = [k for k, one in enumerate(table) if not one.is_constant]
         roots = lowered([*words, *(table[k] for k in places)])
-        made = FixedFormulas(roots, self._inputs(roots), largest(roots, values))
-        given = [made.out(one, fraction) for one, fraction in zip(roots, fractions)]
+        inputs = self._inputs()
+        made = formulas_for(roots, inputs, largest(roots, values), self._rows(inputs, values))
+        is_kept = words is self.moved or words is self.corrected
+        given = [made.out(one, fraction, is_kept) for one, fraction in zip(roots, fractions)]
         scaled = [(k, made.out_scaled(one, int(exponents.ravel()[k]))) for k, one in zip(places, roots[len(words):])]
         return Evaluated(made, given, scaled, made.python([*given, *(text for _, text in scaled)]))
 
     def _innovation(self, sensor: Sensor) -> Evaluated:
         own = range(sensor.first, sensor.first + sensor.m)
         fractions = [self.innovation_fraction(j) for j in own]
-        return self._evaluated([self.e[j] for j in own], fractions, self.rows_of(sensor), np.subtract.outer(fractions, self.x),
-                               self.seen.at)
+        return self._evaluated([self.e[j] for j in own], fractions, self.seen.at, self.rows_of(sensor),
+                               np.subtract.outer(fractions, self.d))
 
     # ---- the text
 
@@ -185,6 +196,7 @@ class FixedDevice(Device):
                  f"int32_t filter_memory[KQ_FILTER_LEN_Q31({n})];"]
         lines += [f"kq_scaled_q31 A[{n * n}];"] if self.predicted and self.predicted.table else []
         lines += [f"kq_scaled_q31 H{one.suffix}[{one.m * n}];" for one in self.sensors if self.varies(one)]
+        lines += [f"int32_t x[{len(self.x)}]; /* what the states are errors of */"] if self.has_errors else []
         return [*lines, "uint32_t events;"]
 
     def varies(self, sensor: Sensor) -> bool:
@@ -200,12 +212,18 @@ class FixedDevice(Device):
     def raws(self, which: str, values: Sequence[float]) -> list[int]:
         return [self.raw(which, k, value) for k, value in enumerate(values)]
 
+    @property
+    def first(self) -> list[int]:
+        """Nominal numbers at the start"""
+        return [round(math.ldexp(value, n)) for value, n in zip(self.nonlinear.x0, self.x)]
+
     def routines(self, text: str) -> str:
         return fixed_functions.routines(text) + "\n" + "\n".join(self._tables()) + "\n\n"
 
     def _tables(self) -> list[str]:
         lines = tables_of_process(self.n, self.B.shape[1] if self.B is not None else 0, self.process)
-        lines += [constants("A", self.transition, np.subtract.outer(self.x, self.x).ravel())] if self.predicted else []
+        lines += [constants("A", self.transition, np.subtract.outer(self.d, self.d).ravel())] if self.predicted else []
+        lines += [words("first", self.first, len(self.x))] if self.has_errors else []
         for one in self.sensors:
             lines += tables_of_sensor(self.n, one.m, one.suffix, self.is_diagonal(one), self.parts[one.name])
         return lines

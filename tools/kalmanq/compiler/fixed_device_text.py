@@ -42,6 +42,7 @@ class FixedDeviceText(DeviceText):
         copies = [("A", n * n)] if A == "f->A" else []
         copies += [(f"H{one.suffix}", one.m * n) for one in a.sensors if a.varies(one)]
         lines = [f"for (int i = 0; i < {size}; i++) f->{name}[i] = {name}[i];" for name, size in copies]
+        lines += [f"for (int i = 0; i < {len(a.x)}; i++) f->x[i] = first[i];"] if a.has_errors else []
         return function(f"kq_status {self.given.name}_start({self.filter})", [
             *lines, "f->events = 0;", *self._calls(*calls, "kq_filter_init_q31(&f->filter, &prior, NULL)"), "return status;"])
 
@@ -58,10 +59,23 @@ class FixedDeviceText(DeviceText):
         of = self.of.predicted
         if of is None:
             return super()._predict()
-        changed = ["kq_process_change_jacobian_q31(&f->process, f->A, NULL)"] if of.table else []
+        to, given = ("moved", [f"static const int32_t d[{self.of.n}] = {{0}};"]) if self.of.has_errors else ("d", [])
+        calls = ["kq_process_change_jacobian_q31(&f->process, f->A, NULL)"] if of.table else []
+        calls.append("kq_predict_extended_q31(&f->filter, &f->process, d)")
         return function(f"kq_status {self.given.name}_predict({self.filter}{self.predict_arguments()})", [
-            f"int32_t d[{self.of.n}];", *within(self._places(), self._evaluated(of, "d", "f->A")),
-            *self._calls(*changed, "kq_predict_extended_q31(&f->filter, &f->process, d)"), "return status;"])
+            f"int32_t {to}[{len(of.words)}];", *given, *within(self._places(), self._evaluated(of, to, "f->A")), *self._calls(*calls),
+            *(self._takes(to) if self.of.has_errors else []), "return status;"])
+
+    def _takes(self, name: str) -> list[str]:
+        """Nominal numbers, if the call before has been taken"""
+        return ["if (status) return status;", f"for (int i = 0; i < {len(self.of.x)}; i++) f->x[i] = {name}[i];"]
+
+    def _reset_errors(self) -> list[str]:
+        n, count = self.of.n, len(self.of.x)
+        backs = [f"back[{i}] = d{i} > -INT32_MAX ? -d{i} : INT32_MAX;" for i in range(n)]
+        return function(f"kq_status {self.given.name}_reset({self.filter})", [
+            f"int32_t whole[{count}], back[{n}];", *within(self._places(), [*self._evaluated(self.of.reset, "whole", ""), *backs]),
+            "const kq_status status = kq_move_q31(&f->filter, back);", *self._takes("whole"), "return status;"])
 
     def _innovation(self, sensor: Sensor) -> list[str]:
         if sensor in self.of.plain:

@@ -16,11 +16,13 @@ from typing import Any, Callable, Iterable, Mapping, Optional, Sequence
 from kalmanq.compiler.fixed_functions import HALF, LOG2_E, TURN, WORD
 from kalmanq.compiler.fixed_lines import Line, c_of, python_of
 from kalmanq.compiler.fixed_needs import divided, doubled, kind, needs, weighed
-from kalmanq.compiler.fixed_values import Guard, Number, constant_word, fraction_for, guards
+from kalmanq.compiler.fixed_python import Far
+from kalmanq.compiler.fixed_values import WORD_BITS, Guard, Number, constant_word, fraction_for, guards
 from kalmanq.formulas.graph import CONDITIONS, Node, needed
 
 LIMIT = 1 << 62  # of wide numbers
 LOGARITHM = 1 << 39  # bound of logarithms, 2^-31
+ROUNDS = 12  # in which formats are widened
 NARROWEST = 1 << 10  # beyond it an exponential is 0, or out of all formats
 STEMS = {"int64_t": "w", "int32_t": "v", "uint32_t": "p", "int": "c", "reciprocal": "r", "inverted": "i"}
 SIGNS = {"lt": "<", "le": "<=", "eq": "=="}
@@ -107,6 +109,10 @@ class FixedFormulas:
 
     def fraction_of(self, one: Node) -> int:
         return fraction_for(self.most[id(one)])
+
+    def fraction_at(self, id_: int) -> int:
+        """Of a word"""
+        return self.words[id_].fraction
 
     # ---- lines
 
@@ -268,8 +274,8 @@ class FixedFormulas:
 
     # ---- what comes out
 
-    def out(self, one: Node, fraction: int) -> str:
-        """32 bits at a fraction; what the library refuses where it is beyond them"""
+    def out(self, one: Node, fraction: int, is_kept: bool = False) -> str:
+        """32 bits at a fraction; beyond them what the library refuses, or where it is kept, no value"""
         if one.is_constant:
             return str(max(-2**31 + 1, min(2**31 - 1, round(math.ldexp(one.value, fraction)))))
         text, from_, bound = self.wide(one)
@@ -279,7 +285,7 @@ class FixedFormulas:
         if by < 0 and bound << -by > LIMIT:
             text, bound = f"within({text}, INT64_C({LIMIT >> -by}))", LIMIT >> -by
         text, bound = (f"rounded({text}, {by})", (bound >> by) + 1) if by > 0 else (f"{text} * INT64_C({1 << -by})", bound << -by)
-        return f"known({text})" if bound >= 2**31 else f"narrowed({text})"
+        return f"narrowed({text})" if bound < 2**31 else f"kept({text}, far)" if is_kept else f"known({text})"
 
     def out_scaled(self, one: Node, exponent: int) -> str:
         """Times 2^exponent"""
@@ -292,6 +298,28 @@ class FixedFormulas:
     def python(self, outputs: Sequence[str]) -> Callable[..., list[Any]]:
         """(far, numbers by name) -> outputs"""
         return python_of(self.lines, list(self.inputs), outputs)
+
+    def lacks(self, rows: Iterable[Mapping[str, int]]) -> dict[int, int]:
+        """Bits that formulas' words have too few for, by id: what cancels in double leaves what words are rounded by"""
+        run, far = python_of(self.lines, list(self.inputs), [], True), Far()
+        for row in rows:
+            run(far, **row)
+        of = {number.text: id_ for id_, number in self.words.items()}
+        return {of[line]: bits for line, bits in far.lacks.items() if line in of}
+
+
+def formulas_for(roots: Sequence[Node], inputs: Mapping[str, Input], most: Mapping[int, float],
+                 rows: Sequence[Mapping[str, int]]) -> FixedFormulas:
+    """With formats in which no word of these rows is beyond its end"""
+    most = dict(most)
+    for _ in range(ROUNDS):
+        made = FixedFormulas(roots, inputs, most)
+        lacks = made.lacks(rows)
+        if not lacks:
+            break
+        for id_, bits in lacks.items():
+            most[id_] = math.ldexp(1.0, WORD_BITS - made.fraction_at(id_) + bits)
+    return made
 
 
 def _plus(number: int) -> str:

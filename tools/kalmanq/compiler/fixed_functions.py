@@ -60,6 +60,14 @@ static inline int32_t held(int64_t a, uint32_t *far)
 /* a, or what the library refuses where it is beyond 32 bits */
 static inline int32_t known(int64_t a) { return a >= -INT32_MAX && a <= INT32_MAX ? (int32_t)a : INT32_MIN; }
 """,
+    "kept": """\
+/* a, which has no value beyond 32 bits */
+static inline int32_t kept(int64_t a, uint32_t *far)
+{
+    if (a < -INT32_MAX || a > INT32_MAX) *far |= 2u;
+    return known(a);
+}
+""",
     "placed": """\
 /* a 2^-by, to the nearest, in 31 bits */
 static int32_t placed(int64_t a, int by, uint32_t *far)
@@ -210,7 +218,7 @@ static int64_t remainder_of(int64_t a, int64_t b, uint32_t *far)
 """,
 }
 INVERTED = "typedef struct { int32_t over; int by; } inverted;\n"
-ORDER = ("upper", "rounded", "narrowed", "held", "known", "placed", "size", "leading", "scaled", "one_over", "root_of",
+ORDER = ("upper", "rounded", "narrowed", "held", "known", "kept", "placed", "size", "leading", "scaled", "one_over", "root_of",
          "over_root", "phase", "large_phase", "sine", "exponential", "logarithm", "angle", "nearest", "within", "absolute",
          "remainder_of")
 

@@ -35,11 +35,11 @@ def c_of(lines: Sequence[Line]) -> list[str]:
     return made
 
 
-def python_of(lines: Sequence[Line], names: Sequence[str], outputs: Sequence[str]) -> Callable[..., list[Any]]:
-    """(far, numbers by name) -> outputs"""
+def python_of(lines: Sequence[Line], names: Sequence[str], outputs: Sequence[str], is_watched: bool = False) -> Callable[..., list[Any]]:
+    """(far, numbers by name) -> outputs; watched: far gets the name of each line"""
     made = []
     for guard, own in groupby(lines, lambda one: one.guard):
-        block = [text for one in own for text in _python(one)]
+        block = [text for one in own for text in _python(one, is_watched)]
         condition = " and ".join(f"{'' if answer else 'not '}{bit}" for bit, answer in guard)
         made += [f"if {condition}:", *indented(block)] if guard else block
     text = "\n".join([f"def run({', '.join(['far', *names])}):", *indented([*made, f"return [{', '.join(outputs)}]"])])
@@ -48,6 +48,7 @@ def python_of(lines: Sequence[Line], names: Sequence[str], outputs: Sequence[str
     return space["run"]
 
 
-def _python(one: Line) -> list[str]:
+def _python(one: Line, is_watched: bool) -> list[str]:
     """C's 64 bits have to hold what Python has"""
-    return [f"{one.name} = {one.python}", *([f"assert -{END} <= {one.name} < {END}"] if one.type == "int64_t" else [])]
+    mark = [f"far.line = '{one.name}'"] if is_watched and "far" in one.python else []
+    return [*mark, f"{one.name} = {one.python}", *([f"assert -{END} <= {one.name} < {END}"] if one.type == "int64_t" else [])]

@@ -20,9 +20,9 @@ def lossy_formulas(model: NonlinearModel, device: FixedDevice, visited: Sequence
     """All formulas, the worst one first; what an event tells is left out"""
     x, sigma, t, u = points(model, visited)
     some = np.random.default_rng(1).permutation(len(x))[:POINTS]
-    words = {**_words(device, "states", "x", x[some]), **_words(device, "controls", "u", u[some]), "t": t[some].astype(int)}
+    words = {**_words(device, "carried", "x", x[some]), **_words(device, "controls", "u", u[some]), "t": t[some].astype(int)}
     given = values_of(_values(words, "x", device.x), t[some], _values(words, "u", device.u))
-    rows = list(formulas(model, np.maximum(sigma[some], 2.0 ** -np.array(device.x))))
+    rows = list(formulas(model, np.maximum(sigma[some], 2.0 ** -np.array(device.d))))
     exact = [np.broadcast_to(one, len(some)) for one in Program([one for _, one, _ in rows]).values(given)]
     errors = np.array([_errors(device, {key: int(one[k]) for key, one in words.items()}, np.array([one[k] for one in exact]))
                        for k in range(len(some))])
@@ -41,25 +41,25 @@ def _values(words: Mapping[str, np.ndarray], stem: str, fractions: Sequence[int]
 def _worst(model: NonlinearModel, name: str, errors: np.ndarray, given: Mapping[str, Any]) -> Lossy:
     off = np.nan_to_num(errors, nan=0.0, posinf=0.0)
     at = int(np.argmax(off))
-    where = ", ".join(f"{state.name} = {given[f'x{i}'][at]:.3g}" for i, state in enumerate(model.states))
+    where = ", ".join(f"{state.name} = {given[f'x{i}'][at]:.3g}" for i, state in enumerate(model.carried))
     return Lossy(name, float(off[at]), 0, where)
 
 
 def _errors(device: FixedDevice, given: dict[str, int], exact: np.ndarray) -> np.ndarray:
     """Of increments, A, h and H, given what they are, as formulas() has them; NaN where an event tells"""
     n, m = device.n, device.nonlinear.m
-    d, A, h, H = (part.copy() for part in np.split(exact, np.cumsum([n, n * n, m])))
+    d, A, h, H = (part.copy() for part in np.split(exact, np.cumsum([0 if device.has_errors else n, n * n, m])))
     z = device.raws("measurements", h)
     given = {**given, **{f"z{j}": value for j, value in enumerate(z)}}
     made = [np.zeros(len(one)) for one in (d, A, h, H)]
     if device.predicted:
-        made[0], made[1] = _off(device.predicted, given, device.x, d, np.subtract.outer(device.x, device.x), A)
+        made[0], made[1] = _off(device.predicted, given, device.d, d, np.subtract.outer(device.d, device.d), A)
     for one in device.sensors:
         if one not in device.plain:
             own, rows = slice(one.first, one.first + one.m), slice(n * one.first, n * (one.first + one.m))
             fractions = [device.innovation_fraction(j) for j in range(one.first, one.first + one.m)]
             e = np.ldexp(np.array(z[own], float), -np.array(device.z[own])) - h[own]
-            exponents = np.subtract.outer(fractions, device.x)
+            exponents = np.subtract.outer(fractions, device.d)
             made[2][own], made[3][rows] = _off(device.innovations[one.name], given, fractions, e, exponents, H[rows])
     return np.concatenate(made)
 
@@ -68,10 +68,10 @@ def _off(of: Evaluated, given: Mapping[str, int], fractions: Sequence[int], exac
          table: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Errors of its words and of its table"""
     far = Far()
-    values = of.run(far, **{name: given[name] for name in of.formulas.inputs})
+    values = of.run(far, **{name: given.get(name, 0) for name in of.formulas.inputs})
     if far.bits:
         return np.full(len(exact), np.nan), np.full(len(table), np.nan)
     entries = np.zeros(len(table))
-    for (k, _), one in zip(of.table, values[len(exact):]):
+    for (k, _), one in zip(of.table, values[len(of.words):]):
         entries[k] = np.ldexp(float(one.mantissa), one.exponent - int(exponents.ravel()[k])) - table[k]
     return np.ldexp(np.array(values[:len(exact)], float), -np.array(fractions)) - exact, entries

@@ -14,8 +14,15 @@ NEAR = [int(one, 16) for one in re.findall(r"0x[0-9a-f]+", word_routines.line())
 
 
 class Far:
+    """line: of the program, where it is watched; lacks: bits that a word had too few, by line"""
+
     def __init__(self) -> None:
-        self.bits = 0
+        self.bits, self.line = 0, ""
+        self.lacks: dict[str, int] = {}
+
+    def saturate(self, a: int) -> None:
+        self.bits |= SATURATED
+        self.lacks[self.line] = max(self.lacks.get(self.line, 0), abs(a).bit_length() - WORD.bit_length() + 1)
 
 
 @dataclass(frozen=True)
@@ -57,12 +64,18 @@ def rounded(a: int, by: int) -> int:
 def held(a: int, far: Far) -> int:
     if -WORD <= a < WORD:
         return a
-    far.bits |= SATURATED
+    far.saturate(a)
     return -WORD + 1 if a < 0 else WORD - 1
 
 
 def known(a: int) -> int:
     return a if -MOST <= a <= MOST else -MOST - 1
+
+
+def kept(a: int, far: Far) -> int:
+    if abs(a) > MOST:
+        far.bits |= NO_VALUE
+    return known(a)
 
 
 def placed(a: int, by: int, far: Far) -> int:
@@ -71,7 +84,7 @@ def placed(a: int, by: int, far: Far) -> int:
     if by > 0:
         return held(rounded(a, by), far)
     most = 0 if by < -30 else (WORD - 1) >> -by
-    return a << min(-by, 30) if abs(a) <= most else held(a << 31, far)
+    return a << min(-by, 30) if abs(a) <= most else held(a << min(-by, 64), far)
 
 
 def leading(a: int) -> int:
@@ -196,7 +209,7 @@ def remainder_of(a: int, b: int, far: Far) -> int:
     return abs(a) % abs(b) * (-1 if a < 0 else 1)
 
 
-SAME = (upper, wide, rounded, held, known, placed, scaled, one_over, root_of, over_root, phase, large_phase, sine, exponential,
+SAME = (upper, wide, rounded, held, known, kept, placed, scaled, one_over, root_of, over_root, phase, large_phase, sine, exponential,
         logarithm, angle, nearest, remainder_of)
 PYTHON: Mapping[str, Callable[..., Any]] = {
     "product": lambda a, b: a * b, "INT64_C": int, "UINT32_C": int, "narrowed": int, "absolute": abs,

@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any, Mapping, Sequence
+from typing import Any, Mapping, Optional, Sequence
 
 import numpy as np
 
 from kalmanq.compiler.equation_product import compiled_equations
-from kalmanq.compiler.equation_report import drawn
+from kalmanq.compiler.equation_report import drawn, recorded
 from kalmanq.compiler.host import Host
 from kalmanq.compiler.record import Record
 from kalmanq.compiler.request import Options
@@ -22,23 +22,26 @@ Values = Mapping[str, np.ndarray]
 
 @dataclass(frozen=True)
 class Seen:
-    """before: symbols of predicts, at: of updates, by name, an array each; NaN: not measured"""
+    """before: symbols of predicts, at: of updates, by name, an array each; NaN: not measured.  rows: simulated, given: the user's"""
 
     before: Values
     at: Values
     rows: int
+    given: int = 0
 
     def largest(self, stem: str, k: int) -> float:
         both = [values[f"{stem}{k}"] for values in (self.before, self.at) if f"{stem}{k}" in values]
         return max(float(np.nanmax(np.abs(one), initial=0.0)) for one in both)
 
 
-def simulated(model: NonlinearModel) -> Seen:
-    return seen(model, [drawn(model, ROWS, seed) for seed in SEEDS])
+def simulated(model: NonlinearModel, data: Optional[tuple[np.ndarray, Optional[np.ndarray]]] = None) -> Seen:
+    """And of data: measurements, controls"""
+    own = [] if data is None else [recorded(model, data[0], np.zeros((len(data[0]), 0)) if data[1] is None else data[1])]
+    return seen(model, [*own, *(drawn(model, ROWS, seed) for seed in SEEDS)], len(own and data[0]))
 
 
-def seen(model: NonlinearModel, records: Sequence[tuple[Record, np.ndarray]]) -> Seen:
-    """Of records and their measurements, NaN where they are missing"""
+def seen(model: NonlinearModel, records: Sequence[tuple[Record, np.ndarray]], given: int = 0) -> Seen:
+    """Of records and their measurements, NaN where they are missing; given: rows that are the user's"""
     before, at = [], []
     with Host(compiled_equations(model, "exact", Options("f64"))) as exact:
         for record, z in records:
@@ -47,7 +50,7 @@ def seen(model: NonlinearModel, records: Sequence[tuple[Record, np.ndarray]]) ->
             made = _points(model, ran.mean, z, now)
             before.append(made[0])
             at.append(made[1])
-    return Seen(_joined(before), _joined(at), sum(len(z) for _, z in records))
+    return Seen(_joined(before), _joined(at), sum(len(z) for _, z in records) - given, given)
 
 
 def _points(model: NonlinearModel, mean: np.ndarray, z: np.ndarray, now: np.ndarray) -> tuple[Values, Values]:

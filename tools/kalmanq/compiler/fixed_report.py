@@ -36,10 +36,11 @@ class Tried:
     lossy: Sequence[Lossy] = ()
     why_not: str = ""
 
-    def add(self, ran: Ran, exact: Ran) -> None:
+    def add(self, model: NonlinearModel, ran: Ran, exact: Ran) -> None:
         fixed, double = (np.sqrt(np.einsum("tii->ti", one.covariance)) for one in (ran, exact))
         with np.errstate(divide="ignore", invalid="ignore"):
-            apart, ratio = np.abs(ran.mean - exact.mean) / double, fixed / double
+            errors = np.array([model.minus(*pair) for pair in zip(ran.mean, exact.mean)])
+            apart, ratio = np.abs(errors) / double, fixed / double
         self.mean = max(self.mean, float(np.nanmax(apart)))
         self.ratios = min(self.ratios[0], float(np.nanmin(ratio))), max(self.ratios[1], float(np.nanmax(ratio)))
         self.refused += int(np.count_nonzero(ran.taken != exact.taken))
@@ -60,7 +61,7 @@ def tried(model: NonlinearModel, product: Product) -> Tried:
             for seed in SEEDS:
                 record = in_whole_groups(drawn(model, ROWS, seed)[0], product.given.together)
                 ran = exact.run(record.z, record.u, record.present, record.what, now=record.now)
-                made.add(FixedRun(product.arithmetic).run(record), ran)
+                made.add(model, FixedRun(product.arithmetic).run(record), ran)
                 visited.append((ran.mean, np.sqrt(np.einsum("tii->ti", ran.covariance)), record.now))
         made.lossy = lossy_formulas(model, product.arithmetic, visited)
     except KalmanqError as problem:
@@ -70,7 +71,8 @@ def tried(model: NonlinearModel, product: Product) -> Tried:
 
 def lines(product: Product, found: Tried) -> list[str]:
     device: FixedDevice = product.arithmetic
-    made = [*device.told(), f"  Formats are of {device.seen.rows} simulated rows, with {MARGIN} bits more than they used.",
+    given = f"{device.seen.given} rows of yours and " if device.seen.given else ""
+    made = [*device.told(), f"  Formats are of {given}{device.seen.rows} simulated rows, with {MARGIN} bits more than they used.",
             *_chosen(device)]
     if found.why_not:
         return [*made, f"  Not tried: {found.why_not}"]
@@ -83,7 +85,7 @@ def lines(product: Product, found: Tried) -> list[str]:
 def _chosen(device: FixedDevice) -> list[str]:
     """Ranges that the model does not declare"""
     made = []
-    for mine, given in ((device.states, device.nonlinear.states), (device.controls, device.nonlinear.controls),
+    for mine, given in ((device.carried, device.nonlinear.carried), (device.controls, device.nonlinear.controls),
                         (device.taken, device.nonlinear.measurements)):
         made += [f"{one.name} {one.range:.3g}" for one, declared in zip(mine, given) if declared.range is None]
     return [f"  No range is declared of these; the records chose: {', '.join(made)}."] if made else []
@@ -93,7 +95,7 @@ def warned(device: FixedDevice, found: Tried) -> list[str]:
     lacks = [(device.taken[j], bits) for j, bits in device.lacks.items()]
     made = [f"{one.name}: in the records its Jacobian needs {bits} more integer bits, and an update there is refused: "
             f"a range of {_range(one) * 2.0**bits:g} has them." for one, bits in lacks]
-    reached = [(one, device.seen.largest("x", i)) for i, one in enumerate(device.states)]
+    reached = [(one, device.seen.largest("x", i)) for i, one in enumerate(device.carried)]
     made += [f"{one.name}: the records reach {most:.3g}, beyond its declared range of {one.range:g}."
              for one, most in reached if most > _range(one)]
     if found.refused:

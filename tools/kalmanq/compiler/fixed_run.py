@@ -32,21 +32,23 @@ class FixedRun:
         self.process = device.process.process
         self.A = ffi.new("kq_scaled_q31[]", n * n)
         self.H = {one.name: ffi.new("kq_scaled_q31[]", one.m * n) for one in device.sensors}
-        _fill(self.A, device.transition, np.subtract.outer(device.x, device.x))
+        self.x = list(device.first) if device.has_errors else []  # nominal numbers
+        _fill(self.A, device.transition, np.subtract.outer(device.d, device.d))
         for one in device.sensors:
             own = [device.innovation_fraction(j) for j in range(one.first, one.first + one.m)]
-            _fill(self.H[one.name], device.rows_of(one), np.subtract.outer(own, device.x))
+            _fill(self.H[one.name], device.rows_of(one), np.subtract.outer(own, device.d))
         if device.predicted:
             lib.kq_process_change_jacobian_q31(self.process, self.A, ffi.NULL)
 
     def run(self, record: Record) -> Ran:
         """From where it is"""
-        device, rows, n = self.device, len(record.what), self.device.n
-        made = Ran(*(np.zeros((rows, *shape)) for shape in ((n,), (n,), (n, n))), *(np.zeros(rows, np.uint32) for _ in range(2)))
+        device, rows, n, count = self.device, len(record.what), self.device.n, len(self.device.x)
+        made = Ran(*(np.zeros((rows, *shape)) for shape in ((count,), (count,), (n, n))), *(np.zeros(rows, np.uint32) for _ in range(2)))
         for t in range(rows):
             made.taken[t] = self.row(record, t)
             made.reading[t] = self._words()
-            made.mean[t], made.covariance[t] = self.filter.mean, self.filter.covariance
+            made.mean[t] = np.ldexp(np.array(self.x, float), -np.array(device.x)) if device.has_errors else self.filter.mean
+            made.covariance[t] = self.filter.covariance
             made.events[t], self.events = self.events | self.filter.events << LIBRARY, 0
             self.filter.clear_events()
         return made
@@ -72,7 +74,22 @@ class FixedRun:
         if d is None:
             return int(lib.KQ_ERR_NOT_FINITE)
         status = lib.kq_process_change_jacobian_q31(self.process, self.A, ffi.NULL) if of.table else 0
-        return int(status or lib.kq_predict_extended_q31(handle, self.process, d))
+        if not self.device.has_errors:
+            return int(status or lib.kq_predict_extended_q31(handle, self.process, d))
+        status = status or lib.kq_predict_extended_q31(handle, self.process, [0] * self.device.n)
+        self.x = self.x if status else d
+        return int(status)
+
+    def reset(self) -> int:
+        """The errors go into the nominal numbers"""
+        d = [int(lib.kq_mean_q31(self.filter._handle, i)) for i in range(self.device.n)]
+        assert self.device.reset
+        whole = self._evaluated(self.device.reset, None, _named("d", d), 0)
+        if whole is None:
+            return int(lib.KQ_ERR_NOT_FINITE)
+        status = lib.kq_move_q31(self.filter._handle, [-max(one, -2**31 + 1) for one in d])
+        self.x = self.x if status else whole
+        return int(status)
 
     def update(self, sensor: Sensor, z: list[int], u: list[int], t: int, present: int) -> int:
         handle, parts = self.filter._handle, self.device.parts[sensor.name]
@@ -85,9 +102,9 @@ class FixedRun:
             status = lib.kq_sensor_change_measurement_q31(parts.sensor, H, ffi.NULL) if of.table else 0
             if status:
                 return int(status)
-        if sensor.m == 1:
-            return int(lib.kq_update_q31(handle, parts.sensor, given))
-        return int(lib.kq_update_subset_q31(handle, parts.sensor, given, present))
+        status = lib.kq_update_q31(handle, parts.sensor, given) if sensor.m == 1 else \
+            lib.kq_update_subset_q31(handle, parts.sensor, given, present)
+        return int(status) or (self.reset() if self.device.has_errors else 0)
 
     def _evaluated(self, of: Evaluated, table: Any, given: dict[str, int], t: int) -> Optional[list[int]]:
         """Its words; None: a formula has no value.  The table gets its entries"""
@@ -100,7 +117,8 @@ class FixedRun:
         return None if far.bits & NO_VALUE else made[:len(of.words)]
 
     def _words(self) -> list[int]:
-        return [int(lib.kq_mean_q31(self.filter._handle, i)) for i in range(self.device.n)]
+        """Of what the formulas are of"""
+        return self.x or [int(lib.kq_mean_q31(self.filter._handle, i)) for i in range(self.device.n)]
 
 
 def _named(stem: str, values: Sequence[int]) -> dict[str, int]:

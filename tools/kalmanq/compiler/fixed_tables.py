@@ -16,8 +16,8 @@ def tables_of_process(n: int, l: int, parts: Parts) -> list[str]:
     root, table = int(lib.kq_length_q31(lib.KQ_OBJECT_ROOT, n, 0, 0, 0)), parts.process_table
     lines = [_formats("state_format", parts.formats["states"], n), _scaled("transition", table.transition, n * n)]
     lines += [_formats("control_format", parts.formats["controls"], l), _scaled("control", table.control, n * l)] if l else []
-    lines += [_words("noise_root", table.noise_root, root), _words("first_mean", parts.prior.mean, n),
-              _words("first_root", parts.prior.root, root)]
+    lines += [words("noise_root", table.noise_root, root), words("first_mean", parts.prior.mean, n),
+              words("first_root", parts.prior.root, root)]
     formats, control = ("control_format", "control") if l else ("NULL", "NULL")
     return [*lines, f"static const kq_process_table_q31 process_table = {{{n}, {l}, state_format, {formats}, transition, {control}, "
             "noise_root};", f"static const kq_prior_table_q31 prior = {{{n}, state_format, first_mean, first_root}};"]
@@ -59,7 +59,7 @@ def _array(kind: str, name: str, cells: Iterable[str]) -> str:
     return f"static const {kind} {name}[] = {{{', '.join(cells)}}};"
 
 
-def _words(name: str, words: Any, count: int) -> str:
+def words(name: str, words: Any, count: int) -> str:
     return _array("int32_t", name, (str(words[k]) for k in range(count)))
 
 
