@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
 """Counts what formulas in fixed point cost on a core without an FPU, beside the same in float.
 
-    fixed.py functions [--core m3] [--csv OUT.csv]     each function that a formula may have, with its largest error
+    fixed.py functions [--core m3] [--csv OUT.csv] [--check OLD.csv]     each function that a formula may have, with its largest error
     fixed.py devices FOLDER... [--core m3]             predict and updates of devices (kalmanq compile --library -o FOLDER/NAME.c)
 
 Instructions are the most of the arguments, or rows of NAME_test.c, that are tried.
@@ -23,7 +23,7 @@ from build import TARGET, Place, compiled, linked
 from cores import BY_NAME, ROOT, Core
 from elf import flash_and_ram
 from emulators import Emulator
-from errors import told_in_one_line
+from errors import UserError, told_in_one_line
 from outputs import csv_text, write
 
 C_NAMES = {"a + b": "x0 + x1", "a b": "x0 * x1", "a / b": "x0 / x1"}  # others are called as they are
@@ -78,16 +78,18 @@ def text_of(made: list[Any], routines: str) -> tuple[str, dict[int, str]]:
             cells = one.rows.tolist() if T == "q31" else [[word * 2.0**-n for word, n in zip(row, one.fractions)] for row in values]
             rows = ", ".join(f"{{{', '.join(map(repr, row))}}}" for row in cells)
             name, region = f"{T}_{k}", len(names)
-            lines += [f"static const {type_} given_{name}[][{count}] = {{{rows}}};", f"void {name}(const {type_} *x, {type_} *e, uint32_t *far);",
-                      f"__attribute__((noipa)) void {name}(const {type_} *x, {type_} *e, uint32_t *far) {{ (void)far;",
-                      loads.replace("TYPE", type_), body, "}"]
-            calls.append(f"    for (int i = 0; i < {len(cells)}; i++) {{ cost_region({region}); {name}(given_{name}[i], &{T}, &far_off); }}")
+            head = f"void {name}(const {type_} *x, {type_} *e, uint32_t *far)"
+            lines += [f"static const {type_} given_{name}[][{count}] = {{{rows}}};", f"{head};",
+                      f"__attribute__((noipa)) {head} {{ (void)far;", loads.replace("TYPE", type_), body, "}"]
+            calls.append(f"    for (int i = 0; i < {len(cells)}; i++) {{ cost_region({region}); "
+                         f"{name}(given_{name}[i], &{T}, &far_off); }}")
             names[region] = name
     return "\n".join([*lines, MAIN.format(calls="\n".join(calls))]), names
 
 
 @app.command()
-def functions(core: str = typer.Option("m3", "--core"), out: Path = typer.Option(None, "--csv")) -> None:
+def functions(core: str = typer.Option("m3", "--core"), out: Path = typer.Option(None, "--csv"),
+              check: Path = typer.Option(None, "--check")) -> None:
     costs = fixed_costs()
     made = costs.functions()
     text, names = text_of(made, costs.routines(made))
@@ -98,6 +100,8 @@ def functions(core: str = typer.Option("m3", "--core"), out: Path = typer.Option
         ranges = "; ".join(f"{low:g} to {high:g}" for low, high in one.ranges)
         rows.append((one.name, ranges, f"{one.error:.1e}", f"{one.last_bits:.2f}", *(count[3 * k + i] for i in range(3))))
     text = f"# functions in fixed point: errors, instructions on {core} (tools/cost/fixed.py)\n" + csv_text(rows)
+    if check and check.read_text(encoding="utf-8") != text:
+        raise UserError(f"{check}: is not what fixed.py functions makes now: renew it by --csv")
     if out:
         write(out, text)
     else:
@@ -113,7 +117,9 @@ def devices(folders: list[Path] = typer.Argument(...), core: str = typer.Option(
 
 def device(place: Place, core: Core, folder: Path) -> str:
     """The rows of NAME_test.c, with a mark before each call"""
-    test = next(folder.glob("*_test.c"))
+    test = next(folder.glob("*_test.c"), None)
+    if test is None:
+        raise UserError(f"{folder}: no NAME_test.c of a device: kalmanq compile MODEL.py --library -o {folder}/NAME.c writes it")
     name, text = test.name.removesuffix("_test.c"), test.read_text(encoding="utf-8")
     T = "q31" if "int32_t z[" in text else "f64" if "double z[" in text else "f32"
     calls = [one for one in dict.fromkeys(re.findall(rf"\b{name}_(?:predict|update\w*)(?=\()", text))]
@@ -130,7 +136,8 @@ def device(place: Place, core: Core, folder: Path) -> str:
     program = linked(core, objects, place.work / "program.elf")
     found = Emulator(core, program).count_regions(dict(enumerate(calls)))
     counts = [f"{one.removeprefix(name + '_')} {found[region].instructions}" for region, one in enumerate(calls) if region in found]
-    return f"{name} {T} on {core.name}: {', '.join(counts)}; flash {flash_and_ram(objects[0])[0]}, program {flash_and_ram(program)[0]}"
+    flash = flash_and_ram(objects[0])[0], flash_and_ram(program)[0]
+    return f"{name} {T} on {core.name}: {', '.join(counts)}; flash {flash[0]}, program {flash[1]}"
 
 
 if __name__ == "__main__":

@@ -17,10 +17,12 @@ from kalmanq.formulas.program import Program
 TRIED, ROWS = 20000, 64  # arguments for errors, and of them for costs
 # Arguments from, to, as a model might have them; what has no row here is not a function of formulas
 RANGES: dict[str, Sequence[tuple[float, float]]] = {
-    "a + b": [(-4, 4), (-4, 4)], "a b": [(-4, 4), (-4, 4)], "a / b": [(-4, 4), (0.5, 4)], "sqrt": [(0, 4)], "sin": [(-4, 4)], "cos": [(-4, 4)],
-    "tan": [(-1, 1)], "exp": [(-8, 2)], "log": [(0.05, 4)], "atan": [(-4, 4)], "asin": [(-0.98, 0.98)], "acos": [(-0.98, 0.98)],
-    "sinh": [(-2, 2)], "cosh": [(-2, 2)], "tanh": [(-2, 2)], "atan2": [(-4, 4), (-4, 4)], "pow": [(0.05, 4), (0.5, 2)], "floor": [(-4, 4)],
-    "abs": [(-4, 4)], "rint": [(-4, 4)], "fmod": [(-4, 4), (0.5, 1)], "log1p": [(-0.9, 3)], "expm1": [(-8, 2)], "cbrt": [(-4, 4)],
+    "a + b": [(-4, 4), (-4, 4)], "a b": [(-4, 4), (-4, 4)], "a / b": [(-4, 4), (0.5, 4)], "sqrt": [(0, 4)],
+    "sin": [(-4, 4)], "cos": [(-4, 4)], "tan": [(-1, 1)], "exp": [(-8, 2)], "log": [(0.05, 4)],
+    "atan": [(-4, 4)], "asin": [(-0.98, 0.98)], "acos": [(-0.98, 0.98)],
+    "sinh": [(-2, 2)], "cosh": [(-2, 2)], "tanh": [(-2, 2)], "atan2": [(-4, 4), (-4, 4)], "pow": [(0.05, 4), (0.5, 2)],
+    "floor": [(-4, 4)], "abs": [(-4, 4)], "rint": [(-4, 4)], "fmod": [(-4, 4), (0.5, 1)], "log1p": [(-0.9, 3)],
+    "expm1": [(-8, 2)], "cbrt": [(-4, 4)],
     "asinh": [(-4, 4)], "acosh": [(1.1, 4)], "atanh": [(-0.9, 0.9)]}
 OPERATIONS: dict[str, Callable[..., Any]] = {"a + b": add, "a b": mul, "a / b": divide}
 
@@ -28,7 +30,7 @@ OPERATIONS: dict[str, Callable[..., Any]] = {"a + b": add, "a b": mul, "a / b": 
 @dataclass(frozen=True)
 class Function:
     """error: the largest, in units of the answer; fraction: of the answer; rows: raw arguments, of `fractions`; lines: of C, from
-    x0, x1 to e[0]"""
+    x0, x1 to e[0]; run: the same in Python"""
 
     name: str
     ranges: Sequence[tuple[float, float]]
@@ -37,6 +39,7 @@ class Function:
     rows: np.ndarray
     fractions: Sequence[int]
     lines: Sequence[str]
+    run: Callable[..., list[Any]]
 
     @property
     def last_bits(self) -> float:
@@ -64,7 +67,7 @@ def _function(name: str, ranges: Sequence[tuple[float, float]]) -> Function:
         answers = np.array([run(far, *row)[0] for row in words.T.tolist()], float)
         assert not far.bits
     error = float(np.max(np.abs(np.ldexp(answers, -fraction) - wanted)))
-    return Function(name, ranges, error, fraction, words.T[:ROWS], fractions, [*made.c(), f"e[0] = {text};"])
+    return Function(name, ranges, error, fraction, words.T[:ROWS], fractions, [*made.c([text]), f"e[0] = {text};"], run)
 
 
 def routines(made: Sequence[Function]) -> str:

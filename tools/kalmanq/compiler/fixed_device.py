@@ -53,9 +53,9 @@ class FixedDevice(Device):
         super().__init__(of, given)
         self.type = self.covariance_type = "int32_t"
         self.zero, self.seen = "0", seen
-        model, stem = self.nonlinear, "d" if self.has_errors else "x"
-        self.states, self.controls, self.carried = ([_ranged(one, seen.largest(stem, i)) for i, one in enumerate(which)] for which, stem in (
-            (model.states, stem), (model.controls, "u"), (model.carried, "x")))
+        model = self.nonlinear
+        self.states, self.controls, self.carried = (self._all_ranged(*one) for one in (
+            (model.states, "d" if self.has_errors else "x"), (model.controls, "u"), (model.carried, "x")))
         self.d, self.u, self.x = ([fraction_of(one) for one in which] for which in (self.states, self.controls, self.carried))
         if self.B is not None and not self._has_room():
             self.B = None
@@ -69,11 +69,15 @@ class FixedDevice(Device):
         self.process = self._process()
         self.parts = {one.name: self._sensor_parts(one) for one in self.sensors}
         rows = (self.moved, self.x) if self.has_errors else (self.change, self.d)
-        self.predicted = None if self.B is not None else self._evaluated(*rows, seen.before, self.transition, np.subtract.outer(self.d, self.d))
+        table = self.transition, np.subtract.outer(self.d, self.d)
+        self.predicted = None if self.B is not None else self._evaluated(*rows, seen.before, *table)
         self.reset = self._evaluated(self.corrected, self.x, seen.before) if self.has_errors else None
         self.innovations = {one.name: self._innovation(one) for one in self.sensors if one not in self.plain}
 
     # ---- formats
+
+    def _all_ranged(self, which: Sequence[Quantity], stem: str) -> list[Quantity]:
+        return [_ranged(one, self.seen.largest(stem, k)) for k, one in enumerate(which)]
 
     def is_plain(self, j: int) -> bool:
         return any(one.first <= j < one.first + one.m for one in self.plain)

@@ -48,7 +48,7 @@ class FixedDeviceText(DeviceText):
 
     def _evaluated(self, of: Evaluated, to: str, table: str) -> list[str]:
         """Its formulas, where none is without a value; the local array `to` is there"""
-        lines = [*of.formulas.c(), *(f"{to}[{k}] = {text};" for k, text in enumerate(of.words)),
+        lines = [*of.formulas.c([*of.words, *(text for _, text in of.table)]), *(f"{to}[{k}] = {text};" for k, text in enumerate(of.words)),
                  *(f"{table}[{k}] = {text};" for k, text in of.table)]
         if not any("far" in one for one in lines):
             return lines
@@ -63,8 +63,8 @@ class FixedDeviceText(DeviceText):
         calls = ["kq_process_change_jacobian_q31(&f->process, f->A, NULL)"] if of.table else []
         calls.append("kq_predict_extended_q31(&f->filter, &f->process, d)")
         return function(f"kq_status {self.given.name}_predict({self.filter}{self.predict_arguments()})", [
-            f"int32_t {to}[{len(of.words)}];", *given, *within(self._places(), self._evaluated(of, to, "f->A")), *self._calls(*calls),
-            *(self._takes(to) if self.of.has_errors else []), "return status;"])
+            f"int32_t {to}[{len(of.words)}];", *given, *within(self._places(), self._evaluated(of, to, "f->A")),
+            *self._calls(*calls), *(self._takes(to) if self.of.has_errors else []), "return status;"])
 
     def _takes(self, name: str) -> list[str]:
         """Nominal numbers, if the call before has been taken"""

@@ -14,7 +14,7 @@ from dataclasses import dataclass, field
 from typing import Any, Callable, Iterable, Mapping, Optional, Sequence
 
 from kalmanq.compiler.fixed_functions import HALF, LOG2_E, TURN, WORD
-from kalmanq.compiler.fixed_lines import Line, c_of, python_of
+from kalmanq.compiler.fixed_lines import Line, c_of, gathered, python_of
 from kalmanq.compiler.fixed_needs import divided, doubled, kind, needs, weighed
 from kalmanq.compiler.fixed_python import Far
 from kalmanq.compiler.fixed_values import WORD_BITS, Guard, Number, constant_word, fraction_for, guards
@@ -56,6 +56,7 @@ class FixedFormulas:
                 self._condition(one)
             elif one.op not in ("constant", "symbol") and doubled(one) is None:
                 self._make(one)
+        self.lines = gathered(self.lines)
 
     # ---- numbers in a form
 
@@ -292,8 +293,8 @@ class FixedFormulas:
         text, fraction, _ = self.wide(one)
         return f"scaled({text}, {exponent - fraction})"
 
-    def c(self) -> list[str]:
-        return c_of(self.lines)
+    def c(self, outputs: Sequence[str]) -> list[str]:
+        return c_of(self.lines, outputs)
 
     def python(self, outputs: Sequence[str]) -> Callable[..., list[Any]]:
         """(far, numbers by name) -> outputs"""

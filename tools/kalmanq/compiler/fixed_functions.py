@@ -48,8 +48,11 @@ static inline int64_t rounded(int64_t a, int by) { return (a + (INT64_C(1) << (b
 static inline int32_t narrowed(int64_t a) { return (int32_t)a; }
 """,
     "held": """\
-/* a, or the end of 31 bits that is nearer */
-static inline int32_t held(int64_t a, uint32_t *far)
+/* a, or the end of 31 bits that is nearer; a large model has hundreds of them */
+#if defined __GNUC__
+__attribute__((noinline))
+#endif
+static int32_t held(int64_t a, uint32_t *far)
 {
     if ((uint64_t)a + 0x40000000u < 0x80000000u) return (int32_t)a;
     *far |= 1u;
@@ -70,12 +73,19 @@ static inline int32_t kept(int64_t a, uint32_t *far)
 """,
     "placed": """\
 /* a 2^-by, to the nearest, in 31 bits */
+#if defined __GNUC__
+__attribute__((noinline))
+#endif
 static int32_t placed(int64_t a, int by, uint32_t *far)
 {
     if (by > 62) return 0;
-    if (by > 0) return held(((a >> (by - 1)) + 1) >> 1, far);
-    const int64_t most = by < -30 ? 0 : INT64_C(0x3fffffff) >> -by;
-    if (a >= -most && a <= most) return a ? (int32_t)(a * (INT64_C(1) << -by)) : 0;
+    if (by > 0) {
+        a = ((a >> (by - 1)) + 1) >> 1;
+        if ((uint64_t)a + 0x40000000u < 0x80000000u) return (int32_t)a;
+    } else {
+        const int64_t most = by < -30 ? 0 : INT64_C(0x3fffffff) >> -by;
+        if (a >= -most && a <= most) return a ? (int32_t)(a * (INT64_C(1) << -by)) : 0;
+    }
     *far |= 1u;
     return a < 0 ? -0x3fffffff : 0x3fffffff;
 }
@@ -155,7 +165,9 @@ static int32_t exponential(int64_t a, int fraction, uint32_t *far)
 {{
     const int32_t k = (int32_t)((a + INT64_C(0x80000000)) >> 32), x = (int32_t)(uint32_t)(uint64_t)a;
     {polynomial(EXP, 'x', 'p')}
-    return placed(p, 30 - fraction - (k > 200 ? 200 : k < -200 ? -200 : k), far);
+    const int by = 30 - fraction - (int)(k > 200 ? 200 : k < -200 ? -200 : k);
+    if (by > 31) return 0;
+    return by > 0 ? ((p >> (by - 1)) + 1) >> 1 : placed(p, by, far);
 }}
 """,
     "logarithm": f"""\

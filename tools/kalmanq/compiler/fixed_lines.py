@@ -3,39 +3,76 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from heapq import heappop, heappush
 from itertools import groupby
 from typing import Any, Callable, Sequence
 
 from kalmanq.compiler.fixed_python import PYTHON
-from kalmanq.compiler.printing import indented
+from kalmanq.compiler.printing import WORD, indented
 
 EMPTY = {"reciprocal": "{0, 0, 1}", "inverted": "{0, 0}"}
 END = 1 << 63
+Guard = tuple[tuple[str, bool], ...]  # names of conditions, and their answers
 
 
 @dataclass(frozen=True)
 class Line:
-    """guard: names of conditions, and the answers that it is worked out with; python: where it is not C's text"""
+    """guard: what it is worked out with; python: where it is not C's text"""
 
-    guard: tuple[tuple[str, bool], ...]
+    guard: Guard
     type: str
     name: str
     text: str
     python: str
 
 
-def c_of(lines: Sequence[Line]) -> list[str]:
-    made = [f"{one.type} {one.name} = {EMPTY.get(one.type, '0')};" for one in lines if one.guard]
-    for guard, own in groupby(lines, lambda one: one.guard):
-        if not guard:
-            made += [f"const {one.type} {one.name} = {one.text};" for one in own]
-            continue
-        condition = " && ".join(f"{'' if answer else '!'}{bit}" for bit, answer in guard)
-        made += [f"if ({condition}) {{", *indented(f"{one.name} = {one.text};" for one in own), "}"]
+def gathered(lines: Sequence[Line]) -> list[Line]:
+    """In an order in which lines with one guard are together, as far as they may be"""
+    places = {one.name: k for k, one in enumerate(lines)}
+    needs = [{places[name] for name in _read(one) if name in places} for one in lines]
+    users: list[list[int]] = [[] for _ in lines]
+    for k, of in enumerate(needs):
+        for place in of:
+            users[place].append(k)
+    ready: dict[Guard, list[int]] = {}
+    for k, one in enumerate(lines):
+        if not needs[k]:
+            ready.setdefault(one.guard, []).append(k)
+    made, guard = [], ()
+    while any(ready.values()):
+        if not ready.get(guard):
+            guard = () if ready.get(()) else min((of[0], one) for one, of in ready.items() if of)[1]
+        k = heappop(ready[guard])
+        made.append(lines[k])
+        for user in users[k]:
+            needs[user].remove(k)
+            if not needs[user]:
+                heappush(ready.setdefault(lines[user].guard, []), user)
     return made
 
 
-def python_of(lines: Sequence[Line], names: Sequence[str], outputs: Sequence[str], is_watched: bool = False) -> Callable[..., list[Any]]:
+def _read(one: Line) -> set[str]:
+    """Names that a line needs"""
+    return {*WORD.findall(one.text), *(bit for bit, _ in one.guard)}
+
+
+def c_of(lines: Sequence[Line], outputs: Sequence[str]) -> list[str]:
+    """What a block makes for itself alone is declared in it"""
+    runs = [(guard, list(own)) for guard, own in groupby(lines, lambda one: one.guard)]
+    last = {name: k for k, (_, own) in enumerate(runs) for one in own for name in _read(one)}
+    last.update({name: len(runs) for text in outputs for name in WORD.findall(text)})
+    made, before = [], []
+    for k, (guard, own) in enumerate(runs):
+        outside = [one for one in own if guard and last.get(one.name, k) > k]
+        before += [f"{one.type} {one.name} = {EMPTY.get(one.type, '0')};" for one in outside]
+        block = [f"{'' if one in outside else f'const {one.type} '}{one.name} = {one.text};" for one in own]
+        condition = " && ".join(f"{'' if answer else '!'}{bit}" for bit, answer in guard)
+        made += [f"if ({condition}) {{", *indented(block), "}"] if guard else block
+    return [*before, *made]
+
+
+def python_of(lines: Sequence[Line], names: Sequence[str], outputs: Sequence[str],
+              is_watched: bool = False) -> Callable[..., list[Any]]:
     """(far, numbers by name) -> outputs; watched: far gets the name of each line"""
     made = []
     for guard, own in groupby(lines, lambda one: one.guard):

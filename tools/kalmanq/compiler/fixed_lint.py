@@ -74,4 +74,5 @@ def _off(of: Evaluated, given: Mapping[str, int], fractions: Sequence[int], exac
     entries = np.zeros(len(table))
     for (k, _), one in zip(of.table, values[len(of.words):]):
         entries[k] = np.ldexp(float(one.mantissa), one.exponent - int(exponents.ravel()[k])) - table[k]
-    return np.ldexp(np.array(values[:len(exact)], float), -np.array(fractions)) - exact, entries
+    count = len(exact)
+    return np.ldexp(np.array(values[:count], float), -np.array(fractions[:count], int)) - exact, entries

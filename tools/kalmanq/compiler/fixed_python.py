@@ -209,8 +209,8 @@ def remainder_of(a: int, b: int, far: Far) -> int:
     return abs(a) % abs(b) * (-1 if a < 0 else 1)
 
 
-SAME = (upper, wide, rounded, held, known, kept, placed, scaled, one_over, root_of, over_root, phase, large_phase, sine, exponential,
-        logarithm, angle, nearest, remainder_of)
+SAME = (upper, wide, rounded, held, known, kept, placed, scaled, one_over, root_of, over_root, phase, large_phase, sine,
+        exponential, logarithm, angle, nearest, remainder_of)
 PYTHON: Mapping[str, Callable[..., Any]] = {
     "product": lambda a, b: a * b, "INT64_C": int, "UINT32_C": int, "narrowed": int, "absolute": abs,
     "within": lambda a, most: max(-most, min(most, a)), **{one.__name__: one for one in SAME}}

@@ -22,7 +22,8 @@ Values = Mapping[str, np.ndarray]
 
 @dataclass(frozen=True)
 class Seen:
-    """before: symbols of predicts, at: of updates, by name, an array each; NaN: not measured.  rows: simulated, given: the user's"""
+    """before: symbols of predicts, at: of updates, by name, an array each; NaN: not measured.  rows: simulated; given: the
+    user's"""
 
     before: Values
     at: Values

@@ -43,7 +43,8 @@ class FixedRun:
     def run(self, record: Record) -> Ran:
         """From where it is"""
         device, rows, n, count = self.device, len(record.what), self.device.n, len(self.device.x)
-        made = Ran(*(np.zeros((rows, *shape)) for shape in ((count,), (count,), (n, n))), *(np.zeros(rows, np.uint32) for _ in range(2)))
+        numbers = (np.zeros((rows, *shape)) for shape in ((count,), (count,), (n, n)))
+        made = Ran(*numbers, *(np.zeros(rows, np.uint32) for _ in range(2)))
         for t in range(rows):
             made.taken[t] = self.row(record, t)
             made.reading[t] = self._words()

@@ -19,8 +19,9 @@ def tables_of_process(n: int, l: int, parts: Parts) -> list[str]:
     lines += [words("noise_root", table.noise_root, root), words("first_mean", parts.prior.mean, n),
               words("first_root", parts.prior.root, root)]
     formats, control = ("control_format", "control") if l else ("NULL", "NULL")
-    return [*lines, f"static const kq_process_table_q31 process_table = {{{n}, {l}, state_format, {formats}, transition, {control}, "
-            "noise_root};", f"static const kq_prior_table_q31 prior = {{{n}, state_format, first_mean, first_root}};"]
+    cells = f"{n}, {l}, state_format, {formats}, transition, {control}, noise_root"
+    return [*lines, f"static const kq_process_table_q31 process_table = {{{cells}}};",
+            f"static const kq_prior_table_q31 prior = {{{n}, state_format, first_mean, first_root}};"]
 
 
 def tables_of_sensor(n: int, m: int, suffix: str, is_diagonal: bool, parts: Parts) -> list[str]:

@@ -51,7 +51,8 @@ MADE: dict[str, Callable[..., Node]] = {
     "sinh": lambda a: mul(0.5, sub(call("exp", a), call("exp", sub(0.0, a)))),
     "cosh": lambda a: mul(0.5, add(call("exp", a), call("exp", sub(0.0, a)))),
     "tanh": lambda a: _odd(_rises, a),
-    "log1p": lambda a: call("log", add(1.0, a)), "expm1": lambda a: sub(call("exp", a), 1.0), "cbrt": lambda a: _odd(lambda size: _power(size, constant(1 / 3)), a),
+    "log1p": lambda a: call("log", add(1.0, a)), "expm1": lambda a: sub(call("exp", a), 1.0),
+    "cbrt": lambda a: _odd(lambda size: _power(size, constant(1 / 3)), a),
     "asinh": lambda a: _odd(lambda size: call("log", add(size, call("sqrt", add(mul(a, a), 1.0)))), a),
     "acosh": lambda a: call("log", add(a, call("sqrt", sub(mul(a, a), 1.0)))),
     "atanh": lambda a: mul(0.5, sub(call("log", add(1.0, a)), call("log", sub(1.0, a))))}
