@@ -241,7 +241,8 @@ def _ranged(one: Quantity, most: float) -> Quantity:
         return one
     fraction = fraction_for(most, 31 - MARGIN) if one.fraction is None else one.fraction
     if fraction < LEAST_FRACTION:
-        raise KalmanqError(f"{one.name}: the records reach {most:.3g}, which no format of q31 holds: use another unit, or --arith f32")
+        raise KalmanqError(f"{one.name}: the records reach {most:.3g}, which no format of q31 holds: use another unit, "
+                           "or --arith f32")
     return Quantity(one.name, one.unit, (2**31 - 1) * 2.0**-fraction, fraction)
 
 
