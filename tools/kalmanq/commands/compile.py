@@ -43,6 +43,7 @@ class Options:
     iterate: int = typer.Option(1, "--iterate", metavar="N", min=1, max=20, help="MODEL.py: linearise h so many times an update.")
     smooth: int = typer.Option(0, "--smooth", metavar="STEPS", min=0, max=32767, help="MODEL.py: a smoother, and a history of so many steps.")
     library: bool = typer.Option(False, "--library", help="MODEL.py: a device over kalmanq's library: histories, smoothers.")
+    data: Optional[Path] = typer.Option(None, "--data", metavar="DATA.csv", help="--library --arith q31: rows that the formats hold, too.")
     loops: Optional[bool] = typer.Option(None, "--loops/--straight", help="The covariance in loops: small, but slow. Otherwise "
                                          "only where straight lines take 20 kB (q31: 32 kB).")
     settle: float = typer.Option(1e-6, "--settle", help="Relative distance to the steady variance at which the gain is constant.")
@@ -63,11 +64,16 @@ def compile_file(options: Options, console: Console) -> None:
         return
     if options.partial:
         raise KalmanqError("--partial: is an option of --form covariance; the factor takes samples in part always")
+    if options.data and not (is_nonlinear and options.library and options.arithmetic == "q31"):
+        raise KalmanqError("--data: gives the formats of --library --arith q31 of a nonlinear model; other C does not depend on rows")
     wanted = Wanted(options.arithmetic, options.settle, options.nis, options.gate, options.student, options.tunable, options.lag,
                     options.loops, _rates(options.every), options.iterate, options.smooth)
     if is_nonlinear:
-        run = compile_equations.compile_device if options.library else compile_equations.compile_file
-        run(options.model, name, wanted, lambda texts: write(options, texts), options.json, console)
+        given = options.model, name, wanted, lambda texts: write(options, texts), options.json, console
+        if options.library:
+            compile_equations.compile_device(*given, options.data)
+        else:
+            compile_equations.compile_file(*given)
         return
     _refuse_of_functions(options)
     model = model_file.read(options.model)

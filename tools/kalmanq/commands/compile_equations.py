@@ -5,19 +5,25 @@ from __future__ import annotations
 import re
 from dataclasses import asdict, replace
 from pathlib import Path
-from typing import Any, Callable
+from typing import Any, Callable, Optional
 
 from rich.console import Console
 
 from kalmanq.commands.messages import print_json, tell_written
-from kalmanq.compiler import equation_report
+from kalmanq.compiler import equation_report, fixed_report
 from kalmanq.compiler.equation_device_text import compiled_device, device_trial, in_whole_groups
 from kalmanq.compiler.equation_product import compiled_equations
-from kalmanq.compiler.host import Host
-from kalmanq.compiler.product import fingerprint
+from kalmanq.compiler.fixed_device_text import compiled_fixed
+from kalmanq.compiler.fixed_records import simulated
+from kalmanq.compiler.fixed_run import FixedRun
+from kalmanq.compiler.host import Host, Ran
+from kalmanq.compiler.product import Product, fingerprint
+from kalmanq.compiler.record import Record
 from kalmanq.compiler.request import Options
 from kalmanq.compiler.trial import ROWS, trial
-from kalmanq.nonlinear import read
+from kalmanq.data import tables
+from kalmanq.data.layouts import Source
+from kalmanq.nonlinear import NonlinearModel, read
 
 
 def compile_file(path: Path, name: str, wanted: Options, write: Callable[[dict[str, str]], list[Path]], as_json: bool,
@@ -41,18 +47,18 @@ def compile_file(path: Path, name: str, wanted: Options, write: Callable[[dict[s
 
 
 def compile_device(path: Path, name: str, wanted: Options, write: Callable[[dict[str, str]], list[Path]], as_json: bool,
-                   console: Console) -> None:
-    model, source = read(path), fingerprint(path)
+                   console: Console, data: Optional[Source] = None) -> None:
+    """data: rows that the formats of q31 are to hold"""
+    model, source, is_fixed = read(path), fingerprint(path), wanted.arithmetic == "q31"
+    rows = tables.measurements_and_controls(data, model) if data else None
     with console.status("compiling", spinner="line"):
-        product = compiled_device(model, name, wanted, source)
+        tried = _fixed_tried if is_fixed else _device_tried
+        product = compiled_fixed(model, name, wanted, source, simulated(model, rows)) if is_fixed else \
+            compiled_device(model, name, wanted, source)
         equation_report.refuse_wrong(model)
-        straight = compiled_equations(model, name, wanted)
-        with Host(straight) as host, Host(compiled_equations(model, name, replace(wanted, arithmetic="f64"))) as exact:
-            found = equation_report.findings(model, straight, host)
-            record = in_whole_groups(equation_report.drawn(model, ROWS, equation_report.SEEDS[0])[0], product.given.together)
-            ran = exact.run(record.z, record.u, record.present, record.what, now=record.now)
+        record = in_whole_groups(equation_report.drawn(model, ROWS, equation_report.SEEDS[0])[0], product.given.together)
+        ran, lines = tried(model, product, record)
         texts = {**product.sources(), f"{name}_test.c": device_trial(product, record, ran)}
-    lines = [*product.arithmetic.told(), *equation_report.warned(found)]
     written = write({**texts, f"{name}_report.txt": "\n".join([source, "", *lines]) + "\n"})
     if as_json:
         print_json({"name": name, "arithmetic": wanted.arithmetic, "form": "library", "n": model.n, "m": model.m, "l": model.l,
@@ -61,6 +67,21 @@ def compile_device(path: Path, name: str, wanted: Options, write: Callable[[dict
         for line in lines:
             console.print(line)
         tell_written(written, console)
+
+
+def _device_tried(model: NonlinearModel, product: Product, record: Record) -> tuple[Ran, list[str]]:
+    """What a record comes to, and the lines of the report"""
+    name, wanted = product.given.name, product.given.options
+    straight = compiled_equations(model, name, wanted)
+    with Host(straight) as host, Host(compiled_equations(model, name, replace(wanted, arithmetic="f64"))) as exact:
+        found = equation_report.findings(model, straight, host)
+        ran = exact.run(record.z, record.u, record.present, record.what, now=record.now)
+    return ran, [*product.arithmetic.told(), *equation_report.warned(found)]
+
+
+def _fixed_tried(model: NonlinearModel, product: Product, record: Record) -> tuple[Ran, list[str]]:
+    found = fixed_report.tried(model, product)
+    return FixedRun(product.arithmetic).run(record), fixed_report.lines(product, found)
 
 
 def _told(product: Any, found: equation_report.Findings, written: list[Path]) -> dict[str, Any]:

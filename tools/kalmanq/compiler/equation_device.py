@@ -37,10 +37,14 @@ class DeviceRequest(Request):
         return f"{self.name}_device"
 
 
-def device(model: NonlinearModel, name: str, options: Options) -> Device:
+def refuse_options(options: Options) -> None:
     for option, field, instead in INSTEAD:
         if getattr(options, field) != getattr(Options(), field):
             raise KalmanqError(f"{option}: is an option of the C without the library; over the library it is {instead}")
+
+
+def device(model: NonlinearModel, name: str, options: Options) -> Device:
+    refuse_options(options)
     of = equations(model, name, options)
     return Device(of, DeviceRequest(**vars(of.given)))
 

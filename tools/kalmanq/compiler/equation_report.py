@@ -45,6 +45,12 @@ def drawn(model: NonlinearModel, rows: int, seed: int) -> tuple[Record, np.ndarr
     _, z, u = simulate(model, rows, seed)
     z, u = (one.astype(np.float32).astype(float) for one in (z, u))
     z[np.random.default_rng(seed).random(z.shape) < MISSING] = np.nan
+    return recorded(model, z, u)
+
+
+def recorded(model: NonlinearModel, z: np.ndarray, u: np.ndarray) -> tuple[Record, np.ndarray]:
+    """Of measurements, NaN where they are missing, and controls"""
+    rows = len(z)
     present = (~np.isnan(z)) @ (1 << np.arange(model.m))
     what = PREDICTS * (np.arange(rows) > 0) + UPDATES * (present > 0)
     carried = np.vstack([np.zeros((1, model.l)), u[:-1]])

@@ -58,7 +58,7 @@ def equations(model: NonlinearModel, name: str, options: Options) -> Equations:
 
 def _refuse(options: Options) -> None:
     if options.arithmetic == "q31":
-        raise KalmanqError("--arith q31: a nonlinear model is compiled in f32 and f64; kalmanq design has q31 over the library")
+        raise KalmanqError("--arith q31: without the library a nonlinear model is compiled in f32 and f64; --library has q31, too")
     for name, value in (("--lag", options.lag), ("--every", options.every), ("--tunable", options.tunable),
                         ("--loops", options.loops and not options.smooth)):
         if value:

@@ -38,9 +38,9 @@ class Lossy:
 
 def lossy_formulas(model: NonlinearModel, visited: Sequence[Visited]) -> list[Lossy]:
     """All formulas, the worst one first"""
-    x, sigma, t, u = _points(model, visited)
+    x, sigma, t, u = points(model, visited)
     least = 0 if model.has_errors else EPSILON * np.abs(x)  # a state without noise gets more certain than a float
-    rows = list(_formulas(model, np.maximum(sigma, least)))
+    rows = list(formulas(model, np.maximum(sigma, least)))
     program = Program([one for _, one, _ in rows])
     single = {name: np.asarray(value, np.float32) for name, value in values_of(x.T, t, u.T).items()}
     low = program.values(single, np.float32)
@@ -69,7 +69,7 @@ def _line(model: NonlinearModel, root: Node, point: dict[str, np.ndarray]) -> in
     return max(losses, default=(0.0, 0))[1]
 
 
-def _formulas(model: NonlinearModel, sigma: np.ndarray) -> Iterator[tuple[str, Node, np.ndarray]]:
+def formulas(model: NonlinearModel, sigma: np.ndarray) -> Iterator[tuple[str, Node, np.ndarray]]:
     """Name, formula, and what an error of it is multiplied with to be in sigma"""
     f, q, r = model.formulas, np.sqrt(np.diag(model.Q)), np.sqrt(np.diag(model.R))
     states, measurements = ([one.name for one in of] for of in (model.states, model.measurements))
@@ -85,7 +85,7 @@ def _formulas(model: NonlinearModel, sigma: np.ndarray) -> Iterator[tuple[str, N
             yield f"dh({measurements[c]})/d{states[j]}", one, sigma[:, j] / r[c]
 
 
-def _points(model: NonlinearModel, visited: Sequence[Visited]) -> tuple[np.ndarray, ...]:
+def points(model: NonlinearModel, visited: Sequence[Visited]) -> tuple[np.ndarray, ...]:
     draws = np.random.default_rng(1)
     x, sigma, u = (np.concatenate([one[k] for one in visited]) for k in range(3))
     t = np.concatenate([np.arange(len(one[0]), dtype=float) for one in visited])

@@ -1,0 +1,303 @@
+"""kalmanq compile --library --arith q31: formulas in fixed point come near to double, and to the same bits on every machine."""
+
+from __future__ import annotations
+
+import csv
+import os
+import shutil
+import subprocess
+from functools import lru_cache
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import kalmanq as kalmanq_package
+from command import kalmanq
+from compiled import STRICT
+from kalmanq.compiler import equation_report, fixed_costs, fixed_report
+from kalmanq.compiler.emit import Row
+from kalmanq.compiler.equation_device_text import in_whole_groups
+from kalmanq.compiler.equation_product import compiled_equations
+from kalmanq.compiler.fixed_device import EVENTS
+from kalmanq.compiler.fixed_device_text import compiled_fixed
+from kalmanq.compiler.fixed_python import Far
+from kalmanq.compiler.fixed_run import FixedRun
+from kalmanq.compiler.host import Host
+from kalmanq.compiler.record import Record
+from kalmanq.compiler.request import Options
+from kalmanq.formulas.graph import FUNCTIONS
+from kalmanq.nonlinear import read
+from whole import first
+
+ROOT, OWN = Path(__file__).resolve().parents[2], Path(__file__).parent / "equations"
+SANITIZED = (*STRICT, "-fsanitize=undefined", "-fno-sanitize-recover", f"-I{ROOT / 'include'}")
+EXAMPLES = Path(kalmanq_package.__file__).parent / "examples"
+MOST = {  # sigma: of a mean beside double
+    "battery": 1e-5, "range_bearing": 1e-3, "gps_imu": 1e-5, "falling_body": 5e-4, "range_rate": 1e-5, "two_rc": 1e-5,
+    "pv_panel": 1e-5, "sir": 1e-4, "house": 1e-5, "orbit": 1e-3, "two_link_arm": 1e-5, "attitude": 5e-5, "drone": 5e-4}
+ROWS = {"range_bearing": 200}  # it leaves its declared range of 2 km
+ON_CORES = ("battery", "gps_imu", "falling_body", "tyre_slip", "range_bearing", "range_rate", "unicycle", "attitude")
+SATURATED = 1 << [name for name, _ in EVENTS].index("SATURATED")
+PROGRAM = """\
+#include <stdio.h>
+#include "{name}.h"
+static const struct {{ unsigned char what; unsigned present; int32_t z[{m}], u[{l} + 1], now[{l} + 1]; }} rows[] = {{
+{rows}
+}};
+int main(void)
+{{
+    static {name}_device f;
+    if ({name}_start(&f)) return 1;
+    for (int t = 0; t < (int)(sizeof rows / sizeof rows[0]); t++) {{
+        unsigned taken = 0;
+        {calls}
+        printf("%x %lx", taken, (unsigned long)f.events);
+        for (unsigned k = 0; k < sizeof f.filter_memory / sizeof f.filter_memory[0]; k++) printf(" %ld", (long)f.filter_memory[k]);
+        {nominal}
+        printf("\\n");
+    }}
+    puts("OK");
+    return 0;
+}}
+"""
+
+
+def path_of(name: str) -> Path:
+    return next(one / f"{name}.py" for one in (OWN, EXAMPLES) if (one / f"{name}.py").exists())
+
+
+@lru_cache(None)
+def compiled(name: str):
+    model = read(path_of(name))
+    return model, compiled_fixed(model, "device")
+
+
+def drawn(model, product, rows: int, seed: int) -> Record:
+    return in_whole_groups(equation_report.drawn(model, rows, seed)[0], product.given.together)
+
+
+def both(name: str, seed: int, rows: int):
+    """The device, and the filter in double"""
+    model, product = compiled(name)
+    record = drawn(model, product, rows, seed)
+    with Host(compiled_equations(model, "exact", Options("f64"))) as exact:
+        return FixedRun(product.arithmetic).run(record), exact.run(record.z, record.u, record.present, record.what, now=record.now)
+
+
+def sigmas(ran) -> np.ndarray:
+    return np.sqrt(np.einsum("tii->ti", ran.covariance))
+
+
+@pytest.mark.parametrize("name", first(6, MOST))
+def test_it_comes_near_to_double(name):
+    for seed in (1, 2, 3):
+        ran, exact = both(name, seed, ROWS.get(name, 300))
+        assert np.array_equal(ran.taken, exact.taken) and not np.any(ran.events), seed
+        apart = [compiled(name)[0].minus(*pair) for pair in zip(ran.mean, exact.mean)]
+        assert np.max(np.abs(apart) / sigmas(exact)) < MOST[name], seed
+        assert np.max(np.abs(sigmas(ran) / sigmas(exact) - 1)) < 1e-4, seed
+
+
+def test_what_is_not_near_is_told():
+    """A target beyond the declared range by an event from there on, a formula whose digits cancel by the report"""
+    ran, exact = both("range_bearing", 3, 300)
+    far = np.flatnonzero(np.any(np.abs(ran.mean - exact.mean) > 1e-2 * sigmas(exact), axis=1))
+    told = np.flatnonzero(ran.events)
+    assert len(far) and told[0] <= far[0]
+    model, product = compiled("coordinated_turn")
+    found = fixed_report.tried(model, product)
+    said = [one for one in fixed_report.lines(product, found) if "In fixed point" in one]
+    assert any("df(north)/dturn is off by" in one for one in said) and len(said) < 4
+    model, product = compiled("gps_imu")
+    assert not fixed_report.warned(product.arithmetic, fixed_report.tried(model, product))
+
+
+# ------------------------------------------------------------------------------ C
+
+
+def build(folder: Path, arguments: list, compiler: str = "cc") -> None:
+    done = subprocess.run([*compiler.split(), *map(str, arguments)], capture_output=True, text=True, cwd=folder)
+    assert done.returncode == 0, done.stderr
+
+
+def core(name: str) -> dict[str, str]:
+    asked = ["sh", str(ROOT / "tests/target/cores.sh"), "describe", name, "gcc"]
+    said = subprocess.run(asked, check=True, capture_output=True, text=True).stdout
+    return dict(line.split("=", 1) for line in said.splitlines())
+
+
+@pytest.fixture(scope="session")
+def library(tmp_path_factory):
+    """Its objects on a core, or on the host with the sanitizer"""
+    @lru_cache(None)
+    def made(where: str) -> list[Path]:
+        work, of = tmp_path_factory.mktemp(f"library-{where}"), core(where)
+        parts = ("filter_q31", "range_error_q31", "status")
+        for part in parts:
+            source = ROOT / "src" / f"kq_{part}.c"
+            build(work, ["-std=c11", "-O2", *of["profile"].split(), *of["include"].split(), "-c", source], of["compiler"])
+        return [work / f"kq_{part}.o" for part in parts]
+    return made
+
+
+def program(folder: Path, name: str, rows: int, seed: int) -> Record:
+    """Written to a folder: the device, and a program that prints all of its words in each row"""
+    model, product = compiled(name)
+    record, a = drawn(model, product, rows, seed), product.arithmetic
+    calls = product.text.row(Row(*(f"rows[t].{one}" for one in ("what", "present", "z", "u", "now")), "t", "taken"))
+
+    def cells(which: str, values) -> str:
+        return f"{{{', '.join(a.literal(a.raw(which, k, value)) for k, value in enumerate(values)) or '0'}}}"
+
+    nominal, lines = " ".join(f'printf(" %ld", (long)f.x[{i}]);' for i in range(len(product.given.nominal))), []
+    for t in range(rows):
+        u, now = (cells("controls", of[t]) if of is not None and model.l else "{0}" for of in (record.u, record.now))
+        lines.append(f"{{{record.what[t]}, {record.present[t]}, {cells('measurements', record.z[t])}, {u}, {now}}},")
+    files = {**product.sources(), "program.c": PROGRAM.format(name="device", m=model.m, l=model.l, rows="\n".join(lines),
+                                                                      calls="\n        ".join(calls), nominal=nominal)}
+    for file, text in files.items():
+        (folder / file).write_text(text)
+    return record
+
+
+def expected(name: str, record: Record) -> list[str]:
+    """What the program prints, by Python"""
+    run, made, events = FixedRun(compiled(name)[1].arithmetic), [], 0
+    for t in range(len(record.what)):
+        taken = run.row(record, t)
+        events |= run.events
+        made.append(" ".join([f"{taken:x} {events:x}", *map(str, run.filter.memory), *map(str, run.x)]))
+    return [*made, "OK"]
+
+
+@pytest.mark.parametrize("name", first(4, ON_CORES))
+def test_it_is_the_same_bits_in_python_on_the_host_and_on_a_cortex_m3(name, library, tmp_path):
+    record = program(tmp_path, name, 60, 2)
+    wanted = expected(name, record)
+    for compiler in [one for one in ("gcc", "clang") if shutil.which(one)]:
+        build(tmp_path, [*SANITIZED, "device.c", "program.c", *library("host"), "-no-pie", "-o", "program"], compiler)
+        done = subprocess.run([tmp_path / "program"], capture_output=True, text=True)
+        assert done.stdout.splitlines() == wanted, compiler
+    m3 = core("m3")
+    build(tmp_path, [*STRICT, *m3["include"].split(), "-c", "device.c", "program.c"], m3["compiler"])
+    build(tmp_path, ["device.o", "program.o", *library("m3"), "-o", "program.m3"], m3["linker"])
+    emulator = [*m3["emulator"].split(), tmp_path / "program.m3"]
+    done = subprocess.run(emulator, capture_output=True, text=True, stdin=subprocess.DEVNULL)
+    assert done.stdout.splitlines() == wanted
+    asked = [m3["nm"], "-u", tmp_path / "device.o", *library("m3")]
+    listed = subprocess.run(asked, check=True, capture_output=True, text=True).stdout
+    floats = [line for line in listed.splitlines() if any(one in line for one in ("__aeabi_f", "__aeabi_d", "__aeabi_i2", "sqrt"))]
+    assert "device.o" in listed and not floats
+
+
+def test_an_event_stays(library, tmp_path):
+    """Of a state far beyond the records that the formats are of"""
+    program(tmp_path, "battery", 1, 2)
+    (tmp_path / "program.c").write_text("""\
+#include <stdio.h>
+#include "device.h"
+int main(void)
+{
+    static device_device f;
+    static const int32_t z[1] = {0}, u[1] = {0}, low[2] = {-0x7fffffff, 0}, back[2] = {0x7fffffff, 0};
+    int32_t e[1];
+    int answers[4] = {device_start(&f)};
+    (void)!device_innovation(&f, z, u, e);
+    const uint32_t before = f.events;
+    answers[1] = kq_move_q31(&f.filter, low);
+    (void)!device_innovation(&f, z, u, e);
+    const uint32_t at = f.events;
+    answers[2] = kq_move_q31(&f.filter, back);
+    (void)!device_innovation(&f, z, u, e);
+    printf("%d %d %d ", answers[0], answers[1], answers[2]);
+    printf("%lx %lx %lx", (unsigned long)before, (unsigned long)at, (unsigned long)f.events);
+    return 0;
+}
+""")
+    build(tmp_path, [*STRICT, f"-I{ROOT / 'include'}", "device.c", "program.c", *library("host"), "-no-pie", "-o", "program"])
+    said = subprocess.run([tmp_path / "program"], capture_output=True, text=True).stdout
+    assert said == f"0 0 0 0 {SATURATED:x} {SATURATED:x}"
+
+
+# ------------------------------------------------------------------------------ functions
+
+
+@lru_cache(None)
+def tried_functions():
+    return fixed_costs.functions()
+
+
+def test_the_table_has_the_errors_of_all_functions_and_the_readme_says_them():
+    with open(ROOT / "tools/cost/fixed.csv", encoding="utf-8") as file:
+        rows = {row[0]: row for row in csv.reader(file) if row[0][0] != "#"}
+    assert {one.name: [f"{one.error:.1e}", f"{one.last_bits:.2f}"] for one in tried_functions()} == \
+        {name: row[2:4] for name, row in rows.items() if name != "function"}
+    assert set(FUNCTIONS) <= set(rows) and all(one.last_bits < 4 for one in tried_functions())
+    readme = (ROOT / "tools/kalmanq/README.md").read_text(encoding="utf-8")
+    lines = readme.split("M3: q31 | f32 | f64 |\n")[1].split("\n\n")[0].splitlines()[1:]
+    said = [[cell.strip() for cell in line.split("|")[1:-1]] for line in lines]
+    assert len(said) > 10
+    for name, ranges, bits, *costs in said:
+        assert [ranges, *costs] == [rows[name][1], *rows[name][4:]] and bits == f"{float(rows[name][3]):.1f}", name
+
+
+def told(run, row) -> str:
+    far = Far()
+    return f"{run(far, *row)[0]} {far.bits}"
+
+
+def test_functions_are_the_same_bits_in_c(tmp_path):
+    """At random raw arguments and at their ends, with the sanitizer"""
+    made, lines, calls, wanted = tried_functions(), [], [], []
+    ends = [0, 1, -1, 2**30, -2**30, 2**31 - 1, -2**31, 12345]
+    draws = np.random.default_rng(5)
+    for k, one in enumerate(made):
+        count = len(one.ranges)
+        rows = [*one.rows.tolist(), *draws.integers(-2**31, 2**31, (200, count)).tolist()]
+        rows += draws.choice(ends, (40, count)).tolist()
+        cells = ", ".join("{" + ", ".join(map(str, row)) + "}" for row in rows)
+        loads = " ".join(f"const int32_t x{i} = x[{i}];" for i in range(count))
+        lines += [f"static void f{k}(const int32_t *x, int32_t *e, uint32_t *far) {{ (void)far;", loads, *one.lines, "}",
+                  f"static const int32_t given{k}[][{count}] = {{{cells}}};"]
+        calls.append(f"for (int i = 0; i < {len(rows)}; i++) {{ int32_t e[1]; uint32_t far = 0; f{k}(given{k}[i], e, &far); "
+                     'printf("%ld %lu\\n", (long)e[0], (unsigned long)far); }')
+        wanted += [told(one.run, row) for row in rows]
+    head = ["#include <stdint.h>", "#include <stdio.h>", fixed_costs.routines(made)]
+    text = "\n".join([*head, *lines, "int main(void)", "{", *calls, "return 0;", "}", ""])
+    (tmp_path / "functions.c").write_text(text)
+    for compiler in [one for one in ("gcc", "clang") if shutil.which(one)]:
+        build(tmp_path, [*SANITIZED, "functions.c", "-o", "functions"], compiler)
+        assert subprocess.run([tmp_path / "functions"], capture_output=True, text=True).stdout.splitlines() == wanted, compiler
+
+
+# ------------------------------------------------------------------------------ the command
+
+
+@pytest.mark.parametrize("name", first(2, ["battery", "attitude", "gps_imu"]))
+def test_its_files_are_free_of_warnings_and_its_test_says_ok(name, library, tmp_path):
+    texts = []
+    for folder in ("one", "two"):
+        (tmp_path / folder).mkdir()
+        done = kalmanq("compile", path_of(name), "--library", "--arith", "q31", "-o", tmp_path / folder / "own.c")
+        assert done.returncode == 0, done.stderr
+        texts.append({path.name: path.read_text() for path in (tmp_path / folder).iterdir()})
+    assert texts[0] == texts[1] and sorted(texts[0]) == ["own.c", "own.h", "own_report.txt", "own_test.c"]
+    report = " ".join(texts[0]["own_report.txt"].split())
+    assert "means within" in report and "2 bits more than they used" in report
+    for compiler in [one for one in ("gcc", "clang") if shutil.which(one)]:
+        build(tmp_path / "one", [*SANITIZED, "own.c", "own_test.c", *library("host"), "-no-pie", "-o", "trial"], compiler)
+        assert subprocess.run([tmp_path / "one" / "trial"], capture_output=True, text=True).stdout.endswith("OK\n"), compiler
+    build(tmp_path / "one", ["-std=c++17", "-Wall", "-Wextra", "-Wpedantic", "-Werror", f"-I{ROOT / 'include'}", "-fsyntax-only",
+                             "-x", "c++", "-include", "own.h", os.devnull], "g++")
+
+
+@pytest.mark.parametrize("arguments, said", [
+    ([EXAMPLES / "battery.py", "--arith", "q31"], "--library has q31"),
+    ([EXAMPLES / "battery.py", "--arith", "f32", "--library", "--data", EXAMPLES / "battery.csv"], "--data"),
+    ([EXAMPLES / "battery.py", "--arith", "q31", "--library", "--data", EXAMPLES / "nile.csv"], "voltage"),
+    ([EXAMPLES / "battery.py", "--arith", "q31", "--library", "--gate", 3], "kq_loss_gate"),
+    ([EXAMPLES / "battery.py", "--arith", "q31", "--library", "--iterate", 3], "--iterate")])
+def test_what_it_has_not_is_said_in_a_line(arguments, said, tmp_path):
+    done = kalmanq("compile", *arguments, "-o", tmp_path / "own.c")
+    assert done.returncode and said in done.stderr and "Traceback" not in done.stderr and not list(tmp_path.iterdir())

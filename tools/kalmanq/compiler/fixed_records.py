@@ -1,0 +1,78 @@
+"""What a nonlinear model's formulas are of, in records that its filter in double has run over: for formats."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any, Mapping, Optional, Sequence
+
+import numpy as np
+
+from kalmanq.compiler.equation_product import compiled_equations
+from kalmanq.compiler.equation_report import drawn, recorded
+from kalmanq.compiler.host import Host
+from kalmanq.compiler.record import Record
+from kalmanq.compiler.request import Options
+from kalmanq.formulas.program import Program
+from kalmanq.nonlinear import NonlinearModel
+from kalmanq.nonlinear.formulas import values_of
+
+ROWS, SEEDS = 400, (11, 12, 13, 14)  # none of those that equation_report tries
+Values = Mapping[str, np.ndarray]
+
+
+@dataclass(frozen=True)
+class Seen:
+    """before: symbols of predicts, at: of updates, by name, an array each; NaN: not measured.  rows: simulated; given: the
+    user's"""
+
+    before: Values
+    at: Values
+    rows: int
+    given: int = 0
+
+    def largest(self, stem: str, k: int) -> float:
+        both = [values[f"{stem}{k}"] for values in (self.before, self.at) if f"{stem}{k}" in values]
+        return max(float(np.nanmax(np.abs(one), initial=0.0)) for one in both)
+
+
+def simulated(model: NonlinearModel, data: Optional[tuple[np.ndarray, Optional[np.ndarray]]] = None) -> Seen:
+    """And of data: measurements, controls"""
+    own = [] if data is None else [recorded(model, data[0], np.zeros((len(data[0]), 0)) if data[1] is None else data[1])]
+    return seen(model, [*own, *(drawn(model, ROWS, seed) for seed in SEEDS)], len(own and data[0]))
+
+
+def seen(model: NonlinearModel, records: Sequence[tuple[Record, np.ndarray]], given: int = 0) -> Seen:
+    """Of records and their measurements, NaN where they are missing; given: rows that are the user's"""
+    before, at = [], []
+    with Host(compiled_equations(model, "exact", Options("f64"))) as exact:
+        for record, z in records:
+            ran = exact.run(record.z, record.u, record.present, record.what, now=record.now)
+            now = np.zeros((len(z), model.l)) if record.now is None else record.now
+            made = _points(model, ran.mean, z, now)
+            before.append(made[0])
+            at.append(made[1])
+    return Seen(_joined(before), _joined(at), sum(len(z) for _, z in records) - given, given)
+
+
+def _points(model: NonlinearModel, mean: np.ndarray, z: np.ndarray, now: np.ndarray) -> tuple[Values, Values]:
+    """Predicts begin at means, updates are at what a predict has left and at means that other sensors have left"""
+    rows = np.arange(len(mean), dtype=float)
+    before = values_of(mean.T, rows, now.T)
+    moved = _rows(Program(model.formulas.moved).values(before), len(mean))
+    whole = moved if model.has_errors or "increment" not in model.given else mean + moved
+    predicted = np.vstack([model.x0[None], whole[:-1]])
+    measured = [values_of(one.T, rows, now.T) for one in (predicted, mean)]
+    for one in measured:
+        one.update({f"z{c}": column for c, column in enumerate(z.T)})
+    if model.has_errors:
+        d = np.array([model.minus(*pair) for pair in zip(mean, predicted)])
+        before.update({f"d{i}": column for i, column in enumerate(d.T)})
+    return {key: np.broadcast_to(one, len(mean)) for key, one in before.items()}, _joined(measured)
+
+
+def _rows(values: Sequence[Any], rows: int) -> np.ndarray:
+    return np.stack([np.broadcast_to(np.asarray(one, float), rows) for one in values], axis=1)
+
+
+def _joined(parts: Sequence[Values]) -> Values:
+    return {key: np.concatenate([np.atleast_1d(one[key]) for one in parts]) for key in parts[0]}
