@@ -12,7 +12,7 @@ import pathlib
 import sys
 
 # First to last.  Those of one tuple don't import each other.
-ORDER = [("errors",), ("core",), ("model",), ("data",), ("formulas", "run"), ("nonlinear", "fitting"), ("firmware",), ("compiler",),
+ORDER = [("errors",), ("core",), ("model",), ("data",), ("formulas", "run"), ("nonlinear",), ("firmware",), ("compiler",), ("fitting",),
          ("pages",), ("studies",), ("commands",), ("studies' commands", "command_line"), ("__main__",)]
 RANK = {folder: rank for rank, folders in enumerate(ORDER) for folder in folders}
 BUILT = {"kalmanq._core"}  # by tools/CMakeLists.txt

@@ -5,11 +5,12 @@ from __future__ import annotations
 import hashlib
 import json
 from functools import partial
+from pathlib import Path
 
 import numpy as np
 import pytest
 
-from kalmanq import Filter
+from kalmanq import Filter, nonlinear
 from kalmanq.compiler.simulation import CompiledFilter
 from kalmanq.data import tables
 from kalmanq.model import model_file
@@ -161,3 +162,40 @@ def test_a_journal_of_the_librarys_filter_is_not_gone_on_with(tmp_path):
     list(run_campaign(partial(one_run, study), range(2), fingerprint=common, journal=journal_of(out), workers=1))
     refused(kalmanq(*command, "--compiled"), "is of another campaign (compiled None, not True)", tmp_path)
     assert kalmanq(*command).returncode == 0 and not journal_of(out).exists()
+
+
+@pytest.mark.parametrize("options", [(), ("--method", "iterated", "--iterate", 3)])
+def test_smoothed_nonlinear(tmp_path, options):
+    """The C's smoother beside the host's"""
+    out, common = tmp_path / "out.csv", ("run", EXAMPLES / "range_bearing.py", EXAMPLES / "range_bearing.csv", "--arith", "f64", "--smooth")
+    columns = []
+    for more in (("--compiled",), ()):
+        done = kalmanq(*common, *options, *more, "--out", out)
+        assert done.returncode == 0, done.stderr
+        columns.append(np.genfromtxt(out, delimiter=",", names=True))
+    names = [one for one in columns[0].dtype.names if one.endswith(("_mean", "_sigma", "_smoothed", "_smoothed_sigma"))]
+    assert len(names) == 4 * 4
+    for name in names:
+        assert np.allclose(columns[0][name], columns[1][name], 1e-8, 1e-8), name
+
+
+@pytest.mark.parametrize("seed", range(3))
+def test_smoothed_error_states(tmp_path, seed):
+    """Closer to the truth than the filter, and errors as large as their sigmas say"""
+    path = Path(__file__).parent / "equations" / "attitude.py"
+    model = nonlinear.read(path)
+    x, z, u = nonlinear.simulate(model, 300, seed)
+    with tables.writing(tmp_path / "z.csv", [one.name for one in (*model.measurements, *model.controls)]) as write:
+        write([*z.T, *u.T])
+    done = kalmanq("run", path, tmp_path / "z.csv", "--arith", "f64", "--smooth", "--out", tmp_path / "out.csv")
+    assert done.returncode == 0, done.stderr
+    made = np.genfromtxt(tmp_path / "out.csv", delimiter=",", names=True)
+    names = model.carried_names
+    of = {kind: np.array([model.minus(np.array([row[f"{one}_{kind}"] for one in names]), truth) for row, truth in zip(made, x)])
+          for kind in ("mean", "smoothed")}
+    sigma = np.stack([made[f"{one}_smoothed_sigma"] for one in model.state_names], axis=1)
+    square = {kind: np.mean(one[:200] ** 2, axis=0) for kind, one in of.items()}
+    assert np.all(square["smoothed"][:3] < square["mean"][:3])
+    assert 0.3 < np.mean((of["smoothed"] / sigma) ** 2) < 2.5
+    done = kalmanq("run", path, tmp_path / "z.csv", "--smooth", "--passes", 2)
+    assert done.returncode == 1 and done.stderr == "kalmanq: --compiled and --passes: the C smooths once\n"

@@ -13,17 +13,17 @@ from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn
 from rich.table import Table
 
 from kalmanq.commands.messages import NO_MAXIMUM, print_json, stop, tell_written
-from kalmanq.commands.options import JSON, MODEL, choices, command_of
+from kalmanq.commands.options import ANY_MODEL, JSON, AnyModel, choices, command_of, read_any
 from kalmanq.data import tables
 from kalmanq.data.files import refuse_one_output, whole
 from kalmanq.errors import KalmanqError
 from kalmanq.fitting import Fit, fit
 from kalmanq.fitting.choice import require_units
-from kalmanq.fitting.entries import free_and_held
+from kalmanq.fitting.entries import free_and_held, label_of
 from kalmanq.fitting.expectation import FORMS
 from kalmanq.fitting.fit_model import METHODS
 from kalmanq.model import model_file
-from kalmanq.model import Model
+from kalmanq.nonlinear import NonlinearModel, file as nonlinear_file
 
 
 Form = choices("Form", FORMS)
@@ -31,9 +31,10 @@ Form = choices("Form", FORMS)
 
 @dataclass(frozen=True)
 class Options:
-    model: Path = MODEL
+    model: Path = ANY_MODEL
     data: List[Path] = typer.Argument(..., metavar="DATA.csv...", help="One record a file.")
-    free: str = typer.Option("Q,R", "--free", help="Of A, H, Q, R, x0, P0, with commas; or entries, such as A[0,0].")
+    free: Optional[str] = typer.Option(None, "--free", help="Of A, H, Q, R, x0, P0, with commas; or entries, such as A[0,0]; by "
+                                       "default Q,R.  Of a nonlinear model: constants of its file, Q, R, x0, P0; by default its `free`.")
     hold: str = typer.Option("", "--hold", help="Entries that stay, such as A[1,0] or Q[0,*].")
     method: choices("Method", METHODS) = typer.Option("both", "--method", help="EM, maximum likelihood, or EM first and ML then.")
     Q_form: Form = typer.Option("full", "--q-form", help="Of Q; a multiple of what it is.")
@@ -42,7 +43,7 @@ class Options:
     seed: int = typer.Option(0, "--seed", min=0, help="Of the further starts.")
     iterations: int = typer.Option(1000, "--iterations", min=1, help="Evaluations that a start may take.")
     tolerance: float = typer.Option(1e-6, "--tolerance", min=1e-9, help="Log-likelihood that may be left.")
-    out: Optional[Path] = typer.Option(None, "--out", metavar="FITTED.toml", help="The model, fitted.")
+    out: Optional[Path] = typer.Option(None, "--out", metavar="FITTED", help="The model file, fitted.")
     plot: Optional[Path] = typer.Option(None, "--plot", metavar="OUT.png", help="The likelihood's course.")
     json: bool = JSON
 
@@ -50,8 +51,10 @@ class Options:
 def fit_files(options: Options, console: Console) -> None:
     """The best point is written, whether or not it is a maximum."""
     _require_two_outputs(options)
-    model = model_file.read(options.model)
-    free, held = free_and_held(options.free, options.hold, model)
+    model = read_any(options.model)
+    if options.out and options.out.suffix != options.model.suffix and isinstance(model, NonlinearModel):
+        raise KalmanqError(f"{options.out}: is to be a {options.model.suffix} file, as the model is")
+    free, held = free_and_held(",".join(getattr(model, "free", ())) or "Q,R" if options.free is None else options.free, options.hold, model)
     if not free:
         raise KalmanqError("--free: names nothing")
     require_units(model, free, held)
@@ -60,7 +63,7 @@ def fit_files(options: Options, console: Console) -> None:
     inputs = [options.model, *options.data]
     if options.out:
         with whole(options.out, inputs) as path:
-            path.write_text(model_file.text_of(found.model), encoding="utf-8")
+            path.write_text(_text_of(found, options.model, free), encoding="utf-8")
     if options.plot:
         from kalmanq.pages import pictures
 
@@ -68,6 +71,13 @@ def fit_files(options: Options, console: Console) -> None:
     _tell(options, found, free, console)
     if not found.converged:
         stop(f"{options.model}: {found.message}", NO_MAXIMUM)
+
+
+def _text_of(found: Fit, source: Path, free: list[str]) -> str:
+    """A model file; a nonlinear one keeps its text but for what was free."""
+    if not isinstance(found.model, NonlinearModel):
+        return model_file.text_of(found.model)
+    return nonlinear_file.fitted_text(source, found.model, free)
 
 
 def _require_two_outputs(options: Options) -> None:
@@ -78,7 +88,7 @@ def _require_two_outputs(options: Options) -> None:
         pictures.require_png(options.plot)
 
 
-def _fit(options: Options, console: Console, model: Model, records: list[Any], free: list[str],
+def _fit(options: Options, console: Console, model: AnyModel, records: list[Any], free: list[str],
          held: dict[str, np.ndarray]) -> Fit:
     columns = (TextColumn("{task.description}"), BarColumn(), TimeElapsedColumn(), TextColumn("{task.fields[now]}"))
     with Progress(*columns, console=console, disable=options.json or not console.is_terminal) as progress:
@@ -114,13 +124,13 @@ def _tell(options: Options, found: Fit, free: list[str], console: Console) -> No
 
 def _rows(found: Fit, free: list[str]) -> Iterator[tuple[str, str, str]]:
     """Entries that were estimated: of a covariance those up to the diagonal that are not 0 and held."""
-    for name in free:
-        value = getattr(found.model, name)
+    for name in found.names(free):
+        value = found.value(name)
         errors = found.standard_errors.get(name, np.full(value.shape, np.nan))
         for at in np.ndindex(value.shape):
             if name in ("Q", "R", "P0") and (at[1] > at[0] or (value[at] == 0 and np.isnan(errors[at]))):
                 continue
-            yield f"{name}[{','.join(map(str, at))}]", f"{value[at]:.6g}", _number(errors[at])
+            yield label_of(name, at), f"{value[at]:.6g}", _number(errors[at])
 
 
 def _number(value: float) -> str:
@@ -131,7 +141,7 @@ def _for_machines(found: Fit, free: list[str]) -> dict[str, Any]:
     told = {name: getattr(found, name) for name in (
         "log_likelihood", "converged", "message", "distance", "evaluations", "course", "em_evaluations", "boundary",
         "undetermined")}
-    return {**told, **{name: getattr(found.model, name) for name in free}, "standard_errors": found.standard_errors}
+    return {**told, **{name: found.value(name) for name in found.names(free)}, "standard_errors": found.standard_errors}
 
 
 command = command_of(Options, fit_files)

@@ -23,6 +23,7 @@ from kalmanq.core import names_of
 from kalmanq.data import tables
 from kalmanq.data.files import refuse_one_output, refuse_output
 from kalmanq.errors import KalmanqError, KalmanqWarning
+from kalmanq.model import Model
 from kalmanq.nonlinear import NonlinearFilter, NonlinearModel, NonlinearSmoother
 from kalmanq.nonlinear.filters import ITERATIONS
 from kalmanq.nonlinear.jacobians import points_along, wrong_entries
@@ -85,10 +86,12 @@ def _refuse(options: Options, model: AnyModel) -> None:
                 raise KalmanqError(f"{name}: of a nonlinear model (a Python file), not of a linear one")
         _refuse_way(options)
     if options.compiled:
-        for name, is_given in (("--smooth", options.smooth), ("--lag", options.lag is not None),
+        for name, is_given in (("--smooth", options.smooth and isinstance(model, Model)), ("--lag", options.lag is not None),
                                ("--robust", options.robust is not None), ("--as", options.way is not None)):
             if is_given:
                 raise KalmanqError(f"--compiled and {name}: one of them")
+        if options.passes is not None:
+            raise KalmanqError("--compiled and --passes: the C smooths once")
     if options.smooth and options.lag is not None:
         raise KalmanqError("--smooth and --lag: one of them")
     if options.smooth and options.robust:
@@ -147,11 +150,12 @@ class _FileRun:
     def _filtered(self, stack: ExitStack) -> Iterator[tuple[int, np.ndarray, Run]]:
         """The first row's number, measurements, and what was made of them, in blocks"""
         options = self.options
-        self.filter = _filter(options, self.model)
-        if options.compiled:
-            stack.enter_context(self.filter)
         given = {} if self.is_nonlinear or options.compiled else {"robust": Robust(options.robust) if options.robust else None}
         for first, row, z, u in self._blocks():
+            if first == 0:
+                self.filter = _filter(options, self.model, len(z))
+                if options.compiled:
+                    stack.enter_context(self.filter)
             run = self._run(partial(self.filter.run, **given), z, u, row)
             if first == 0 and self.is_nonlinear and options.method not in BY_POINTS:
                 self._warn_of_jacobians(run, u)
@@ -271,11 +275,12 @@ class _FileRun:
         tell_written((options.out, options.plot), console)
 
 
-def _filter(options: Options, model: AnyModel) -> Any:
+def _filter(options: Options, model: AnyModel, rows: int) -> Any:
+    """rows: of the first block, which is all that a nonlinear smoother has"""
     if isinstance(model, NonlinearModel):
         method, count = options.method or "extended", options.iterate or ITERATIONS
         if options.compiled:
-            return CompiledEquations(model, options.arithmetic, count if method == "iterated" else 1)
+            return CompiledEquations(model, options.arithmetic, count if method == "iterated" else 1, rows if options.smooth else 0)
         if options.smooth:
             return NonlinearSmoother(model, options.arithmetic, method, count, options.passes or 1)
         return NonlinearFilter(model, options.arithmetic, method, count)

@@ -11,6 +11,7 @@ from typing import Any, Optional
 
 import numpy as np
 
+from kalmanq.compiler.emit import PREDICTS
 from kalmanq.compiler.equation_product import compiled_equations
 from kalmanq.compiler.host import Ran
 from kalmanq.compiler.request import Options
@@ -25,19 +26,22 @@ class EquationRun(CompiledRun):
         """Means of what is carried, sigmas of the states"""
         if not self.model.has_errors:
             return super().columns()
-        made = {f"{one.name}_mean": self.mean[:, i] for i, one in enumerate(self.model.carried)}
-        made.update({f"{one.name}_sigma": self.sigma[:, i] for i, one in enumerate(self.model.states)})
+        carried, states = self.model.carried, self.model.states
+        made = {f"{one.name}_{suffix}": array[:, i] for suffix, array, names in (
+            ("mean", self.mean, carried), ("sigma", self.sigma, states), ("smoothed", self.smoothed, carried),
+            ("smoothed_sigma", self.smoothed_sigma, states)) if array is not None for i, one in enumerate(names)}
         made.update({f"{one.name}_innovation": self.innovation[:, c] for c, one in enumerate(self.model.measurements)})
         return {**made, "nis": self.nis, "loglik": self.log_likelihood}
 
 
 class CompiledEquations(CompiledFilter):
-    """A context.  run(z, u) goes on where the one before ended."""
+    """A context.  run(z, u) goes on where the one before ended.  smooths: of so many rows, of which one run is"""
 
     made = EquationRun
 
-    def __init__(self, model: NonlinearModel, arithmetic: str, iterate: int = 1):
-        super().__init__(model, arithmetic, compiled_equations(model, NAME, Options(arithmetic, iterate=iterate)))
+    def __init__(self, model: NonlinearModel, arithmetic: str, iterate: int = 1, smooths: int = 0):
+        options = Options(arithmetic, iterate=iterate, smooth=max(smooths - 1, 0))
+        super().__init__(model, arithmetic, compiled_equations(model, NAME, options))
         self.method, f = "iterated" if iterate > 1 else "extended", model.formulas
         self.programs = [Program(rows) for rows in (f.moved if "f" in model.given else f.change, _flat(f.transition),
                                                     f.innovation, _flat(f.measurement))]
@@ -50,6 +54,14 @@ class CompiledEquations(CompiledFilter):
         ran = self.host.run(z, self._carried(u, len(z)), goes_on=not self.begins, now=u, first=self.row)
         self.digest, self.row = ran.digest, self.row + len(z)
         return ran
+
+    def run(self, z: np.ndarray, u: Optional[np.ndarray] = None, **_: Any) -> CompiledRun:
+        run = super().run(z, u)
+        if self.product.given.options.smooth:
+            back = self.host.smoothed(PREDICTS * (np.arange(len(run)) > 0))
+            run.smoothed, run.smoothed_covariance = back.mean, back.covariance
+            run.smoothed_sigma = np.sqrt(np.diagonal(back.covariance, axis1=1, axis2=2).clip(0))
+        return run
 
     def _explain(self, run: Any, z: np.ndarray, u: Optional[np.ndarray], ran: Ran) -> None:
         model, rows = self.model, len(z)

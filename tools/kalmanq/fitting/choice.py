@@ -2,15 +2,17 @@
 
 from __future__ import annotations
 
-from typing import Mapping, Optional, Sequence
+from typing import Mapping, Optional, Sequence, Union
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from kalmanq.errors import KalmanqError
+from kalmanq.fitting.equations import Equations
 from kalmanq.fitting.expectation import FORMS, FREE
 from kalmanq.fitting.noise import Noise
 from kalmanq.model import Model
+from kalmanq.nonlinear import NonlinearModel
 
 
 def require_units(model: Model, free: Sequence[str], held: Mapping[str, np.ndarray]) -> None:
@@ -23,23 +25,28 @@ def require_units(model: Model, free: Sequence[str], held: Mapping[str, np.ndarr
 class Choice:
     """What is free, in which form, and which entries are held.
 
-    held   of A (n x n), H (m x n), Q (n x n), R (m x m), by name: where true the entry stays as it is
+    held       of A (n x n), H (m x n), Q (n x n), R (m x m), by name: where true the entry stays as it is
+    equations  of a nonlinear model, whose constants may be free, too
     """
 
-    def __init__(self, model: Model, free: Sequence[str], Q_form: str, R_form: str,
+    def __init__(self, model: Union[Model, NonlinearModel], free: Sequence[str], Q_form: str, R_form: str,
                  held: Optional[Mapping[str, ArrayLike]]):
-        self.free = tuple(name for name in FREE if name in free)
         self.forms = {"Q": Q_form, "R": R_form, "P0": "full"}
         if not free:
             raise KalmanqError("nothing is free")
-        for name in free:
-            if name not in FREE:
-                raise KalmanqError(f"{name} is no parameter: {', '.join(FREE)}")
         for form in (Q_form, R_form):
             if form not in FORMS:
                 raise KalmanqError(f"{form!r} is no form: {', '.join(FORMS)}")
+        self.equations = Equations(model, free) if isinstance(model, NonlinearModel) else None
+        self.free = self.equations.free if self.equations else tuple(name for name in FREE if name in free)
+        for name in free if not self.equations else ():
+            if name not in FREE:
+                raise KalmanqError(f"{name} is no parameter: {', '.join(FREE)}")
         for name in ("Q", "R"):
             self._require_form(model, name)
+        if self.equations:
+            self.held = {name: self._mask(model, name, mask) for name, mask in (held or {}).items()}
+            return
         for name in ("x0", "P0"):
             if name in free and np.any(model.unknown):
                 raise KalmanqError(f"{name} cannot be free where P0 is unknown")
@@ -90,10 +97,12 @@ class Choice:
         return mask | mask.T if name in ("Q", "R") else mask
 
     def require_em(self) -> None:
+        if self.equations:
+            raise KalmanqError("a nonlinear model has no EM: take maximum likelihood (ml)")
         if not self.is_for_em:
             raise KalmanqError("EM holds no entries of Q and R: maximum likelihood (ml) does")
 
     @property
     def is_for_em(self) -> bool:
         """The M-step knows no held entries of covariances."""
-        return not {"Q", "R"} & set(self.held)
+        return self.equations is None and not {"Q", "R"} & set(self.held)

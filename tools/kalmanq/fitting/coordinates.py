@@ -72,6 +72,14 @@ class Multiple:
         return 2 * self.units[0] * self.now[..., None]
 
 
+class Deviation(Multiple):
+    """exp(x / sqrt(2 N)) times what it was: a standard deviation, or what is in the place of one"""
+
+    def __init__(self, name: str, start: np.ndarray, noises: int):
+        super().__init__(name, start, noises)
+        self.units = self.units / 2
+
+
 class Cholesky:
     """The entries of a covariance that are not held: C = L L' + FLOOR diag(L L') is r x r, `held` a symmetric mask,
     there are N noises.

@@ -3,18 +3,20 @@
 from __future__ import annotations
 
 import re
-from typing import Optional
+from typing import Optional, Sequence, Union
 
 import numpy as np
 
 from kalmanq.errors import KalmanqError
 from kalmanq.model import Model
+from kalmanq.nonlinear import NonlinearModel
 
 WORD = re.compile(r"\s*([A-Za-z]\w*)\s*(?:\[([^\]]*)\])?\s*(,|$)")
 OF_ENTRIES = ("A", "H", "Q", "R")
+ARRAYS = (*OF_ENTRIES, "x0", "P0")
 
 
-def free_and_held(free: str, hold: str, model: Model) -> tuple[list[str], dict[str, np.ndarray]]:
+def free_and_held(free: str, hold: str, model: Union[Model, NonlinearModel]) -> tuple[list[str], dict[str, np.ndarray]]:
     """Names of what is free, and masks of what of it is held.  An entry in `free` frees it alone of its matrix."""
     names: list[str] = []
     held: dict[str, np.ndarray] = {}
@@ -34,6 +36,11 @@ def free_and_held(free: str, hold: str, model: Model) -> tuple[list[str], dict[s
     return names, held
 
 
+def label_of(name: str, at: Sequence[int]) -> str:
+    """Q[0,1]; a constant is one number, and has its name"""
+    return f"{name}[{','.join(map(str, at))}]" if name in ARRAYS else name
+
+
 def _words(option: str, given: str) -> list[tuple[str, Optional[str]]]:
     made, at = [], 0
     while at < len(given):
@@ -45,9 +52,10 @@ def _words(option: str, given: str) -> list[tuple[str, Optional[str]]]:
     return made
 
 
-def _matrix(option: str, name: str, model: Model) -> np.ndarray:
-    if name not in OF_ENTRIES:
-        raise KalmanqError(f"{option}: there are entries of {', '.join(OF_ENTRIES)}, not of {name}")
+def _matrix(option: str, name: str, model: Union[Model, NonlinearModel]) -> np.ndarray:
+    names = [one for one in OF_ENTRIES if hasattr(model, one)]
+    if name not in names:
+        raise KalmanqError(f"{option}: there are entries of {', '.join(names)}, not of {name}")
     return getattr(model, name)
 
 

@@ -7,6 +7,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from kalmanq.fitting.coordinates import FARTHEST, Cholesky
+from kalmanq.fitting.entries import label_of
 from kalmanq.fitting.information import ROUNDING
 from kalmanq.fitting.problem import Problem
 from kalmanq.fitting.search import FALL, SINGULAR, STILL, Optimum, climb, fallen
@@ -225,7 +226,7 @@ def _said(problem: Problem, tangents: dict[str, np.ndarray], way: np.ndarray) ->
         change = tangent @ way / _unit(problem, name)
         for at in np.ndindex(change.shape):
             if len(at) == 1 or name not in ("Q", "R", "P0") or at[0] >= at[1]:
-                changes.append((change[at], f"{name}[{','.join(map(str, at))}]"))
+                changes.append((change[at], label_of(name, at)))
     largest = max(abs(change) for change, _ in changes)
     sign = np.sign(next(change for change, _ in changes if abs(change) > NAMED * largest))
     least = min(abs(change) for change, _ in changes if abs(change) > NAMED * largest)

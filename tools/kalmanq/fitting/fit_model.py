@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field
-from typing import Callable, Mapping, Optional, Sequence
+from typing import Callable, Mapping, Optional, Sequence, Union
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -11,11 +11,13 @@ from numpy.typing import ArrayLike
 from kalmanq.core import ffi, lib
 from kalmanq.errors import KalmanqError
 from kalmanq.fitting.choice import Choice
+from kalmanq.fitting.entries import ARRAYS
 from kalmanq.fitting.expectation import Records
 from kalmanq.fitting.findings import Findings, findings
 from kalmanq.fitting.likelihood import likelihood
 from kalmanq.fitting.one_start import Ended, Task, one_start
 from kalmanq.model import Model
+from kalmanq.nonlinear import NonlinearModel
 
 METHODS = ("em", "ml", "both")
 IN_OTHER_UNITS = {"H": "+1", "Q": "-2", "x0": "-1", "P0": "-2"}  # per cent
@@ -39,7 +41,7 @@ class Fit:
     message          one line: how it ended
     """
 
-    model: Model
+    model: Union[Model, NonlinearModel]
     log_likelihood: float
     standard_errors: dict[str, np.ndarray] = field(default_factory=dict)
     boundary: tuple[str, ...] = ()
@@ -51,8 +53,16 @@ class Fit:
     distance: float = float("nan")
     message: str = ""
 
+    def names(self, free: Sequence[str]) -> list[str]:
+        """Of what was free: a constant that is an array has one name a number"""
+        return [*getattr(self.model, "constants", ()), *(name for name in free if name in ARRAYS)]
 
-def fit(model: Model, records: Sequence[ArrayLike], free: Sequence[str] = ("Q", "R"), *,
+    def value(self, name: str) -> np.ndarray:
+        constants = getattr(self.model, "constants", {})
+        return np.array([constants[name]]) if name in constants else np.asarray(getattr(self.model, name))
+
+
+def fit(model: Union[Model, NonlinearModel], records: Sequence[ArrayLike], free: Sequence[str] = ("Q", "R"), *,
         u: Optional[Sequence[Optional[ArrayLike]]] = None, method: str = "both", Q_form: str = "full",
         R_form: str = "full", held: Optional[Mapping[str, ArrayLike]] = None, starts: int = 1, seed: int = 0,
         iterations: int = 1000, tolerance: float = 1e-6, arithmetic: str = "f64",
@@ -62,7 +72,8 @@ def fit(model: Model, records: Sequence[ArrayLike], free: Sequence[str] = ("Q", 
     model       where the search begins; a start that is unknown in it stays so, and is exact
     records     each T x m; NaN: missing
     free        of A, H, Q, R, x0, P0, by name.  H and Q are determined only as H^2 Q, but for what a known P0 tells:
-                leave one out, or hold an entry
+                leave one out, or hold an entry.  Of a nonlinear model: of Q, R, x0, P0, and names of constants of its
+                file, which are free in all that the file makes of them (its likelihood is C, with exact slopes)
     u           for each record T x l, or None
     method      "em" (Shumway and Stoffer 1982), "ml" (BFGS over the likelihood, with Fisher's gradient, Segal and
                 Weinstein 1989), or "both": a few iterations of EM, then ML

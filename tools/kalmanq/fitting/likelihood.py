@@ -2,23 +2,28 @@
 
 from __future__ import annotations
 
-from typing import Optional, Sequence
+from typing import Optional, Sequence, Union
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from kalmanq.core import require
 from kalmanq.errors import KalmanqError
+from kalmanq.fitting.equations import likelihood_of
 from kalmanq.fitting.expectation import FREE, Expectation, Records
 from kalmanq.model import Model
+from kalmanq.nonlinear import NonlinearModel
 from kalmanq.run.filters import Filter
 from kalmanq.run.parts import Parts
 
 
-def likelihood(model: Model, records: Sequence[ArrayLike], u: Optional[Sequence[Optional[ArrayLike]]] = None, *,
+def likelihood(model: Union[Model, NonlinearModel], records: Sequence[ArrayLike], u: Optional[Sequence[Optional[ArrayLike]]] = None, *,
                arithmetic: str = "f64") -> float:
     """log p of all records (each T x m; NaN: missing), by the filter; an unknown start is exact."""
-    made, parts = Records(model, records, u), Parts(model, arithmetic)
+    made = Records(model, records, u)
+    if isinstance(model, NonlinearModel):
+        return likelihood_of(model, made, arithmetic)
+    parts = Parts(model, arithmetic)
     total = 0.0
     for z, controls in zip(made.z, made.u):
         run = Filter(model, arithmetic, parts=parts)

@@ -101,7 +101,7 @@ def _search(task: Task, problem: Problem) -> Ended:
     problem.report = task.report
     count = {"em": task.iterations, "ml": 0, "both": FIRST if task.choice.is_for_em else 0}[task.method]
     course, status = em.iterate(problem.expectation, min(count, task.iterations), task.tolerance, task.report,
-                                problem.offset)
+                                problem.offset) if count else ([], lib.KQ_OK)
     if task.method == "em":
         return _after_em(task, problem, course, status)
     optimum = maximise(problem, max(task.iterations - len(course), 1), task.tolerance)

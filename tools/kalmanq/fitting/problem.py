@@ -9,7 +9,8 @@ import numpy as np
 from kalmanq.core import lib
 from kalmanq.errors import KalmanqError
 from kalmanq.fitting.choice import Choice
-from kalmanq.fitting.coordinates import FARTHEST, Cholesky, Entries, Infeasible, Multiple
+from kalmanq.fitting.coordinates import FARTHEST, Cholesky, Deviation, Entries, Infeasible, Multiple
+from kalmanq.fitting.equations import EquationExpectation
 from kalmanq.fitting.expectation import Expectation, Records
 from kalmanq.fitting.likelihood import likelihood
 from kalmanq.fitting.noise import Noise, is_definite
@@ -17,6 +18,8 @@ from kalmanq.model import Model
 from kalmanq.run.filters import Smoother
 
 # x[k + 1] - x[k - 1] and x[k + 2] - x[k - 2], in steps: a derivative whose error is of fourth order
+STEP = 1e-4  # of a constant, between two slopes
+SHARE = 1e-2  # of a constant: its unit where the likelihood is not curved downwards
 STENCIL = ((1, 2 / 3), (-1, -2 / 3), (2, -1 / 12), (-2, 1 / 12))
 
 
@@ -48,6 +51,9 @@ class Problem:
 
     def _expect(self) -> None:
         choice, forms = self.choice, self.choice.forms
+        if choice.equations:
+            self.expectation: Any = EquationExpectation(choice.equations, self.model, self.records, self.noise, forms)
+            return
         held = {name: choice.held[name] for name in ("A", "H") if name in choice.held}
         self.expectation = Expectation(self.model, self.records, free=choice.free,
                                        noise=(self.noise.F, self.noise.inner), held=held,
@@ -55,7 +61,7 @@ class Problem:
 
     def _offset(self) -> float:
         """Of the exact log-likelihood, where the start is unknown, from that of the start which stands for it."""
-        if not np.any(self.model.unknown) or self.expectation.status < lib.KQ_OK or \
+        if self.choice.equations or not np.any(self.model.unknown) or self.expectation.status < lib.KQ_OK or \
                 self.expectation.run() != lib.KQ_OK:
             return 0.0
         return likelihood(self.model, self.records.z, self.records.u) - self.expectation.log_likelihood
@@ -83,6 +89,8 @@ class Problem:
 
     def _block(self, name: str) -> Any:
         rows, steps = len(self.records), self.records.steps
+        if self._is_constant(name):
+            return self._block_of_constant(name)
         if name in ("A", "H", "x0"):
             free = ~self.choice.held.get(name, np.zeros(self.arrays[name].shape, bool))
             return Entries(name, self.arrays[name], free, self._scale(name))
@@ -93,12 +101,30 @@ class Problem:
         if self.choice.forms[name] == "multiple":
             return Multiple(name, start, noises)
         held = self.inside(name, self.choice.held.get(name, np.zeros(self.model.R.shape if name == "R" else
-                                                                        self.model.A.shape, bool)), True)
+                                                                        (self.model.n, self.model.n), bool)), True)
         if self.choice.forms[name] == "diagonal":
             if np.any(start - np.diag(np.diag(start))):
                 raise KalmanqError(f"{name} is not diagonal, and is to be")
             held = held | ~np.eye(len(start), dtype=bool)
         return Cholesky(name, start, held, noises, self._ranks.get(name))
+
+    def _is_constant(self, name: str) -> bool:
+        """Of a nonlinear model's file?"""
+        return self.choice.equations is not None and name in self.choice.equations.traced.symbols
+
+    def _block_of_constant(self, name: str) -> Any:
+        """What is of the noise alone is a deviation.  The unit of others is what they are known to, as the likelihood is curved here."""
+        start, e = self.arrays[name].copy(), self.expectation
+        if name in self.choice.equations.noises:  # type: ignore[union-attr]
+            return Deviation(name, start, self.records.steps)
+        step, slopes = STEP * max(abs(float(start[0])), STEP), []
+        for move in (step, -step):
+            self.arrays[name][0] = start[0] + move
+            slopes.append(float(e.gradient_of(name)[0]))
+        self.arrays[name][:] = start
+        curvature = (slopes[1] - slopes[0]) / (2 * step)
+        is_top = np.isfinite(curvature) and curvature > 0
+        return Entries(name, start, np.ones(1, bool), np.array([curvature**-0.5 if is_top else SHARE * abs(start[0]) or SHARE]))
 
     @property
     def coordinates(self) -> tuple[Any, ...]:
@@ -214,7 +240,7 @@ class Problem:
         self.put(x)
         made = np.ones(self.size)
         for block, part in zip(self.blocks, self.slices):
-            if isinstance(block, Entries):
+            if isinstance(block, Entries) and not self._is_constant(block.name):
                 made[part] = block.grown(self._scale(block.name))
             elif isinstance(block, Cholesky):
                 made[part] = block.grown()
@@ -262,7 +288,7 @@ class Problem:
 
     # ------------------------------------------------------------------ what it is of
 
-    def estimated(self) -> Model:
+    def estimated(self) -> Any:
         """The model with what is in the arrays."""
         made: dict[str, Any] = {name: np.array(self.arrays[name], np.float64) for name in self.choice.free}
         for name in ("Q", "R", "P0"):
@@ -270,6 +296,8 @@ class Problem:
                 made[name] = (made[name] + made[name].T) / 2
         if "Q" in made:
             made.update(self.noise.of_model(made.pop("Q")))
+        if self.choice.equations:
+            return self.choice.equations.estimated(self.model, made)
         return self.model.changed(**made)
 
     def whole(self, name: str) -> np.ndarray:
@@ -289,7 +317,7 @@ class Problem:
             inside = block.tangent()
             if block.name == "Q" and self.noise.F is not None:
                 inside = np.einsum("ia,abk,jb->ijk", self.noise.F, inside, self.noise.F)
-            shape = getattr(self.model, block.name).shape
+            shape = self.whole(block.name).shape
             made[block.name] = np.zeros((*shape, self.size))
             if block.name == "R":
                 made["R"][np.ix_(self.measured, self.measured, range(part.start, part.stop))] = inside

@@ -88,7 +88,7 @@ def stand_in_of(real: Any) -> Any:
     """Of a module or a function, or what was given"""
     if isinstance(real, types.ModuleType):
         return Module(real) if real in (np, math, np.linalg) else real
-    if isinstance(real, type) or not callable(real):
+    if isinstance(real, (type, StandIn)) or not callable(real):
         return real
     if hasattr(real, "cache_clear") and hasattr(real, "__wrapped__"):  # a cache would keep what one path answers
         return real.__wrapped__

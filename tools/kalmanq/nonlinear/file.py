@@ -8,10 +8,12 @@
     states, measurements, controls          lists of names, or as in a model file: {"names": [...], "units": [...],
                                             "ranges": [...], "fractions": [...]}
     angles, name
+    free                                    names of constants of the file, and of Q, R, x0 and P0, that `kalmanq fit` estimates
 """
 
 from __future__ import annotations
 
+import ast
 import copyreg
 import difflib
 import re
@@ -19,12 +21,16 @@ import sys
 import types
 from functools import lru_cache
 from pathlib import Path
-from typing import Any
+from typing import Any, Optional, Sequence, Union
+
+import numpy as np
 
 from kalmanq.errors import ModelError
+from kalmanq.formulas.functions import NoFormula
 from kalmanq.model import Quantity
 from kalmanq.model.model_file import ModelFileError, known, quantities
 from kalmanq.nonlinear.calls import UserError, told
+from kalmanq.nonlinear.constants import PUT, Free, Numbers, Symbols, placed, written
 from kalmanq.nonlinear.model import NonlinearModel
 
 ARRAYS = ("x0", "P0", "Q", "G", "R")
@@ -49,12 +55,17 @@ def _as_its_file(model: NonlinearModel) -> tuple:
 copyreg.pickle(NonlinearModel, _as_its_file)
 
 
-def read(path: Path) -> NonlinearModel:
-    """Executes the file."""
-    source = _source(Path(path))
-    space = _executed(Path(path), source)
+def read(path: Path, constants: Optional[Numbers] = None) -> NonlinearModel:
+    """Executes the file.  constants: other numbers of it"""
+    model = _model(Path(path), source_of(Path(path)), constants)
+    model.path = Path(path) if constants is None else None  # another process would read the file's own
+    return model
+
+
+def _model(path: Path, source: bytes, constants: Optional[Numbers] = None) -> NonlinearModel:
     key = ""
     try:
+        space = _executed(path, source, constants)
         _refuse_near(space)
         made = {key: space[key] for key in (*ARRAYS, *FUNCTIONS) if key in space}
         if isinstance(space.get("sensors"), dict):
@@ -65,8 +76,8 @@ def read(path: Path) -> NonlinearModel:
         for key in SECTIONS:
             if key in space:
                 made[key] = _quantities(key, space[key])
-        model = NonlinearModel(**made, angles=_list("angles", space.get("angles", ())), name=_name(space, path))
-        model.path = Path(path)
+        model = NonlinearModel(**made, angles=_list("angles", space.get("angles", ()), "measurements"), name=_name(space, path))
+        model.free = tuple(_list("free", space.get("free", ()), "constants of the file, or of Q, R, x0, P0"))
         return model
     except ModelError as problem:
         line = _line(source, problem.key)
@@ -75,7 +86,32 @@ def read(path: Path) -> NonlinearModel:
         raise problem if str(problem).startswith(str(path)) else ModelFileError(f"{path}: {problem}") from None
 
 
-def _source(path: Path) -> bytes:
+def free_of(model: NonlinearModel, names: Sequence[str]) -> Free:
+    """Its formulas with symbols for constants of its file"""
+    if names and model.path is None:
+        raise ModelError(names[0], "is free: constants are those of a model file; a model of functions has Q, R, x0 and P0")
+    path = Path(model.path or "")
+    try:
+        return Free(model, names, lambda symbols: _executed(path, source_of(path), symbols))
+    except ModelError as problem:
+        line = _line(source_of(path), problem.key) if names else 0
+        raise ModelFileError(f"{path}: {f'line {line}: ' if line else ''}{problem}") from None
+
+
+def fitted_text(path: Path, model: NonlinearModel, free: Sequence[str]) -> str:
+    """The file with the constants that `model` was estimated with, and Q, R, x0 and P0 where they were free"""
+    numbers, source = Numbers([one for one in free if one not in ARRAYS], model.constants), source_of(path)
+    _model(path, source, numbers)
+    text = written(source.decode("utf-8"), {**numbers.made, **{one: getattr(model, one) for one in ARRAYS if one in free}})
+    again = _model(path, text.encode("utf-8"))
+    for key in ("x0", "P0", "Q", "R"):
+        if not np.allclose(getattr(again, key), getattr(model, key), 1e-9, 0):
+            raise ModelFileError(f"{path}: {key} of the fitted file would not be what was estimated: give it, and the constants "
+                                 "that are free, in assignments of their own")
+    return text
+
+
+def source_of(path: Path) -> bytes:
     try:
         return path.read_bytes()
     except FileNotFoundError:
@@ -84,7 +120,7 @@ def _source(path: Path) -> bytes:
         raise ModelFileError(f"{path}: is a folder") from None
 
 
-def _executed(path: Path, source: bytes) -> dict[str, Any]:
+def _executed(path: Path, source: bytes, constants: Union[Numbers, Symbols, None] = None) -> dict[str, Any]:
     """What the file defines.  Its own folder is where it imports from; nothing is written beside it."""
     module = types.ModuleType(f"kalmanq_model_{path.stem}")
     module.__file__ = str(path)
@@ -93,7 +129,16 @@ def _executed(path: Path, source: bytes) -> dict[str, Any]:
     sys.path.insert(0, folder)
     writes, sys.dont_write_bytecode = sys.dont_write_bytecode, True
     try:
-        exec(compile(source, str(path), "exec"), module.__dict__)
+        tree = compile(source, str(path), "exec", ast.PyCF_ONLY_AST)
+        if constants is not None:
+            tree = placed(tree, constants.names)
+            module.__dict__.update({PUT: constants, **({"__builtins__": constants.builtins} if isinstance(constants, Symbols) else {})})
+        exec(compile(tree, str(path), "exec"), module.__dict__)
+    except (ModelError, ModelFileError):
+        raise
+    except NoFormula as problem:
+        line = next((line for file, line in problem.places if file == str(path)), 0)
+        raise ModelFileError(f"{path}: {f'line {line}: ' if line else ''}{problem}") from None
     except (SyntaxError, ValueError) as problem:
         line = getattr(problem, "lineno", None)
         if isinstance(problem, SyntaxError) and line and problem.filename == str(path):
@@ -131,9 +176,9 @@ def _quantities(key: str, given: Any) -> list[Quantity]:
     return [one if isinstance(one, Quantity) else Quantity(one) for one in given]
 
 
-def _list(key: str, given: Any) -> Any:
+def _list(key: str, given: Any, of: str) -> Any:
     if isinstance(given, (str, int)) or not isinstance(given, (list, tuple)):
-        raise ModelError(key, "is a list of names of measurements")
+        raise ModelError(key, f"is a list of names of {of}")
     return given
 
 

@@ -113,7 +113,7 @@ class NonlinearFilter(Readable):
         made = None
         for sensor in self.model.sensors:
             some = np.full(len(z), np.nan)
-            some[sensor.first:sensor.first + sensor.m] = z[sensor.first:sensor.first + sensor.m]
+            some[sensor.rows] = z[sensor.rows]
             taken = self._take_of(some, u)
             made = made.joined(taken) if made and taken else made or taken
         return made

@@ -4,13 +4,13 @@ from __future__ import annotations
 
 import math
 from functools import cached_property
-from typing import Any, Sequence
+from typing import Any, Optional, Sequence
 
 import numpy as np
 
 from kalmanq.formulas import tracing
 from kalmanq.formulas.calculus import jacobian, less, substituted
-from kalmanq.formulas.graph import Node, add, call, compare, logic, mul, select, sub, symbol, using
+from kalmanq.formulas.graph import Graph, Node, add, call, compare, logic, mul, select, sub, symbol, using
 from kalmanq.formulas.program import Program
 from kalmanq.nonlinear.calls import Given, Stacked
 
@@ -21,12 +21,12 @@ class Formulas:
     """Untraced is raised by what needs a function that has no formula.
 
     given   functions by name, as in NonlinearModel; angles: measurements that are angles; count: of the numbers that f
-            moves, n where these are the states
+            moves, n where these are the states; graph: of other symbols that the functions know
     """
 
-    def __init__(self, given: dict[str, Given], count: int, n: int, m: int, l: int, angles: Sequence[int]):
+    def __init__(self, given: dict[str, Given], count: int, n: int, m: int, l: int, angles: Sequence[int], graph: Optional[Graph] = None):
         self.given, self.count, self.n, self.m, self.angles = given, count, n, m, angles
-        self.graph = tracing.graph_of_formulas()
+        self.graph = graph or tracing.graph_of_formulas()
         with using(self.graph):
             self.x, self.u, self.z, self.d = (tracing.symbols(stem, k) for stem, k in (("x", count), ("u", l), ("z", m), ("d", n)))
             self.t = symbol("t")

@@ -33,6 +33,11 @@ class Sensor:
         return (1 << self.m) - 1
 
     @property
+    def rows(self) -> slice:
+        """Of R and H"""
+        return slice(self.first, self.first + self.m)
+
+    @property
     def suffix(self) -> str:
         return f"_{self.name}" if self.name else ""
 
@@ -87,6 +92,8 @@ class NonlinearModel:
                            states=states, measurements=measurements, name=name)
         self.name, self.n, self.m = name, n, m
         self.path: Optional[Path] = None  # of its file
+        self.free: tuple[str, ...] = ()  # what its file says that a fit estimates
+        self.constants: dict[str, float] = {}  # of its file, that were estimated
         self.x0, self.P0, self.Q, self.G, self.R = (getattr(self.frame, key) for key in ("x0", "P0", "Q", "G", "R"))
         self.states, self.measurements = self.frame.states, self.frame.measurements
         self.carried = self.states if nominal is None else _nominal(nominal, x0)
@@ -126,13 +133,22 @@ class NonlinearModel:
         return made
 
     def without_jacobians(self) -> NonlinearModel:
-        functions = {key: given.function for key, given in self.given.items() if isinstance(given, Given) and key not in ("A", "H")}
-        functions.update({"nominal": self.carried} if self.has_errors else {})
-        functions.update({"sensors": self._sensors} if isinstance(self.given["h"], Stacked) else {"R": self.R})
-        noise = {"G": self.G} if self.G is not None else {"Q": self.Q}
-        return NonlinearModel(**functions, **noise, x0=self.x0, P0=self.P0, states=self.states,
-                              measurements=self.measurements, controls=self.controls, angles=self.angles,
-                              name=self.name)
+        return self.changed(A=None, H=None)
+
+    def changed(self, **other: Any) -> NonlinearModel:
+        """With other functions and arrays"""
+        made: dict[str, Any] = {key: given.function for key, given in self.given.items() if isinstance(given, Given)}
+        made.update({"nominal": self.carried} if self.has_errors else {})
+        if isinstance(self.given["h"], Stacked):
+            given = 2 if other.pop("H", "") is None else 3
+            made["sensors"] = {name: one[:given] for name, one in self._sensors.items()}
+        else:
+            made["R"] = self.R
+        if not {"Q", "G"} & set(other):
+            made.update({"G": self.G} if self.G is not None else {"Q": self.Q})
+        made.update(x0=self.x0, P0=self.P0, states=self.states, measurements=self.measurements, controls=self.controls,
+                    angles=self.angles, name=self.name)
+        return NonlinearModel(**{**made, **other})
 
     # ------------------------------------------------------------------ the functions, checked
 
