@@ -16,6 +16,7 @@ from typing import Sequence
 
 import numpy as np
 from compiled_models import five, kinematic
+from equations import NAMES, WITH_ERRORS, path_of
 
 from kalmanq import Model
 from kalmanq.model import model_file
@@ -28,8 +29,6 @@ MUST = {  # of n: M4F f32 two calls, a settled step, bytes at -Os; M3 q31 two ca
 # Of the factor form: core, and of n instructions in two calls and of a settled step
 FACTOR = {"f32": ("m4f", {2: (102, 35), 3: (177, 49), 4: (300, 72), 6: (745, 122), 9: (2081, 164)}),
           "q31": ("m3", {2: (385, 45), 3: (686, 61), 4: (1367, 127), 6: (3132, 243), 9: (6771, 365)})}
-MODELS = Path(__file__).parent / "equations"
-EQUATIONS = sorted(one.stem for one in MODELS.glob("*.py") if one.stem not in ("planar", "rotations"))
 EVERY_DAY = ("unicycle", "glucose")
 EXACT = ("glucose",)  # no function of math.h: the same bits on every core
 FEW = (2, 4)  # n of the models for every day
@@ -67,10 +66,10 @@ def write(folder: Path, model: Model, arithmetic: str, name: str, must: dict, op
 
 def write_equations(folder: Path, few: bool) -> None:
     """Nonlinear models, in f32; those for every day: one of two sensors, and one without functions of math.h"""
-    for name in EVERY_DAY if few else EQUATIONS:
+    for name in EVERY_DAY if few else (*NAMES, *WITH_ERRORS):
         here = folder / f"{'exact' if name in EXACT else 'equations'}_{name}_f32"
         here.mkdir(parents=True)
-        done = subprocess.run([sys.executable, "-m", "kalmanq.command_line", "compile", str(MODELS / f"{name}.py"), "-o",
+        done = subprocess.run([sys.executable, "-m", "kalmanq.command_line", "compile", str(path_of(name)), "-o",
                                str(here / f"{here.name.removesuffix('_f32')}.c"), "--json"], capture_output=True, text=True)
         if done.returncode:
             raise SystemExit(done.stderr)

@@ -15,18 +15,23 @@ from kalmanq.compiler.equation_report import drawn
 from kalmanq.compiler.host import Host, Ran, build
 from kalmanq.compiler.product import Product
 from kalmanq.compiler.request import Options
+from kalmanq.model import model_file
 from kalmanq.nonlinear import NonlinearFilter, NonlinearModel, read
 
-FOLDER = Path(__file__).parent / "equations"
+FOLDER, EXAMPLES = Path(__file__).parent / "equations", Path(model_file.__file__).parents[1] / "examples"
 HELPERS = ("planar", "rotations")
 WITH_ERRORS = ("attitude", "strapdown")  # of error states: test_error_states.py
-NAMES = sorted(one.stem for one in FOLDER.glob("*.py") if one.stem not in (*HELPERS, *WITH_ERRORS))
+NAMES = sorted(["gps_imu", *(one.stem for one in FOLDER.glob("*.py") if one.stem not in (*HELPERS, *WITH_ERRORS))])
 STRICT = ("-std=c11", "-Wall", "-Wextra", "-Wpedantic", "-Wconversion", "-Wdouble-promotion", "-Wshadow", "-Werror")
+
+
+def path_of(name: str) -> Path:
+    return next(one for folder in (FOLDER, EXAMPLES) if (one := folder / f"{name}.py").exists())
 
 
 @lru_cache(None)
 def model_of(name: str) -> NonlinearModel:
-    return read(FOLDER / f"{name}.py")
+    return read(path_of(name))
 
 
 @lru_cache(None)

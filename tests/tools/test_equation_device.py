@@ -4,9 +4,13 @@ from __future__ import annotations
 
 import ctypes
 import os
+import re
 import shutil
 import subprocess
+from copy import copy
+from dataclasses import replace
 from pathlib import Path
+from typing import Sequence
 
 import numpy as np
 import pytest
@@ -14,41 +18,63 @@ import pytest
 import kalmanq as kalmanq_package
 from command import kalmanq
 from compiled import STRICT
+from equations import path_of
 from kalmanq.compiler import equation_report
-from kalmanq.compiler.emit import Row
+from kalmanq.compiler.emit import PREDICTS, UPDATES, Row
 from kalmanq.compiler.equation_device_text import compiled_device, in_whole_groups
 from kalmanq.compiler.equation_product import compiled_equations
 from kalmanq.compiler.host import Host
+from kalmanq.compiler.product import Product
+from kalmanq.compiler.record import Record
 from kalmanq.compiler.request import Options
-from kalmanq.nonlinear import read
+from kalmanq.nonlinear import NonlinearModel, NonlinearSmoother, read
 
 ROOT, OWN = Path(__file__).resolve().parents[2], Path(__file__).parent / "equations"
 EXAMPLES = Path(kalmanq_package.__file__).parent / "examples"
 MODELS = [EXAMPLES / "battery.py", EXAMPLES / "range_bearing.py", OWN / "attitude.py", OWN / "drift.py"]
+DEVICES = {"attitude": (), "battery": (), "gps_imu": (), "range_bearing": ("--iterate", 4)}  # of tools/examples, with their options
 MOST = {"f32": 1e-3, "f64": 1e-9}  # sigma
-ROWS, NEAR = 300, 100  # of range_bearing the target is 2 km away in the end, where float rounds h to 3e-3 sigma in any filter
+ITERATIONS = 3
+SEEDS, ROWS, NEAR = (1, 2, 3), 300, 100  # of range_bearing the target is 2 km away in the end, where float rounds h to 3e-3 sigma in any filter
 DRIVER = """\
+#include <string.h>
 #include "{name}.h"
+static {name}_device f, s; /* the filter; a smoothed step */
+{uses}
+static int has_read({name}_device *of, double *mean, double *P)
+{{
+    {type} covariance[{n} * {n}];
+    {means}
+    if (kq_covariance_{T}({name}_filter(of), covariance)) return 0;
+    for (int k = 0; k < {n} * {n}; k++) P[k] = (double)covariance[k];
+    return 1;
+}}
 void run(int rows, const unsigned char *what, const unsigned *present, const double *z, const double *u, const double *now,
          double *mean, double *P, unsigned *taken);
 void run(int rows, const unsigned char *what, const unsigned *present, const double *z, const double *u, const double *now,
          double *mean, double *P, unsigned *taken)
 {{
-    static {name}_device f;
-    if ({name}_start(&f)) return;
-    for (int t = 0; t < rows; t++, z += {m}, u += {l}, now += {l}) {{
-        {type} v[{m}], w[{l} + 1], at[{l} + 1], covariance[{n} * {n}];
+    if ({starts}) return;
+    for (int t = 0; t < rows; t++, z += {m}, u += {l}, now += {l}, mean += {carried}, P += {n} * {n}) {{
+        {type} v[{m}], w[{l} + 1], at[{l} + 1];
         (void)w, (void)at;
         for (int k = 0; k < {m}; k++) v[k] = ({type})z[k];
         for (int k = 0; k < {l}; k++) w[k] = ({type})u[k], at[k] = ({type})now[k];
         taken[t] = 0;
         {calls}
-        {means}
-        if (kq_covariance_{T}({name}_filter(&f), covariance)) return;
-        for (int k = 0; k < {n} * {n}; k++) *P++ = (double)covariance[k];
+        if (!has_read(&f, mean, P)) return;
     }}
+    {ends}
 }}
 """
+SMOOTHS = """\
+if (kq_smooth_{T}(&tape)) return;
+    for (int t = 0; t < rows; t++, mean += {carried}, P += {n} * {n}) {{
+        kq_filter_{T} view;
+        if (kq_smoothed_{T}(&tape, (size_t)t, &view) || kq_filter_copy_{T}({name}_filter(&s), &view)) return;
+        {shows}
+        if (!has_read(&s, mean, P)) return;
+    }}"""
 
 
 def build(folder: Path, arguments: list, compiler: str = "cc") -> None:
@@ -68,50 +94,197 @@ def parts(library: Path, T: str) -> list[Path]:
     return [library / f"kq_{part}.o" for part in (f"filter_{T}", f"nonlinear_{T}", "status")]
 
 
-def ran(product, record, library: Path, folder: Path) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    given, a, name = product.given, product.arithmetic, product.given.name
-    calls = product.text.row(Row("what[t]", "present[t]", "v", "w", "at", f"(({a.type})t)", "taken[t]"))
-    means = [f"*mean++ = (double){name}_mean_{one}(&f);" for one in given.carried]
-    files = {**product.sources(), "driver.c": DRIVER.format(name=name, m=given.of.m, l=given.of.l, n=given.of.n, type=a.type, T=a.T,
-                                                            calls="\n        ".join(calls), means="\n        ".join(means))}
-    for file, text in files.items():
-        (folder / file).write_text(text)
-    build(folder, [*STRICT, "-ffp-contract=off", "-fPIC", "-shared", f"-I{ROOT / 'include'}", f"{name}.c", "driver.c",
-                   *parts(library, a.T), "-lm", "-o", "run.so"])
-    rows, n = len(record.what), given.of.n
-    made = np.full((rows, len(given.carried)), np.nan), np.full((rows, n, n), np.nan), np.zeros(rows, np.uint32)
-    arrays = [np.ascontiguousarray(one) for one in (record.what, record.present, record.z, record.u, record.now)]
-    ctypes.CDLL(str(folder / "run.so")).run(rows, *(ctypes.c_void_p(one.ctypes.data) for one in (*arrays, *made)))
-    return made
+class Program:
+    """A device and a program around it.  run(record): means, covariances and bits of what was taken; then smoothed ones
+
+    calls: of a predict and of the updates of a row; uses: what they read"""
+
+    def __init__(self, product: Product, library: Path, folder: Path, calls: Sequence[str] = (), uses: str = "", start: str = "",
+                 smooths: bool = False):
+        self.given, self.smooths, name, a = product.given, smooths, product.given.name, product.arithmetic
+        made = [f"if (what[t] & {one} && {call}) return;" for one, call in zip((PREDICTS, UPDATES), calls)]
+        made = [*made, "taken[t] = present[t];"] if calls else \
+            product.text.row(Row("what[t]", "present[t]", "v", "w", "at", f"(({a.type})t)", "taken[t]"))
+        history = re.findall(r"^ \*     (KQ_\w+\(.*|kq_attach.*);$", product.header, re.M) if smooths else []  # as NAME.h has it
+        noises = "STEPS, STEPS)" if "sigma_points" in "".join(calls) else "STEPS, 1)"  # as it says there, too
+        uses = [*(f"{one};".replace("STEPS, 1)", noises) for one in history if one[0] == "K"), uses]
+        starts = [f"{name}_start(&s)", start or f"{name}_start(&f)", *(one for one in history if one[0] == "k")]
+        sizes = {"name": name, "T": a.T, "type": a.type, "n": self.given.of.n, "m": self.given.of.m, "l": self.given.of.l,
+                 "carried": len(self.given.carried)}
+        shows = ""
+        if smooths and a.has_errors:
+            uses.append(f"static {a.type} left[STEPS][{sizes['carried']}];")
+            made.append("memcpy(left[t], f.x, sizeof f.x);")
+            shows = f"memcpy(s.x, left[t], sizeof s.x); if ({name}_reset(&s)) return;"
+        means = (f"mean[{i}] = (double){name}_mean_{one}(of);" for i, one in enumerate(self.given.carried))
+        driver = DRIVER.format(**sizes, calls="\n        ".join(made), means="\n    ".join(means), uses="\n".join(uses),
+                               starts=" || ".join(starts), ends=SMOOTHS.format(**sizes, shows=shows) if smooths else "(void)s;")
+        for file, content in {**product.sources(), "driver.c": driver}.items():
+            (folder / file).write_text(content)
+        build(folder, [*STRICT, "-O0", "-ffp-contract=off", "-fPIC", "-shared", f"-I{ROOT / 'include'}", f"-DSTEPS={NEAR}", f"{name}.c",
+                       "driver.c", *parts(library, a.T), "-lm", "-o", "run.so"])
+        self.library = ctypes.CDLL(str(folder / "run.so"))
+
+    def run(self, record: Record) -> list[np.ndarray]:
+        rows, n = len(record.what), self.given.of.n
+        made = [np.full((rows * (1 + self.smooths), *shape), np.nan) for shape in ((len(self.given.carried),), (n, n))]
+        taken = np.zeros(rows, np.uint32)
+        arrays = [np.ascontiguousarray(one) for one in (record.what, record.present, record.z, record.u, record.now)]
+        self.library.run(rows, *(ctypes.c_void_p(one.ctypes.data) for one in (*arrays, *made, taken)))
+        return [*(one[:rows] for one in made), taken, *(one[rows:] for one in made)]
+
+
+def seen(record: Record) -> np.ndarray:
+    """Measurements, NaN where they are missing"""
+    return np.where(record.present[:, None] >> np.arange(record.z.shape[1]) & 1, record.z, np.nan)
+
+
+def apart(model: NonlinearModel, made: Sequence[np.ndarray], mean: np.ndarray, P: np.ndarray) -> tuple[np.ndarray, float]:
+    """Means in sigma, row by row; the largest entry of a covariance in sigma_i sigma_j"""
+    sigma = np.sqrt(np.einsum("tii->ti", P))
+    errors = np.abs([model.minus(*pair) for pair in zip(made[0], mean)]) / sigma
+    return errors, np.abs((made[1] - P) / (sigma[:, :, None] * sigma[:, None, :])).max()
 
 
 @pytest.mark.parametrize("arithmetic", ["f32", "f64"])
-@pytest.mark.parametrize("path", MODELS, ids=lambda path: path.stem)
-def test_it_comes_to_what_straight_lines_in_double_come_to(path, arithmetic, library, tmp_path):
-    model = read(path)
-    product = compiled_device(model, "device", Options(arithmetic))
-    with Host(compiled_equations(model, "straight", Options("f64"))) as straight, \
-            Host(compiled_equations(model, "same", Options(arithmetic))) as same:
-        for seed in (1, 2, 3):
-            record = in_whole_groups(equation_report.drawn(model, ROWS, seed)[0], product.given.together)
+@pytest.mark.parametrize("path, iterate", [*((path, 1) for path in MODELS), (MODELS[1], 4), (MODELS[3], 3)],
+                         ids=lambda one: getattr(one, "stem", one))
+def test_it_comes_to_what_straight_lines_in_double_come_to(path, iterate, arithmetic, library, tmp_path):
+    model, options = read(path), Options(iterate=iterate)
+    program = Program(compiled_device(model, "device", replace(options, arithmetic=arithmetic)), library, tmp_path)
+    with Host(compiled_equations(model, "straight", replace(options, arithmetic="f64"))) as straight, \
+            Host(compiled_equations(model, "same", replace(options, arithmetic=arithmetic))) as same:
+        for seed in SEEDS:
+            record = in_whole_groups(equation_report.drawn(model, ROWS, seed)[0], program.given.together)
             assert np.any(record.present != 2**model.m - 1)
-            exact = straight.run(record.z, record.u, record.present, record.what, now=record.now)
-            folder = tmp_path / str(seed)
-            folder.mkdir()
-            mean, P, taken = ran(product, record, library, folder)
-            sigma = np.sqrt(np.einsum("tii->ti", exact.covariance))
-            others = same.run(record.z, record.u, record.present, record.what, now=record.now).mean
-            apart, theirs = (np.abs([model.minus(*pair) for pair in zip(one, exact.mean)]) / sigma for one in (mean, others))
-            spread = (P - exact.covariance) / (sigma[:, :, None] * sigma[:, None, :])
-            assert np.array_equal(taken, exact.taken)
-            assert apart[:NEAR].max() < MOST[arithmetic] and np.abs(spread).max() < MOST[arithmetic]
-            assert apart.max() < max(MOST[arithmetic], 1.5 * theirs.max())
+            exact, other = (one.run(record.z, record.u, record.present, record.what, now=record.now) for one in (straight, same))
+            made = program.run(record)
+            errors, spread = apart(model, made, exact.mean, exact.covariance)
+            theirs, _ = apart(model, (other.mean, other.covariance), exact.mean, exact.covariance)
+            assert np.array_equal(made[2], exact.taken)
+            assert errors[:NEAR].max() < MOST[arithmetic] and spread < MOST[arithmetic]
+            assert errors.max() < max(MOST[arithmetic], 1.5 * theirs.max())
+
+
+# Calls of a predict and of the updates of a row
+POINTS = {
+    "battery": ("device_predict(&f, w)", "{update}(device_filter(&f), &f.sensor, device_point_innovation, &(device_row){{v, at}}, {rule}, work)"),
+    "range_bearing": ("device_predict(&f)", "{update}(device_filter(&f), &f.sensor, device_point_innovation, &(device_row){{v}}, {rule}, work)"),
+    "bearing_only": ("device_predict(&f)", "{update}(device_filter(&f), &f.sensor, device_point_innovation, "
+                     "&(device_row){{v, ({type})t}}, {rule}, work)"),
+    "gps_imu": ("{predict}(device_filter(&f), &f.process, device_point_increment, &(device_row){{w}}, {rule}, work)", "device_update(&f, v)"),
+    "drift": ("{predict}(device_filter(&f), &f.process, device_point_increment, &(device_row){{v, w}}, {rule}, work)",
+              "(device_update_mark(&f, v) || {update}(device_filter(&f), &f.sensor_far, device_point_innovation_far, "
+              "&(device_row){{v + 1, w}}, {rule}, work))")}
+METHODS = [("extended", "range_bearing"), ("extended", "drift"), ("iterated", "battery"), ("iterated", "range_bearing"),
+           ("central", "battery"), ("cubature", "range_bearing"), ("cubature", "gps_imu"), ("cubature", "drift"),
+           ("cubature", "bearing_only")]
+
+
+@pytest.mark.parametrize("arithmetic", ["f32", "f64"])
+@pytest.mark.parametrize("method, name", METHODS)
+def test_filters_and_smoothers_are_the_library_s_on_the_host(method, name, arithmetic, library, tmp_path):
+    model, by_points = read(path_of(name)), method in ("cubature", "central")
+    product = compiled_device(model, "device", Options(arithmetic, iterate=ITERATIONS if method == "iterated" else 1))
+    calls = [one.format(predict=f"kq_predict_sigma_points_{arithmetic}", update=f"kq_update_sigma_points_{arithmetic}",
+                        rule=f"KQ_SIGMA_POINTS_{method.upper()}", type=product.arithmetic.type) for one in POINTS[name]] if by_points else ()
+    work = f"static {product.arithmetic.type} work[KQ_SIGMA_POINTS_LEN({model.n}, {model.m})];" if by_points else ""
+    program = Program(product, library, tmp_path, calls, work, smooths=True)
+    for seed in SEEDS:
+        record = equation_report.drawn(model, NEAR, seed)[0]
+        record = in_whole_groups(record, [2**model.m - 1] if by_points else product.given.together)
+        run = NonlinearSmoother(model, "f64", method, ITERATIONS).run(seen(record), record.now if model.l else None, covariance=True)
+        mean, P, _, smoothed, smoothed_P = program.run(record)
+        for one, other in (((mean, P), (run.mean, run.covariance)), ((smoothed, smoothed_P), (run.smoothed, run.smoothed_covariance))):
+            errors, spread = apart(model, one, *other)
+            assert errors.max() < MOST[arithmetic] and spread < MOST[arithmetic]
+
+
+def bryson_frazier(model: NonlinearModel, z: np.ndarray, u: np.ndarray) -> np.ndarray:
+    """Smoothed nominal numbers.  The errors of a step add up, as those of a history do."""
+    x, P, made = np.array(model.x0), np.array(model.P0), []
+    for t, row in enumerate(z):
+        steps = []  # of the adjoint, from the row to the one before it: factors and what is added
+        if t:
+            A = model.transition(x, t - 1, u[t - 1])
+            x, P, steps = model.moved(x, t - 1, u[t - 1]), A @ P @ A.T + model.Q, [(A.T, 0)]
+        for sensor in model.sensors:
+            some = [c for c in range(sensor.first, sensor.first + sensor.m) if not np.isnan(row[c])]
+            H, e = model.measurement(x, t, u[t])[some], model.innovation(row, x, t, u[t])[some]
+            weights = np.linalg.solve(H @ P @ H.T + model.R[np.ix_(some, some)], H).T
+            left = np.eye(model.n) - P @ weights @ H
+            x, P, steps = model.plus(x, P @ weights @ e), left @ P, [(left.T, weights @ e), *steps]
+        made.append((x, P, steps))
+    adjoint, smoothed = np.zeros(model.n), []
+    for x, P, steps in reversed(made):
+        smoothed.append(model.plus(x, P @ adjoint))
+        for factor, more in steps:
+            adjoint = factor @ adjoint + more
+    return np.array(smoothed[::-1])
+
+
+@pytest.mark.parametrize("arithmetic", ["f32", "f64"])
+@pytest.mark.parametrize("path", [OWN / "attitude.py", EXAMPLES / "attitude.py"], ids=["derived", "given"])
+def test_smoothed_error_states_are_those_of_a_textbook(path, arithmetic, library, tmp_path):
+    model = read(path)
+    program = Program(compiled_device(model, "device", Options(arithmetic)), library, tmp_path, smooths=True)
+    with Host(compiled_equations(model, "straight", Options("f64", smooth=NEAR))) as straight:
+        for seed in SEEDS:
+            record = in_whole_groups(equation_report.drawn(model, NEAR, seed)[0], program.given.together)
+            straight.run(record.z, record.u, record.present, record.what, now=record.now)
+            exact = bryson_frazier(model, seen(record), record.now), straight.smoothed(record.what).covariance
+            errors, spread = apart(model, program.run(record)[3:], *exact)
+            assert errors.max() < MOST[arithmetic] and spread < MOST[arithmetic]
+
+
+ROBUST = {"battery": ("device_predict(&f, w)", "(device_innovation(&f, v, at, e) || {update}(device_filter(&f), &f.sensor, e, 1, &loss))"),
+          "range_bearing": ("device_predict(&f)", "(device_innovation(&f, v, e) || {update}(device_filter(&f), &f.sensor, e, present[t], &loss))"),
+          "gps_imu": ("device_predict(&f, w)", "{update}(device_filter(&f), &f.sensor, v, present[t], &loss)")}
+
+
+@pytest.mark.parametrize("arithmetic", ["f32", "f64"])
+@pytest.mark.parametrize("name", ROBUST)
+def test_robust_updates_are_those_of_straight_lines(name, arithmetic, library, tmp_path):
+    model = read(path_of(name))
+    product = compiled_device(model, "device", Options(arithmetic))
+    loss = f"#include <kalmanq/robust.h>\nstatic kq_loss_{arithmetic} loss = {{.kind = &kq_loss_student_{arithmetic}, .parameter = 4}};"
+    calls = [one.format(update=f"kq_update_robust_{arithmetic}") for one in ROBUST[name]]
+    program = Program(product, library, tmp_path, calls, f"{loss}\n{product.arithmetic.type} e[{model.m}];")
+    with Host(compiled_equations(model, "straight", Options("f64", student=4.0))) as straight, \
+            Host(compiled_equations(model, "plain", Options("f64"))) as plain:
+        for seed in SEEDS:
+            record = equation_report.drawn(model, NEAR, seed)[0]
+            record.z[5::17] += 20 * np.sqrt(np.diag(model.R))
+            exact, other = (one.run(record.z, record.u, record.present, record.what, now=record.now) for one in (straight, plain))
+            errors, spread = apart(model, program.run(record), exact.mean, exact.covariance)
+            moved, _ = apart(model, (other.mean, other.covariance), exact.mean, exact.covariance)
+            assert errors.max() < MOST[arithmetic] and spread < MOST[arithmetic] and moved.max() > 5
+
+
+@pytest.mark.parametrize("arithmetic", ["f32", "f64"])
+@pytest.mark.parametrize("path", MODELS[::2], ids=lambda path: path.stem)
+def test_start_at_is_a_start_of_another_model(path, arithmetic, library, tmp_path):
+    model = read(path)
+    mean, sigma = model.x0 + 1 / 16, 2.0 ** -np.arange(1, model.n + 1)
+    other = copy(model)
+    other.x0, other.P0 = mean, np.diag(sigma**2)
+    runs = []
+    for k, (one, start) in enumerate(((model, "device_start_at(&f, x0, sigma0)"), (other, ""))):
+        (tmp_path / str(k)).mkdir()
+        product = compiled_device(one, "device", Options(arithmetic))
+        numbers = [f"static const {product.arithmetic.type} {name}[] = {{{', '.join(map(product.arithmetic.number, values))}}};"
+                   for name, values in (("x0", mean), ("sigma0", sigma)) if start]
+        runs.append(Program(product, library, tmp_path / str(k), uses="\n".join(numbers), start=start))
+    for seed in SEEDS:
+        record = in_whole_groups(equation_report.drawn(model, NEAR, seed)[0], runs[0].given.together)
+        made, wanted = (one.run(record) for one in runs)
+        assert all(np.array_equal(*pair) for pair in zip(made, wanted)) and np.all(np.isfinite(made[0]))
 
 
 @pytest.mark.parametrize("path", MODELS, ids=lambda path: path.stem)
 def test_its_files_are_free_of_warnings_and_its_test_says_ok(path, library, tmp_path):
     for T in ("f32", "f64"):
-        done = kalmanq("compile", path, "--library", "--arith", T, "-o", tmp_path / f"own_{T}.c")
+        done = kalmanq("compile", path, "--library", "--arith", T, *DEVICES.get(path.stem, ()), "-o", tmp_path / f"own_{T}.c")
         assert done.returncode == 0, done.stderr
         sources = [f"own_{T}.c", f"own_{T}_test.c"]
         for compiler in [one for one in ("gcc", "clang") if shutil.which(one)]:
@@ -133,7 +306,7 @@ def test_what_is_linear_is_told_once_and_the_rest_in_each_call(tmp_path):
 
 
 @pytest.mark.parametrize("option, call", [(["--gate", 3], "kq_loss_gate"), (["--student", 10], "kq_loss_student"), (["--nis"], "kq_nis"),
-                                          (["--iterate", 3], "sigma_points.h"), (["--smooth", 9], "kq_smooth")])
+                                          (["--smooth", 9], "kq_smooth")])
 def test_options_of_straight_lines_name_the_library_s_call(option, call, tmp_path):
     done = kalmanq("compile", EXAMPLES / "range_bearing.py", "--library", *option, "-o", tmp_path / "own.c")
     assert done.returncode and option[0] in done.stderr and call in done.stderr and not (tmp_path / "own.c").exists()
@@ -142,3 +315,12 @@ def test_options_of_straight_lines_name_the_library_s_call(option, call, tmp_pat
 def test_a_constant_model_is_sent_to_design(tmp_path):
     done = kalmanq("compile", EXAMPLES / "constant_velocity.toml", "--library", "-o", tmp_path / "own.c")
     assert done.returncode and "kalmanq design" in done.stderr
+
+
+@pytest.mark.parametrize("name", DEVICES)
+def test_the_devices_of_the_examples_are_what_it_writes(name, tmp_path):
+    done = kalmanq("compile", EXAMPLES / f"{name}.py", "--library", *DEVICES[name], "-o", tmp_path / f"{name}.c")
+    assert done.returncode == 0, done.stderr
+    for suffix in ("c", "h"):
+        written, kept = ((folder / f"{name}.{suffix}").read_bytes() for folder in (tmp_path, ROOT / "tools" / "examples"))
+        assert written == kept, f"tools/examples/{name}.{suffix}: write it again (tools/examples/README.md)"

@@ -14,7 +14,7 @@ import numpy as np
 import pytest
 from command import kalmanq
 from equation_random import tried
-from equations import FOLDER, NAMES, STRICT, WITH_ERRORS, Bare, apart, by_library, model_of, product_of, ran, rows_of, wrong_lines
+from equations import FOLDER, NAMES, STRICT, Bare, apart, by_library, model_of, product_of, ran, rows_of, wrong_lines
 from whole import WHOLE, first
 
 from kalmanq import Model, Quantity
@@ -24,13 +24,12 @@ from kalmanq.compiler.equation_report import SEEDS, _apart, _told, drawn, findin
 from kalmanq.compiler.host import Host, compiler
 from kalmanq.compiler.product import compiled
 from kalmanq.compiler.request import Options
-from kalmanq.nonlinear import NonlinearModel, read
+from kalmanq.nonlinear import NonlinearModel
 from kalmanq.nonlinear import simulate as simulated
 from kalmanq.run.simulation import simulate
 
 TOLD = {"orbit": 0.05, "drone": 1e-2, "coordinated_turn": 1e-2, "induction_motor": 1e-2}  # sigma, where float is coarser than elsewhere
 MEAN, COVARIANCE = 2e-3, 1e-3
-BATTERY = FOLDER.parents[2] / "tools" / "kalmanq" / "examples" / "battery.py"
 
 
 # ------------------------------------------------------------------------------ the C is the filter
@@ -97,7 +96,7 @@ PROTOTYPE = {"battery": (2e-4, 2e-5, 2000, 1), "coordinated_turn": (4e-4, 3e-4, 
 def test_float_is_as_near_as_a_prototype_was(name: str) -> None:
     """Twice as far at most; the strapdown's covariance is 2.2 times as far"""
     mean, covariance, rows, every = PROTOTYPE[name]
-    model = model_of(name) if name in (*NAMES, *WITH_ERRORS) else read(BATTERY.with_name(f"{name}.py"))
+    model = model_of(name)
     products = {one: compiled_equations(model, "kf", Options(one)) for one in ("f32", "f64")}
     begun = copy.copy(model)  # half a sigma off at first
     begun.P0 = model.P0 / 4
@@ -222,6 +221,7 @@ def test_of_a_linear_model_it_is_the_linear_filter(options: dict) -> None:
 
 def test_a_gate_refuses_outliers_and_opens_after_eight(tmp_path: Path) -> None:
     f = Bare(product_of("gps_imu", "f32", gate=4.0), tmp_path)
+    f.call("start_at", f.numbers([0, 0, 5, 0, 0, 0]), f.numbers([2, 2, 1, 0.3, 0.1, 0.03]))
     for t in range(30):
         f.predict([0.0, 0.0])
         f.update([0.5 * t, 0.0])

@@ -1,43 +1,90 @@
 /*
- * The state of charge of a lithium cell from its current and its voltage, every 10 s.
+ * battery: a Kalman filter of 2 states, 1 measurement and 1 control in f32.
+ * A device over the library (kalmanq/extended.h): its calls answer the library's statuses.
+ * Written by kalmanq compile.
  *
- *     x = (s, v): the charge, 0 .. 1, and the voltage of the polarisation, an RC pair
- *     s <- s - dt i / capacity           v <- a v + (1 - a) R1 i,  a = exp(-dt / (R1 C1))
- *     terminal voltage  u = ocv(s) - v - R0 i
+ *     static battery_device f;
+ *     battery_start(&f);           once
+ *     battery_update(&f, z, u);    a sample
+ *     battery_predict(&f, u);      to the next instant
+ *     battery_mean_charge(&f)      the estimate
  *
- * The process is linear, with the current as its control: it takes the plain kq_predict, and an ordinary history
- * records it.  Only the open-circuit voltage bends: the update takes the innovation and ocv's slope.
- * Source: Plett, Extended Kalman filtering for battery management systems, J. Power Sources 134 (2004).
+ * For smoothers, attach a history after battery_start (kalmanq/smoother.h):
+ *
+ *     KQ_HISTORY_F32(tape, 2, 1, STEPS, 0);
+ *     kq_attach_f32(battery_filter(&f), &tape.attached);
+ *
+ * A robust update (kalmanq/robust.h):
+ *
+ *     battery_innovation(&f, z, u, e);
+ *     kq_update_robust_f32(battery_filter(&f), &f.sensor, e, UINT32_MAX, &loss);
+ *
+ * Sigma points (kalmanq/sigma_points.h), with float work[KQ_SIGMA_POINTS_LEN(2, 1)]:
+ *
+ *     battery_row row = {z, u};
+ *     kq_update_sigma_points_f32(battery_filter(&f), &f.sensor, battery_point_innovation, &row,
+ *         KQ_SIGMA_POINTS_CUBATURE, work);
+ *
+ *                    name          unit  range
+ *     state 0        charge              2
+ *     state 1        polarisation  V     1
+ *     measurement 0  voltage       V     16
+ *     control 0      current       A
  */
 #ifndef BATTERY_H
 #define BATTERY_H
 
-#include <kalmanq/extended.h>
+#include <kalmanq/sigma_points.h>
+#include <stdint.h>
 
-enum {
-    BATTERY_STATES = 2,
-    BATTERY_STEPS = 200 /* that the tape has room for */
-};
-
-/** The charge is not known better than +-0.1 (1 sigma). */
-kq_status battery_start(void);
-
-/** 10 s have passed.
- *   current  A, out of the cell, during them */
-kq_status battery_discharge(float current);
-
-/** The terminal voltage while the current flows, V and A. */
-kq_status battery_measure(float voltage, float current);
-
-/** The state now: its mean and its covariance, row by row. */
-kq_status battery_read(float mean[BATTERY_STATES], float P[BATTERY_STATES * BATTERY_STATES]);
-
-/** Ends the recording; then each step of it, 0 the start, given all measurements. */
-kq_status battery_smooth(void);
-kq_status battery_read_smoothed(size_t step, float mean[BATTERY_STATES],
-                                   float P[BATTERY_STATES * BATTERY_STATES]);
-
-/** KQ_EVENT_... of the run and of the smoother: 0 is as it should be. */
-unsigned battery_events(void);
-
+#ifdef __cplusplus
+extern "C" {
 #endif
+
+typedef struct {
+    kq_filter_f32 filter;
+    kq_process_f32 process;
+    kq_sensor_f32 sensor;
+    float filter_memory[KQ_FILTER_LEN_F32(2)], process_memory[KQ_PROCESS_LEN(2)];
+    float sensor_memory[KQ_SENSOR_DIAGONAL_LEN(1)];
+    float H[2];
+} battery_device;
+
+/** Before the first sample.  Detaches what was attached. */
+kq_status battery_start(battery_device *f);
+
+/** The same from a mean and a sigma of each state that you give. */
+kq_status battery_start_at(battery_device *f, const float mean[2], const float sigma[2]);
+
+/** To the next instant. */
+kq_status battery_predict(battery_device *f, const float u[1]);
+
+/** Takes a sample. */
+kq_status battery_update(battery_device *f, const float z[1], const float u[1]);
+
+/** Innovations e of a sample at the mean; the sensor's H becomes the derivative there. */
+kq_status battery_innovation(battery_device *f, const float z[1], const float u[1], float e[1]);
+
+/** What the functions for sigma points read of a row beside the state. */
+typedef struct {
+    const float *z;
+    const float *u;
+} battery_row;
+
+/** z - h(x) at a sigma point.  context: a row. */
+void battery_point_innovation(void *context, const float *x, float *e);
+
+static inline float battery_mean_charge(const battery_device *f) { return kq_mean_f32(&f->filter, 0); }
+static inline float battery_mean_polarisation(const battery_device *f) { return kq_mean_f32(&f->filter, 1); }
+
+/** For the library's calls: readings, histories, robust updates. */
+static inline kq_filter_f32 *battery_filter(battery_device *f) { return &f->filter; }
+
+static inline float battery_sigma_charge(const battery_device *f) { return kq_sigma_f32(&f->filter, 0); }
+static inline float battery_sigma_polarisation(const battery_device *f) { return kq_sigma_f32(&f->filter, 1); }
+
+#ifdef __cplusplus
+}
+#endif
+
+#endif /* BATTERY_H */

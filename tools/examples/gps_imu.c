@@ -1,124 +1,92 @@
+/*
+ * gps_imu: written by kalmanq compile --library.
+ * Model file gps_imu.py, SHA-256 627219660d43b40c766e7fb75a83bfe40189e3cb634b70225f497a82d2386d65
+ */
 #include "gps_imu.h"
 
 #include <math.h>
 
-enum { EAST, NORTH, SPEED, HEADING, ACCELEROMETER, GYRO, N = GPS_IMU_STATES };
-enum { M = 2, STEPS = GPS_IMU_STEPS, FIXES = GPS_IMU_FIXES };
+#if defined __FAST_MATH__
+#error "two floats a state need ordinary arithmetic: compile without -ffast-math"
+#endif
+static const float A[] = {1.0f, 0.0f, 0.0f, 0.0f, 0.0f, 0.0f, 0.0f, 1.0f, 0.0f, 0.0f, 0.0f, 0.0f, 0.0f, 0.0f, 1.0f, 0.0f, -0.1f,
+    0.0f, 0.0f, 0.0f, 0.0f, 1.0f, 0.0f, -0.1f, 0.0f, 0.0f, 0.0f, 0.0f, 1.0f, 0.0f, 0.0f, 0.0f, 0.0f, 0.0f, 0.0f, 1.0f};
+static const float Q[] = {1.0e-6f, 0.0f, 0.0f, 0.0f, 0.0f, 0.0f, 0.0f, 1.0e-6f, 0.0f, 0.0f, 0.0f, 0.0f, 0.0f, 0.0f, 0.0001f,
+    0.0f, 0.0f, 0.0f, 0.0f, 0.0f, 0.0f, 1.0e-6f, 0.0f, 0.0f, 0.0f, 0.0f, 0.0f, 0.0f, 1.0e-8f, 0.0f, 0.0f, 0.0f, 0.0f, 0.0f,
+    0.0f, 1.0e-10f};
+static const float first[] = {500.0f, -300.0f, 10.0f, 0.5f, 0.0f, 0.0f};
+static const float P0[] = {4.0f, 0.0f, 0.0f, 0.0f, 0.0f, 0.0f, 0.0f, 4.0f, 0.0f, 0.0f, 0.0f, 0.0f, 0.0f, 0.0f, 1.0f, 0.0f, 0.0f,
+    0.0f, 0.0f, 0.0f, 0.0f, 0.04f, 0.0f, 0.0f, 0.0f, 0.0f, 0.0f, 0.0f, 0.01f, 0.0f, 0.0f, 0.0f, 0.0f, 0.0f, 0.0f, 0.0001f};
+static const float H[] = {1.0f, 0.0f, 0.0f, 0.0f, 0.0f, 0.0f, 0.0f, 1.0f, 0.0f, 0.0f, 0.0f, 0.0f};
+static const float R[] = {4.0f, 4.0f};
 
-static const float seconds = 0.1f;
-
-/* sigmas: in 0.1 s 1 mm, 0.1 m/s^2 and 0.01 rad/s of the IMU, 1e-4 m/s^2 and 1e-5 rad/s of its biases */
-static const float Q[N * N] = {[EAST * N + EAST] = 1e-6f,
-                               [NORTH * N + NORTH] = 1e-6f,
-                               [SPEED * N + SPEED] = 1e-4f,
-                               [HEADING * N + HEADING] = 1e-6f,
-                               [ACCELEROMETER * N + ACCELEROMETER] = 1e-8f,
-                               [GYRO * N + GYRO] = 1e-10f};
-static const float P0[N * N] = {[EAST * N + EAST] = 4,
-                                [NORTH * N + NORTH] = 4,
-                                [SPEED * N + SPEED] = 1,
-                                [HEADING * N + HEADING] = 0.04f,
-                                [ACCELEROMETER * N + ACCELEROMETER] = 0.01f,
-                                [GYRO * N + GYRO] = 1e-4f};
-static const float H[M * N] = {[EAST] = 1, [N + NORTH] = 1};
-static const float r[] = {4, 4}; /* 2 m */
-
-KQ_PROCESS_F32(motion, N, 0);
-KQ_SENSOR_DIAGONAL_F32(receiver, N, M);
-KQ_FILTER_F32(vehicle, N);
-/* One step of ten has two measurements, the others have none. */
-enum {
-    TAPE_WORDS = KQ_HISTORY_LEN_F32(N, 0, STEPS - FIXES, STEPS) + KQ_HISTORY_LEN_F32(N, M, FIXES, 0)
-};
-static float tape_memory[TAPE_WORDS];
-static kq_history_f32 tape;
-KQ_JACOBIANS_F32(jacobians, tape, N, STEPS, STEPS); /* sigma points give each step a noise of its own */
-
-static float A[N * N];
-static float work[KQ_SIGMA_POINTS_LEN(N, M)];
-static int is_by_points;
-
-typedef struct {
-    float acceleration, rate;
-} imu;
-
-/* f(x) - x */
-static void increment(void *context, const float *x, float *d)
+kq_status gps_imu_start(gps_imu_device *restrict f)
 {
-    const imu *reading = context;
-    d[EAST] = seconds * x[SPEED] * cosf(x[HEADING]);
-    d[NORTH] = seconds * x[SPEED] * sinf(x[HEADING]);
-    d[SPEED] = seconds * (reading->acceleration - x[ACCELEROMETER]);
-    d[HEADING] = seconds * (reading->rate - x[GYRO]);
-    d[ACCELEROMETER] = 0;
-    d[GYRO] = 0;
-}
-
-/* df/dx */
-static void write_jacobian(const float *x)
-{
-    const float s = sinf(x[HEADING]), c = cosf(x[HEADING]);
-    for (int i = 0; i < N * N; i++) A[i] = i % (N + 1) == 0 ? 1.0f : 0.0f;
-    A[EAST * N + SPEED] = seconds * c;
-    A[EAST * N + HEADING] = -seconds * x[SPEED] * s;
-    A[NORTH * N + SPEED] = seconds * s;
-    A[NORTH * N + HEADING] = seconds * x[SPEED] * c;
-    A[SPEED * N + ACCELEROMETER] = -seconds;
-    A[HEADING * N + GYRO] = -seconds;
-}
-
-kq_status gps_imu_start(const float x0[N], int by_points)
-{
-    is_by_points = by_points;
-    write_jacobian(x0);
-    kq_status status = kq_process_init_f32(&motion, A, NULL, Q);
-    if (!status) status = kq_sensor_init_diagonal_f32(&receiver, H, r);
-    if (!status) status = kq_filter_init_f32(&vehicle, x0, P0);
-    if (!status) status = kq_history_assign_f32(&tape, N, tape_memory, TAPE_WORDS);
-    if (!status) status = kq_attach_f32(&vehicle, &jacobians.attached);
+    for (int i = 0; i < 36; i++) f->A[i] = A[i];
+    kq_status status = kq_filter_assign_f32(&f->filter, 6, f->filter_memory, KQ_FILTER_LEN_F32(6));
+    if (!status) status = kq_process_assign_f32(&f->process, 6, 0, f->process_memory, KQ_PROCESS_LEN(6));
+    if (!status) status = kq_sensor_assign_f32(&f->sensor, 6, 2, f->sensor_memory, KQ_SENSOR_DIAGONAL_LEN(2));
+    if (!status) status = kq_process_init_f32(&f->process, f->A, NULL, Q);
+    if (!status) status = kq_sensor_init_diagonal_f32(&f->sensor, H, R);
+    if (!status) status = kq_filter_init_f32(&f->filter, first, P0);
     return status;
 }
 
-kq_status gps_imu_move(float acceleration, float rate)
+kq_status gps_imu_start_at(gps_imu_device *restrict f, const float mean[6], const float sigma[6])
 {
-    imu reading = {acceleration, rate};
-    float x[N], d[N];
-    if (is_by_points) {
-        return kq_predict_sigma_points_f32(&vehicle, &motion, increment, &reading, KQ_SIGMA_POINTS_CUBATURE,
-                                     work);
-    }
-    for (int i = 0; i < N; i++) x[i] = kq_mean_f32(&vehicle, i);
-    increment(&reading, x, d);
-    write_jacobian(x);
-    kq_status status = kq_process_change_transition_f32(&motion, A);
-    if (!status) status = kq_predict_extended_f32(&vehicle, &motion, d);
+    float P[36] = {0};
+    kq_status status = gps_imu_start(f);
+    for (int i = 0; i < 6; i++) P[i * 7] = sigma[i] * sigma[i];
+    return status ? status : kq_filter_init_f32(&f->filter, mean, P);
+}
+
+kq_status gps_imu_predict(gps_imu_device *restrict f, const float u[2])
+{
+    const float x2 = kq_mean_f32(&f->filter, 2);
+    const float x3 = kq_mean_f32(&f->filter, 3);
+    const float x4 = kq_mean_f32(&f->filter, 4);
+    const float x5 = kq_mean_f32(&f->filter, 5);
+    const float u0 = u[0];
+    const float u1 = u[1];
+    const float t0 = 0.1f * x2;
+    const float t1 = cosf(x3);
+    const float t2 = t0 * t1;
+    const float t3 = sinf(x3);
+    const float t4 = t0 * t3;
+    const float d[6] = {t2, t4, 0.1f * (u0 - x4), 0.1f * (u1 - x5), 0.0f, 0.0f};
+    f->A[2] = 0.1f * t1;
+    f->A[3] = -t4;
+    f->A[8] = 0.1f * t3;
+    f->A[9] = t2;
+    kq_status status = kq_process_change_transition_f32(&f->process, f->A);
+    if (!status) status = kq_predict_extended_f32(&f->filter, &f->process, d);
     return status;
 }
 
-kq_status gps_imu_locate(const float position[M])
+kq_status gps_imu_update_some(gps_imu_device *restrict f, const float z[2], uint32_t present)
 {
-    return kq_update_f32(&vehicle, &receiver, position);
+    return kq_update_subset_f32(&f->filter, &f->sensor, z, present);
 }
 
-kq_status gps_imu_read(float mean[N], float P[N * N])
+kq_status gps_imu_update(gps_imu_device *restrict f, const float z[2])
 {
-    for (int i = 0; i < N; i++) mean[i] = kq_mean_f32(&vehicle, i);
-    return kq_covariance_f32(&vehicle, P);
+    return gps_imu_update_some(f, z, UINT32_MAX);
 }
 
-kq_status gps_imu_smooth(void) { return kq_smooth_f32(&tape); }
-
-kq_status gps_imu_read_smoothed(size_t step, float mean[N], float P[N * N])
+void gps_imu_point_increment(void *context, const float *x, float *d)
 {
-    kq_filter_f32 view;
-    const kq_status status = kq_smoothed_f32(&tape, step, &view);
-    for (int i = 0; i < N; i++) mean[i] = kq_mean_f32(&view, i);
-    return status ? status : kq_covariance_f32(&view, P);
-}
-
-unsigned gps_imu_events(void)
-{
-    kq_filter_f32 view;
-    const kq_status status = kq_smoothed_f32(&tape, 0, &view);
-    return kq_events_f32(&vehicle) | (status ? 0 : kq_events_f32(&view));
+    const gps_imu_row *row = context;
+    const float x2 = x[2];
+    const float x3 = x[3];
+    const float x4 = x[4];
+    const float x5 = x[5];
+    const float u0 = row->u[0];
+    const float u1 = row->u[1];
+    const float t0 = 0.1f * x2;
+    d[0] = t0 * cosf(x3);
+    d[1] = t0 * sinf(x3);
+    d[2] = 0.1f * (u0 - x4);
+    d[3] = 0.1f * (u1 - x5);
+    d[4] = 0.0f;
+    d[5] = 0.0f;
 }

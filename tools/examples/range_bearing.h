@@ -1,45 +1,100 @@
 /*
- * The track of a target that passes 20 m from a sensor of range and bearing, every second.
+ * range_bearing: a Kalman filter of 4 states, 2 measurements and no controls in f32.
+ * A device over the library (kalmanq/extended.h): its calls answer the library's statuses.
+ * Written by kalmanq compile.
  *
- *     x = (east, north, and their speeds), of the sensor: m, m/s; it moves straight on, but for white accelerations
- *     z = (range, bearing): m, rad from east to north, -pi .. pi
+ *     static range_bearing_device f;
+ *     range_bearing_start(&f);          once
+ *     range_bearing_update(&f, z);      a sample
+ *     range_bearing_predict(&f);        to the next instant
+ *     range_bearing_mean_east(&f)       the estimate
  *
- * The motion is linear: it takes the plain kq_predict, and an ordinary history records it.  The bearing's innovation
- * is wrapped.  Where the sensor is sharp beside what was known the update is iterated, or its sigma says far less
- * than the error (sigma_points.h); sigma points are the third way.
+ * For smoothers, attach a history after range_bearing_start (kalmanq/smoother.h):
+ *
+ *     KQ_HISTORY_F32(tape, 4, 2, STEPS, 0);
+ *     kq_attach_f32(range_bearing_filter(&f), &tape.attached);
+ *
+ * A robust update (kalmanq/robust.h):
+ *
+ *     range_bearing_innovation(&f, z, e);
+ *     kq_update_robust_f32(range_bearing_filter(&f), &f.sensor, e, UINT32_MAX, &loss);
+ *
+ * Sigma points (kalmanq/sigma_points.h), with float work[KQ_SIGMA_POINTS_LEN(4, 2)]:
+ *
+ *     range_bearing_row row = {z};
+ *     kq_update_sigma_points_f32(range_bearing_filter(&f), &f.sensor, range_bearing_point_innovation, &row,
+ *         KQ_SIGMA_POINTS_CUBATURE, work);
+ *
+ *                    name     unit  range
+ *     state 0        east     m     2000
+ *     state 1        north    m     2000
+ *     state 2        v_east   m/s   50
+ *     state 3        v_north  m/s   50
+ *     measurement 0  range    m     2000
+ *     measurement 1  bearing  rad   1000
  */
 #ifndef RANGE_BEARING_H
 #define RANGE_BEARING_H
 
 #include <kalmanq/sigma_points.h>
+#include <stdint.h>
 
-enum {
-    RANGE_BEARING_STATES = 4,
-    RANGE_BEARING_STEPS = 60 /* that the tape has room for */
-};
-
-typedef enum { TRACK_EXTENDED, TRACK_ITERATED, TRACK_BY_POINTS } track_method;
-
-/** x0 is known to 5 m and 1 m/s (1 sigma).
- *   sigma    of a range in m and a bearing in rad */
-kq_status track_start(const float x0[RANGE_BEARING_STATES], const float sigma[2],
-                      track_method method);
-
-/** A second has passed. */
-kq_status track_move(void);
-
-/** A range and a bearing.  KQ_ERR_NOT_FINITE: the mean is the sensor's own place, where no bearing is. */
-kq_status track_measure(const float z[2]);
-
-/** The state now: its mean and its covariance, row by row. */
-kq_status track_read(float mean[RANGE_BEARING_STATES], float P[RANGE_BEARING_STATES * RANGE_BEARING_STATES]);
-
-/** Ends the recording; then each step of it, 0 the start, given all measurements. */
-kq_status track_smooth(void);
-kq_status track_read_smoothed(size_t step, float mean[RANGE_BEARING_STATES],
-                                 float P[RANGE_BEARING_STATES * RANGE_BEARING_STATES]);
-
-/** KQ_EVENT_... of the run and of the smoother: 0 is as it should be. */
-unsigned track_events(void);
-
+#ifdef __cplusplus
+extern "C" {
 #endif
+
+typedef struct {
+    kq_filter_f32 filter;
+    kq_process_f32 process;
+    kq_sensor_f32 sensor;
+    float filter_memory[KQ_FILTER_LEN_F32(4)], process_memory[KQ_PROCESS_LEN(4)];
+    float sensor_memory[KQ_SENSOR_DIAGONAL_LEN(2)];
+    kq_filter_f32 trial; /* where an update comes out */
+    float trial_memory[KQ_FILTER_LEN_F32(4)];
+    float H[8];
+} range_bearing_device;
+
+/** Before the first sample.  Detaches what was attached. */
+kq_status range_bearing_start(range_bearing_device *f);
+
+/** The same from a mean and a sigma of each state that you give. */
+kq_status range_bearing_start_at(range_bearing_device *f, const float mean[4], const float sigma[4]);
+
+/** To the next instant. */
+kq_status range_bearing_predict(range_bearing_device *f);
+
+/** Takes a sample. */
+kq_status range_bearing_update(range_bearing_device *f, const float z[2]);
+
+/** Takes the components of a sample whose bits are set in `present`. */
+kq_status range_bearing_update_some(range_bearing_device *f, const float z[2], uint32_t present);
+
+/** Innovations e of a sample at the mean; the sensor's H becomes the derivative there. */
+kq_status range_bearing_innovation(range_bearing_device *f, const float z[2], float e[2]);
+
+/** What the functions for sigma points read of a row beside the state. */
+typedef struct {
+    const float *z;
+} range_bearing_row;
+
+/** z - h(x) at a sigma point.  context: a row. */
+void range_bearing_point_innovation(void *context, const float *x, float *e);
+
+static inline float range_bearing_mean_east(const range_bearing_device *f) { return kq_mean_f32(&f->filter, 0); }
+static inline float range_bearing_mean_north(const range_bearing_device *f) { return kq_mean_f32(&f->filter, 1); }
+static inline float range_bearing_mean_v_east(const range_bearing_device *f) { return kq_mean_f32(&f->filter, 2); }
+static inline float range_bearing_mean_v_north(const range_bearing_device *f) { return kq_mean_f32(&f->filter, 3); }
+
+/** For the library's calls: readings, histories, robust updates. */
+static inline kq_filter_f32 *range_bearing_filter(range_bearing_device *f) { return &f->filter; }
+
+static inline float range_bearing_sigma_east(const range_bearing_device *f) { return kq_sigma_f32(&f->filter, 0); }
+static inline float range_bearing_sigma_north(const range_bearing_device *f) { return kq_sigma_f32(&f->filter, 1); }
+static inline float range_bearing_sigma_v_east(const range_bearing_device *f) { return kq_sigma_f32(&f->filter, 2); }
+static inline float range_bearing_sigma_v_north(const range_bearing_device *f) { return kq_sigma_f32(&f->filter, 3); }
+
+#ifdef __cplusplus
+}
+#endif
+
+#endif /* RANGE_BEARING_H */

@@ -3,8 +3,9 @@
 #include "simulation.h"
 
 #include <math.h>
+#include <string.h>
 
-enum { N = ATTITUDE_STATES, STEPS = ATTITUDE_STEPS };
+enum { N = 6, M = 6, NUMBERS = 7, STEPS = 1000, SIGHTINGS = 100 };
 
 static const double seconds = 0.01, degrees = 57.29577951308232;
 static const double up_of_world[] = {0, 0, 1}, field_of_world[] = {0.5, 0, 0.866};
@@ -13,6 +14,16 @@ typedef struct {
     double q[4], bias[3];
 } truth;
 
+static attitude_device device, smoothed;
+/* One step of ten has six measurements, the others have none. */
+enum {
+    TAPE_WORDS = KQ_HISTORY_LEN_F32(N, 0, STEPS - SIGHTINGS, STEPS) +
+                 KQ_HISTORY_LEN_F32(N, M, SIGHTINGS, 0)
+};
+static float tape_memory[TAPE_WORDS];
+static kq_history_f32 tape;
+KQ_JACOBIANS_F32(jacobians, tape, N, STEPS, 1); /* Q is the same at every step */
+static float left[STEPS][NUMBERS]; /* as a predict found each step: what its smoothed error is beside */
 static record rows[STEPS];
 static truth truths[STEPS];
 
@@ -119,42 +130,55 @@ static void error_of(const truth *at, const double q[4], const float bias[3], do
     }
 }
 
-static void note_attitude(int t, int kind, attitude estimate, const float *P)
+static void note_attitude(int t, int kind, attitude_device *f)
 {
     record *row = rows + t;
+    float P[N * N];
     double q[4], e[N], angles[3];
-    for (int i = 0; i < 4; i++) q[i] = (double)estimate.quaternion[i];
+    need(kq_covariance_f32(attitude_filter(f), P), "kq_covariance_f32");
+    for (int i = 0; i < 4; i++) q[i] = (double)f->x[i];
     angles_of(truths[t].q, row->truth);
     angles_of(q, angles);
     sigmas_of(angles, P, row->sigma[kind]);
     for (int i = 0; i < 3; i++) { /* as near to the truth as an angle can be */
         row->mean[kind][i] = row->truth[i] + remainder(angles[i] - row->truth[i], 360);
         row->truth[3 + i] = truths[t].bias[i];
-        row->mean[kind][3 + i] = (double)estimate.bias[i];
+        row->mean[kind][3 + i] = (double)f->x[4 + i];
         row->sigma[kind][3 + i] = sqrt((double)P[(3 + i) * (N + 1)]);
     }
-    error_of(truths + t, q, estimate.bias, e);
+    error_of(truths + t, q, f->x + 4, e);
     row->nees[kind] = nees_of(P, e, N);
 }
 
 static void run(noise *n)
 {
-    float gyro[3], up[3], field[3], P[N * N];
+    float gyro[3], up[3], field[3];
     truth at = start(n);
-    attitude estimate;
     for (int t = 0; t < STEPS; t++) {
         if (t > 0) {
             move(&at, t - 1, n, gyro);
-            need(attitude_turn(gyro), "attitude_turn");
+            need(attitude_predict(&device, gyro), "attitude_predict");
         }
         if (t % 10 == 0) {
             see(&at, n, up, field);
-            need(attitude_sight(up, field), "attitude_sight");
+            need(attitude_update_accelerometer(&device, up), "attitude_update_accelerometer");
+            need(attitude_update_magnetometer(&device, field), "attitude_update_magnetometer");
         }
         truths[t] = at;
-        need(attitude_read(&estimate, P), "attitude_read");
-        note_attitude(t, FILTERED, estimate, P);
+        memcpy(left[t], device.x, sizeof left[t]);
+        note_attitude(t, FILTERED, &device);
     }
+}
+
+/* What a step was left with, and its smoothed error */
+static void show(int t)
+{
+    kq_filter_f32 view;
+    memcpy(smoothed.x, left[t], sizeof left[t]);
+    need(kq_smoothed_f32(&tape, (size_t)t, &view), "kq_smoothed_f32");
+    need(kq_filter_copy_f32(attitude_filter(&smoothed), &view), "kq_filter_copy_f32");
+    need(attitude_reset(&smoothed), "attitude_reset");
+    note_attitude(t, SMOOTHED, &smoothed);
 }
 
 void simulate(uint64_t seed, int count, char **options)
@@ -162,16 +186,15 @@ void simulate(uint64_t seed, int count, char **options)
     static const char *const names[] = {"roll_deg",     "pitch_deg",    "yaw_deg",
                                         "bias_x_rad_s", "bias_y_rad_s", "bias_z_rad_s"};
     noise n = {seed};
-    attitude estimate;
-    float P[N * N];
     if (count > 0) refuse(options[0], "no option");
-    need(attitude_start(), "attitude_start");
+    need(attitude_start(&device), "attitude_start");
+    need(attitude_start(&smoothed), "attitude_start");
+    need(kq_history_assign_f32(&tape, N, tape_memory, TAPE_WORDS), "kq_history_assign_f32");
+    need(kq_attach_f32(attitude_filter(&device), &jacobians.attached), "kq_attach_f32");
     run(&n);
-    need(attitude_smooth(), "attitude_smooth");
-    for (int t = 0; t < STEPS; t++) {
-        need(attitude_read_smoothed((size_t)t, &estimate, P), "attitude_read_smoothed");
-        note_attitude(t, SMOOTHED, estimate, P);
-    }
-    need_no_events(attitude_events() & ~(unsigned)KQ_EVENT_PRECISION); /* attitude.h */
+    need(kq_smooth_f32(&tape), "kq_smooth_f32");
+    for (int t = 0; t < STEPS; t++) show(t);
+    /* Of a body that is level the accelerometer's z says next to nothing, and x and y say it. */
+    need_no_events(attitude_filter(&device), &tape, KQ_EVENT_PRECISION);
     print_records(names, N, seconds, rows, STEPS);
 }

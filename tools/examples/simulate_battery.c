@@ -5,7 +5,10 @@
 #include <math.h>
 #include <string.h>
 
-enum { N = BATTERY_STATES, STEPS = BATTERY_STEPS };
+enum { N = 2, STEPS = 200 };
+
+static battery_device device;
+KQ_HISTORY_F32(tape, N, 1, STEPS, 0); /* the process is linear and constant */
 
 static const double seconds = 10;
 static record rows[STEPS];
@@ -35,18 +38,19 @@ static double voltage_of(const double x[N], double current, noise *n)
 static void run(noise *n)
 {
     double x[N];
-    float mean[N], P[N * N];
+    float before = 0;
     start(x, n);
     for (int t = 0; t < STEPS; t++) {
         const float current = (float)current_at(t);
         if (t > 0) {
             move(x, current_at(t - 1), n);
-            need(battery_discharge((float)current_at(t - 1)), "battery_discharge");
+            need(battery_predict(&device, &before), "battery_predict");
         }
-        need(battery_measure((float)voltage_of(x, current_at(t), n), current), "battery_measure");
+        const float voltage = (float)voltage_of(x, current_at(t), n);
+        need(battery_update(&device, &voltage, &current), "battery_update");
+        before = current;
         memcpy(truths[t], x, sizeof x);
-        need(battery_read(mean, P), "battery_read");
-        note(rows + t, FILTERED, x, mean, P, N);
+        note(rows + t, FILTERED, x, battery_filter(&device), N);
     }
 }
 
@@ -54,15 +58,11 @@ void simulate(uint64_t seed, int count, char **options)
 {
     static const char *const names[] = {"charge", "polarisation_V"};
     noise n = {seed};
-    float mean[N], P[N * N];
     if (count > 0) refuse(options[0], "no option");
-    need(battery_start(), "battery_start");
+    need(battery_start(&device), "battery_start");
+    need(kq_attach_f32(battery_filter(&device), &tape.attached), "kq_attach_f32");
     run(&n);
-    need(battery_smooth(), "battery_smooth");
-    for (int t = 0; t < STEPS; t++) {
-        need(battery_read_smoothed((size_t)t, mean, P), "battery_read_smoothed");
-        note(rows + t, SMOOTHED, truths[t], mean, P, N);
-    }
-    need_no_events(battery_events());
+    note_smoothed(rows, truths[0], &tape, N);
+    need_no_events(battery_filter(&device), &tape, 0);
     print_records(names, N, seconds, rows, STEPS);
 }

@@ -27,8 +27,11 @@ void need(kq_status status, const char *what)
     exit(1);
 }
 
-void need_no_events(unsigned events)
+void need_no_events(const kq_filter_f32 *f, const kq_history_f32 *tape, unsigned usual)
 {
+    kq_filter_f32 view;
+    need(kq_smoothed_f32(tape, 0, &view), "kq_smoothed_f32");
+    const unsigned events = (kq_events_f32(f) | kq_events_f32(&view)) & ~usual;
     if (events == 0) return;
     fprintf(stderr, "the filter has the events %u (status.h)\n", events);
     exit(1);
@@ -71,16 +74,28 @@ double nees_of(const float *P, const double *e, int n)
     return sum / n;
 }
 
-void note(record *row, int kind, const double *truth, const float *mean, const float *P, int n)
+void note(record *row, int kind, const double *truth, const kq_filter_f32 *f, int n)
 {
+    float P[QUANTITIES_MAX * QUANTITIES_MAX];
     double e[QUANTITIES_MAX];
+    need(kq_covariance_f32(f, P), "kq_covariance_f32");
     for (int i = 0; i < n; i++) {
         row->truth[i] = truth[i];
-        row->mean[kind][i] = (double)mean[i];
+        row->mean[kind][i] = (double)kq_mean_f32(f, i);
         row->sigma[kind][i] = sqrt((double)P[i * n + i]);
         e[i] = truth[i] - row->mean[kind][i];
     }
     row->nees[kind] = nees_of(P, e, n);
+}
+
+void note_smoothed(record *rows, const double *truths, kq_history_f32 *tape, int n)
+{
+    need(kq_smooth_f32(tape), "kq_smooth_f32");
+    for (size_t t = 0; t < kq_history_steps_f32(tape); t++) {
+        kq_filter_f32 view;
+        need(kq_smoothed_f32(tape, t, &view), "kq_smoothed_f32");
+        note(rows + t, SMOOTHED, truths + t * (size_t)n, &view, n);
+    }
 }
 
 static void print_titles(const char *const *names, int count)

@@ -30,9 +30,11 @@ typedef struct {
     double nees[2];
 } record;
 
-/** Ends the program with exit status 1 and a line that says what went wrong, if anything did. */
+/** Ends the program with exit status 1 and a line that says what went wrong, if anything did.
+ *   f, tape  the filter at the end of the run, and its smoothed history
+ *   usual    KQ_EVENT_... that are as they should be */
 void need(kq_status status, const char *what);
-void need_no_events(unsigned events);
+void need_no_events(const kq_filter_f32 *f, const kq_history_f32 *tape, unsigned usual);
 
 /** Ends the program with exit status 2: `word` is none of the command line's. */
 void refuse(const char *word, const char *wanted);
@@ -45,9 +47,13 @@ double nees_of(const float *P, const double *e, int n);
 
 /** A row of quantities that are the states.
  *   kind     FILTERED or SMOOTHED
- *   truth, mean   n, written to the row with sigma and NEES
- *   P        n x n */
-void note(record *row, int kind, const double *truth, const float *mean, const float *P, int n);
+ *   truth    n, written to the row with mean, sigma and NEES
+ *   f        the filter, or a view of a smoothed step */
+void note(record *row, int kind, const double *truth, const kq_filter_f32 *f, int n);
+
+/** Smooths what is recorded, and notes all its steps.
+ *   truths   n of each step */
+void note_smoothed(record *rows, const double *truths, kq_history_f32 *tape, int n);
 
 /** All rows: step, time, then five columns of each quantity: NAME_truth, _filtered, _filtered_sigma, _smoothed,
  * _smoothed_sigma; nees_filtered, nees_smoothed.

@@ -1,11 +1,13 @@
 """A nonlinear model as a device over the library: its functions and derivatives are emitted, the library filters.
 
 A predict that is A x + B u is a plain kq_predict; others take the increment and A (kq_predict_extended).  A sensor that is H x
-is a plain one; others take innovations.  Entries of A and H that are constant are written once, in NAME_start.
+is a plain one; others take innovations.  Entries of A and H that are constant are written once, in NAME_start.  What is not
+linear is a function of x for sigma points, too, but of error states.
 """
 
 from __future__ import annotations
 
+import textwrap
 from dataclasses import dataclass
 from typing import Optional, Sequence
 
@@ -13,7 +15,7 @@ import numpy as np
 
 from kalmanq.compiler.arithmetic import Arithmetic
 from kalmanq.compiler.equations import Equations, equations
-from kalmanq.compiler.head import reading
+from kalmanq.compiler.head import readings
 from kalmanq.compiler.printing import Floats
 from kalmanq.compiler.request import Options, Request
 from kalmanq.errors import KalmanqError
@@ -25,8 +27,7 @@ from kalmanq.nonlinear.model import Sensor
 INSTEAD = (("--gate", "gate", "kq_update_robust with kq_loss_gate (kalmanq/robust.h)"),
            ("--student", "student", "kq_update_robust with kq_loss_student (kalmanq/robust.h)"),
            ("--nis", "nis", "kq_nis and kq_log_likelihood of NAME_filter (kalmanq/filter.h)"),
-           ("--smooth", "smooth", "kq_smooth of a history (kalmanq/smoother.h)"),
-           ("--iterate", "iterate", "the iterated update of kalmanq/sigma_points.h, by kq_filter_copy and kq_update"))
+           ("--smooth", "smooth", "kq_smooth of a history (kalmanq/smoother.h)"))
 
 
 @dataclass(frozen=True)
@@ -62,9 +63,13 @@ class Device(Arithmetic):
         self.has_errors, f = of.model.has_errors, of.model.formulas
         self.A, self.H, self.e, self.change, self.moved = f.transition, list(f.measurement), f.innovation, f.change, f.moved
         self.corrected = f.corrected if self.has_errors else []
-        self.includes = ["#include <kalmanq/extended.h>"]
         self.B = self._controlled()
         self.plain = [one for one in self.sensors if self._is_plain(one)]
+        self.bent = [one for one in self.sensors if one not in self.plain]
+        self.iterates = given.options.iterate > 1 and bool(self.bent)
+        self.moves_points, self.measures_points = not self.has_errors and self.B is None, [] if self.has_errors else self.bent
+        has_points = self.moves_points or self.measures_points
+        self.includes = [f"#include <kalmanq/{'sigma_points' if has_points else 'extended'}.h>"]
 
     # ---- what is linear
 
@@ -101,7 +106,16 @@ class Device(Arithmetic):
         return _reads(which, [*(self.moved if self.has_errors else self.change), *self.transition])
 
     def updates_by(self, sensor: Sensor, which: str) -> bool:
-        return _reads(which, [*self.e[sensor.first:sensor.first + sensor.m], *self.rows_of(sensor)])
+        return _reads(which, [*self.innovations(sensor), *self.rows_of(sensor)])
+
+    def row_fields(self) -> list[tuple[str, str]]:
+        """What the functions for sigma points read of a row: declarations and names"""
+        rows = self.change if self.moves_points else []
+        rows = [*rows, *(one for sensor in self.measures_points for one in self.innovations(sensor))]
+        return [(f"{self.type} t" if name == "t" else f"const {self.type} *{name}", name) for name in "zut" if _reads(name, rows)]
+
+    def innovations(self, sensor: Sensor) -> list[Node]:
+        return list(self.e[sensor.first:sensor.first + sensor.m])
 
     def number(self, value: float) -> str:
         return self.words.number(float(value))
@@ -117,9 +131,9 @@ class Device(Arithmetic):
     def calls(self) -> list[str]:
         name, given = self.given.name, self.given
         lines = ["/** For the library's calls: readings, histories, robust updates. */",
-                 f"static inline kq_filter_{self.T} *{name}_filter({given.type} *f)", "{", "    return &f->filter;", "}", ""]
-        return lines + [line for i, state in enumerate(given.states)
-                        for line in reading(given, self.type, f"sigma_{state}", f"kq_sigma_{self.T}(&f->filter, {i})")]
+                 f"static inline kq_filter_{self.T} *{name}_filter({given.type} *f) {{ return &f->filter; }}", ""]
+        return lines + readings(given, self.type, {
+            f"sigma_{state}": f"kq_sigma_{self.T}(&f->filter, {i})" for i, state in enumerate(given.states)})
 
     @property
     def fields(self) -> list[str]:
@@ -128,6 +142,8 @@ class Device(Arithmetic):
                  *(f"kq_sensor_{T} {field(one)};" for one in self.sensors),
                  f"{self.type} filter_memory[KQ_FILTER_LEN_{capital}({n})], process_memory[KQ_PROCESS_LEN({n})];",
                  *(f"{self.type} {field(one)}_memory[{self.length(one)}];" for one in self.sensors)]
+        lines += [f"kq_filter_{T} trial; /* where an update comes out */", f"{self.type} trial_memory[KQ_FILTER_LEN_{capital}({n})];"] \
+            if self.iterates else []
         lines += [f"{self.type} A[{n * n}];"] if _varies(self.transition) else []
         lines += [f"{self.type} H{one.suffix}[{one.m * n}];" for one in self.sensors if _varies(self.rows_of(one))]
         return lines + ([f"{self.type} x[{len(self.given.carried)}]; /* what the states are errors of */"] if self.has_errors else [])
@@ -152,7 +168,8 @@ class Device(Arithmetic):
         for one in self.sensors:
             R = self.noise(one)
             made += [(f"H{one.suffix}", self.rows_of(one)), (f"R{one.suffix}", np.diag(R) if self.is_diagonal(one) else R.ravel())]
-        return "\n".join(f"static const {self.type} {name}[] = {{{', '.join(map(self._entry, values))}}};" for name, values in made) + "\n\n"
+        lines = (f"static const {self.type} {name}[] = {{{', '.join(map(self._entry, values))}}};" for name, values in made)
+        return "\n".join(textwrap.fill(one, 128, subsequent_indent="    ") for one in lines) + "\n\n"
 
     def _entry(self, one: object) -> str:
         if isinstance(one, Node):
@@ -164,12 +181,12 @@ class Device(Arithmetic):
         def written(entries: Sequence[Node]) -> str:
             return f"{sum(not one.is_constant for one in entries)} of {len(entries)} entries"
 
-        name = self.given.name
+        name, times = self.given.name, f", linearised {self.given.options.iterate} times" if self.iterates else ""
         made = [f"{name}: {self.T}, a device over the library (kalmanq/extended.h)",
                 f"  {name}_predict: kq_predict, A and B are constant" if self.B is not None else
                 f"  {name}_predict: kq_predict_extended, writes {written(self.transition)} of A"]
         return made + [f"  {name}_update{one.suffix}: kq_update of z, H is constant" if one in self.plain else
-                       f"  {name}_update{one.suffix}: kq_update of innovations, writes {written(self.rows_of(one))} of H"
+                       f"  {name}_update{one.suffix}: kq_update of innovations{times}, writes {written(self.rows_of(one))} of H"
                        for one in self.sensors]
 
 

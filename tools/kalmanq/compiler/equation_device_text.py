@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import textwrap
 from dataclasses import replace
 from typing import Sequence
 
@@ -13,12 +14,12 @@ from kalmanq.compiler.equation_product import EquationHeader
 from kalmanq.compiler.equation_text import EquationText
 from kalmanq.compiler.floats import MOST
 from kalmanq.compiler.host import Ran
-from kalmanq.compiler.printing import Body
+from kalmanq.compiler.printing import Body, indented
 from kalmanq.compiler.product import Product
 from kalmanq.compiler.record import Record
 from kalmanq.compiler.request import Options
 from kalmanq.compiler.trial import ROWS, Trial
-from kalmanq.formulas.graph import Node, call, constant, dot, make, using
+from kalmanq.formulas.graph import Node, constant, dot, make, mul, using
 from kalmanq.nonlinear import NonlinearModel
 from kalmanq.nonlinear.model import Sensor
 
@@ -35,8 +36,10 @@ class DeviceText(EquationText):
     of: Device
 
     def parts(self) -> list[list[str]]:
-        updates = [lines for one in self.of.sensors for lines in (self._innovation(one), self._update_of(one), self._update_some_of(one))]
-        return [self._start(), self._predict(), *([self._reset_errors()] if self.of.has_errors else []), *updates]
+        updates = [lines for one in self.of.sensors for lines in (
+            self._linearised(one), self._innovation(one), self._update_some_of(one), self._update_of(one))]
+        resets = [self._reset_errors()] if self.of.has_errors else []
+        return [self._start(), self._start_at(), self._predict(), *resets, *updates, *self._points()]
 
     def row(self, of: Row) -> list[str]:
         """The same calls as of the straight-line filter, whose answer here is a status"""
@@ -50,13 +53,19 @@ class DeviceText(EquationText):
 
     def _calls(self, first: str, *more: str) -> list[str]:
         """One after the other, while the status is KQ_OK"""
-        return [f"kq_status status = {first};", *(f"if (!status) status = {one};" for one in more)]
+        return [f"kq_status status = {first};", *self._then(more)]
+
+    @staticmethod
+    def _then(calls: Sequence[str]) -> list[str]:
+        return [part for one in calls for part in textwrap.wrap(f"if (!status) status = {one};", 124, subsequent_indent="    ")]
 
     def _start(self) -> list[str]:
         a, T, n = self.of, self.of.T, self.of.n
         calls = [f"kq_filter_assign_{T}(&f->filter, {n}, f->filter_memory, KQ_FILTER_LEN_{T.upper()}({n}))",
                  f"kq_process_assign_{T}(&f->process, {n}, {self._l}, f->process_memory, KQ_PROCESS_LEN({n}))",
                  *(f"kq_sensor_assign_{T}(&f->{field(one)}, {n}, {one.m}, f->{field(one)}_memory, {a.length(one)})" for one in a.sensors)]
+        if a.iterates:
+            calls.append(f"kq_filter_assign_{T}(&f->trial, {n}, f->trial_memory, KQ_FILTER_LEN_{T.upper()}({n}))")
         A, B = "f->A" if self._varies_A else "A", "B" if self._l else "NULL"
         G = a.nonlinear.G
         calls.append(f"kq_process_init_{T}(&f->process, {A}, {B}, Q)" if G is None else
@@ -73,6 +82,19 @@ class DeviceText(EquationText):
         lines += [f"for (int i = 0; i < {size}; i++) f->{to}[i] = {of}[i];" for to, of, size in copies]
         return function(f"kq_status {self.given.name}_start({self.filter})", [*lines, *self._calls(*calls), "return status;"])
 
+    def _start_at(self) -> list[str]:
+        a, carried = self.of, len(self.given.carried)
+        lines = [f"static const {a.type} none[{a.n}] = {{0}};"] if a.has_errors else []
+        lines += [f"{a.type} P[{a.n * a.n}] = {{0}};", *self._calls(f"{self.given.name}_start(f)"),
+                  f"for (int i = 0; i < {a.n}; i++) P[i * {a.n + 1}] = sigma[i] * sigma[i];",
+                  *([f"for (int i = 0; i < {carried}; i++) f->x[i] = mean[i];"] if a.has_errors else []),
+                  f"return status ? status : kq_filter_init_{a.T}(&f->filter, {'none' if a.has_errors else 'mean'}, P);"]
+        return function(self.start_at_head(), lines)
+
+    def start_at_head(self) -> str:
+        return (f"kq_status {self.given.name}_start_at({self.filter}, const {self.of.type} mean[{len(self.given.carried)}], "
+                f"const {self.of.type} sigma[{self.of.n}])")
+
     @property
     def _l(self) -> int:
         return self.of.B.shape[1] if self.of.B is not None else 0
@@ -84,17 +106,18 @@ class DeviceText(EquationText):
     def _H(self, sensor: Sensor) -> str:
         return f"{'' if all(one.is_constant for one in self.of.rows_of(sensor)) else 'f->'}H{sensor.suffix}"
 
-    def _places(self) -> list[tuple[str, str, str]]:
+    def _places(self, of: str = "filter") -> list[tuple[str, str, str]]:
         a = self.of
-        x = [(a.type, f"x{i}", a.mean_text(i)) for i in range(len(self.given.carried))]
+        x = [(a.type, f"x{i}", a.mean_text(i).replace("filter", of)) for i in range(len(self.given.carried))]
         d = [(a.type, f"d{i}", f"kq_mean_{a.T}(&f->filter, {i})") for i in range(a.n)]
         return [*x, *d, *((a.type, f"u{k}", f"u[{k}]") for k in range(self.given.of.l)),
                 *((a.type, f"z{one.first + j}", f"z[{j}]") for one in a.sensors for j in range(one.m))]
 
     def _unless_finite(self, body: Body, values: Sequence[Node]) -> None:
-        total = call("abs", dot((one, 1.0) for one in values))
-        body.name_shared([*values, total])
-        body.lines.append(f"if (!({body.text(make('le', total, constant(MOST[self.of.type])))})) return KQ_ERR_NOT_FINITE;")
+        total = dot((one, 1.0) for one in values)
+        square = mul(total, total)  # AVR has no fabsf
+        body.name_shared([*values, square])
+        body.lines.append(f"if (!({body.text(make('le', square, constant(MOST[self.of.type]**2)))})) return KQ_ERR_NOT_FINITE;")
 
     def _written(self, body: Body, target: str, entries: Sequence[Node]) -> bool:
         """Those that are not constant"""
@@ -111,7 +134,6 @@ class DeviceText(EquationText):
         if a.has_errors:
             body.name_shared([*a.moved, *a.transition])
             self._unless_finite(body, a.moved)
-            body.lines += [f"const {a.type} moved{i} = {body.text(one)};" for i, one in enumerate(a.moved)]
             body.lines.append(f"static const {a.type} d[{a.n}] = {{0}};")
         else:
             body.name_shared([*a.change, *a.transition])
@@ -120,52 +142,105 @@ class DeviceText(EquationText):
         calls = [f"kq_process_change_transition_{T}(&f->process, f->A)"] if changed else []
         last = [*self._calls(*calls, f"kq_predict_extended_{T}(&f->filter, &f->process, {given})")]
         if a.has_errors:
-            last += ["if (status) return status;", *(f"f->x[{i}] = moved{i};" for i in range(len(a.moved)))]
+            last += self._replaced(body, a.moved)
         return function(head, [*within(self._places(), body.lines), *last, "return status;"])
 
     def _reset_errors(self) -> list[str]:
         a, body = self.of, Body(self.of.words)
         body.name_shared(a.corrected)
         self._unless_finite(body, a.corrected)
-        body.lines += [f"const {a.type} whole{i} = {body.text(one)};" for i, one in enumerate(a.corrected)]
         body.lines.append(f"const {a.type} back[{a.n}] = {{{', '.join(f'-d{i}' for i in range(a.n))}}};")
         return function(f"kq_status {self.given.name}_reset({self.filter})", [
             *within(self._places(), body.lines), f"const kq_status status = kq_move_{a.T}(&f->filter, back);",
-            "if (status) return status;", *(f"f->x[{i}] = whole{i};" for i in range(len(a.corrected))), "return status;"])
+            *self._replaced(body, a.corrected), "return status;"])
+
+    @staticmethod
+    def _replaced(body: Body, numbers: Sequence[Node]) -> list[str]:
+        """Numbers that the states are errors of, once the filter has moved"""
+        made = [(f"f->x[{i}]", body.text(one)) for i, one in enumerate(numbers) if not (one.op == "symbol" and one.args[0] == f"x{i}")]
+        return ["if (status) return status;", *(f"{name} = {text};" for name, text in made)]
+
+    def _linearised(self, sensor: Sensor) -> list[str]:
+        """static: innovations and H of a sensor that is not linear, where the filter is or where it is tried"""
+        a = self.of
+        if sensor in a.plain or not a.iterates:
+            return []
+        e, m, n = self._e_and_H(sensor, "trial"), sensor.m, a.n
+        lines = [*e, f"for (int i = 0; i < {n}; i++) {{",
+                 f"    const {a.type} off = kq_mean_{a.T}(&f->filter, i) - kq_mean_{a.T}(&f->trial, i) + kq_mean_low_{a.T}(&f->filter, i);",
+                 f"    for (int j = 0; j < {m}; j++) e[j] -= {self._H(sensor)}[j * {n} + i] * off;", "}", self._changed(sensor)]
+        return function(f"static {self.innovation_head(sensor, 'linearise')}", lines)
+
+    def _e_and_H(self, sensor: Sensor, at: str = "filter") -> list[str]:
+        a = self.of
+        e, rows, body = a.innovations(sensor), a.rows_of(sensor), Body(a.words)
+        body.name_shared([*e, *rows])
+        body.assign([(f"e[{j}]", one) for j, one in enumerate(e)])
+        self._written(body, f"H{sensor.suffix}", rows)
+        return within(self._places(at), body.lines)
+
+    def _changed(self, sensor: Sensor) -> str:
+        varies = self._H(sensor).startswith("f->")
+        return f"return kq_sensor_change_measurement_{self.of.T}(&f->{field(sensor)}, {self._H(sensor)});" if varies else "return KQ_OK;"
 
     def _innovation(self, sensor: Sensor) -> list[str]:
         a = self.of
         if sensor in a.plain:
             return []
-        e, rows, body = a.e[sensor.first:sensor.first + sensor.m], a.rows_of(sensor), Body(a.words)
-        body.name_shared([*e, *rows])
-        body.assign([(f"e[{j}]", one) for j, one in enumerate(e)])
-        changed = self._written(body, f"H{sensor.suffix}", rows)
-        last = f"return kq_sensor_change_measurement_{a.T}(&f->{field(sensor)}, {self._H(sensor)});" if changed else "return KQ_OK;"
-        return function(self.innovation_head(sensor), [*within(self._places(), body.lines), last])
+        if not a.iterates:
+            return function(self.innovation_head(sensor), [*self._e_and_H(sensor), self._changed(sensor)])
+        return function(self.innovation_head(sensor), [
+            *self._calls(f"kq_filter_copy_{a.T}(&f->trial, &f->filter)"),
+            f"return status ? status : linearise{sensor.suffix}(f{self._same(self.update_arguments(sensor))}, e);"])
 
-    def innovation_head(self, sensor: Sensor) -> str:
-        return (f"kq_status {self.given.name}_innovation{sensor.suffix}({self.filter}{self.update_arguments(sensor)}, "
+    def innovation_head(self, sensor: Sensor, name: str = "") -> str:
+        return (f"kq_status {name or f'{self.given.name}_innovation'}{sensor.suffix}({self.filter}{self.update_arguments(sensor)}, "
                 f"{self.of.type} e[{sensor.m}])")
 
     def _taken_by(self, sensor: Sensor, call_: str, present: str) -> list[str]:
         a, name, arguments = self.of, self.given.name, self.update_arguments(sensor)
-        call_ = f"{call_}_{a.T}(&f->filter, &f->{field(sensor)}, {{}}{present})"
+        call_ = f"{call_}_{a.T}(&f->{{}}, &f->{field(sensor)}, {'z' if sensor in a.plain else 'e'}{present})"
         if sensor in a.plain:
-            return [f"return {call_.format('z')};"]
-        resets = [f"{name}_reset(f)"] if a.has_errors else []
-        return [f"{a.type} e[{sensor.m}];", *self._calls(f"{name}_innovation{sensor.suffix}(f{self._same(arguments)}, e)",
-                                                         call_.format("e"), *resets), "return status;"]
+            return [f"return {call_.format('filter')};"]
+        last = self._then([call_.format("filter"), *([f"{name}_reset(f)"] if a.has_errors else [])])
+        again = [f"status = kq_filter_copy_{a.T}(&f->trial, &f->filter);",
+                 *self._then([call_.format("trial"), f"linearise{sensor.suffix}(f{self._same(arguments)}, e)"])]
+        passes = [f"for (int pass = 1; pass < {self.given.options.iterate} && !status; pass++) {{", *indented(again), "}"]
+        return [f"{a.type} e[{sensor.m}];", *self._calls(f"{name}_innovation{sensor.suffix}(f{self._same(arguments)}, e)"),
+                *(passes if a.iterates else []), *last, "return status;"]
 
     def _update_of(self, sensor: Sensor) -> list[str]:
-        return function(f"kq_status {self.given.name}_update{sensor.suffix}({self.filter}{self.update_arguments(sensor)})",
-                        self._taken_by(sensor, "kq_update", ""))
+        arguments, name = self.update_arguments(sensor), f"{self.given.name}_update{sensor.suffix}"
+        some = [f"return {name}_some(f{self._same(arguments)}, UINT32_MAX);"]
+        return function(f"kq_status {name}({self.filter}{arguments})", some if sensor.m > 1 else self._taken_by(sensor, "kq_update", ""))
 
     def _update_some_of(self, sensor: Sensor) -> list[str]:
         if sensor.m == 1:
             return []
         return function(f"kq_status {self.given.name}_update{sensor.suffix}_some({self.filter}{self.update_arguments(sensor)}, "
-                        "unsigned present)", self._taken_by(sensor, "kq_update_subset", ", present"))
+                        "uint32_t present)", self._taken_by(sensor, "kq_update_subset", ", present"))
+
+    def _points(self) -> list[list[str]]:
+        a = self.of
+        made = [self._at_point(self.increment_head(), "d", a.change)] if a.moves_points else []
+        return made + [self._at_point(self.point_head(one), "e", a.innovations(one), one.first) for one in a.measures_points]
+
+    def _at_point(self, head: str, target: str, rows: Sequence[Node], first: int = 0) -> list[str]:
+        """Of x, with what else is read in the row"""
+        a, body = self.of, Body(self.of.words)
+        body.assign([(f"{target}[{k}]", one) for k, one in enumerate(rows)])
+        places = [(a.type, f"x{i}", f"x[{i}]") for i in range(a.n)] + [(a.type, "t", "row->t")]
+        places += [(a.type, f"u{k}", f"row->u[{k}]") for k in range(self.given.of.l)]
+        places += [(a.type, f"z{first + j}", f"row->z[{j}]") for j in range(len(rows))]
+        lines = within(places, body.lines)
+        row = [f"const {self.given.name}_row *row = context;"] if any("row->" in one for one in lines) else []
+        return function(head, [*row, *lines])
+
+    def increment_head(self) -> str:
+        return f"void {self.given.name}_point_increment(void *context, const {self.of.type} *x, {self.of.type} *d)"
+
+    def point_head(self, sensor: Sensor) -> str:
+        return f"void {self.given.name}_point_innovation{sensor.suffix}(void *context, const {self.of.type} *x, {self.of.type} *e)"
 
 
 class DeviceHeader(EquationHeader):
@@ -186,13 +261,30 @@ class DeviceHeader(EquationHeader):
             lines += [f"    {tape}STEPS);", f"    KQ_JACOBIANS_{T.upper()}(jacobians, tape, {n}, STEPS, 1);",
                       f"    kq_attach_{T}({self.name}_filter(&f), &jacobians.attached);"]
         if a.has_errors:
-            lines += ["", "A smoothed mean is the error of what f.x was when the next predict began: keep f.x of each step."]
+            lines += ["", "A smoothed mean is the error of what f.x was when the next predict began: keep f.x of each step.  In another",
+                      f"device g, with g.x as it was and kq_filter_copy of the view, {self.name}_reset(&g) makes the whole of it."]
         one = a.sensors[0]
         z = "z" if one in a.plain else "e"
         lines += ["", "A robust update (kalmanq/robust.h):", ""]
         lines += [] if z == "z" else [f"    {self.name}_innovation{one.suffix}(&f{self.c._same(self.c.update_arguments(one))}, e);"]
         lines += [f"    kq_update_robust_{T}({self.name}_filter(&f), &f.{field(one)}, {z}, UINT32_MAX, &loss);"]
-        return lines + ([f"    {self.name}_reset(&f);"] if a.has_errors else [])
+        return [*lines, *([f"    {self.name}_reset(&f);"] if a.has_errors else []), *self._usage_of_points()]
+
+    def _usage_of_points(self) -> list[str]:
+        T, n, a = self.a.T, self.a.n, self.a
+        called = [("predict", "process", "increment")] if a.moves_points else []
+        called += [("update", field(one), f"innovation{one.suffix}") for one in a.measures_points]
+        if not called:
+            return []
+        row = "&row" if a.row_fields() else "NULL"
+        noises = "; a KQ_JACOBIANS has STEPS noises then" if a.moves_points else ""
+        lines = ["", f"Sigma points (kalmanq/sigma_points.h), with {a.type} work[KQ_SIGMA_POINTS_LEN({n}, {a.given.of.m})]{noises}:", ""]
+        if a.row_fields():
+            lines.append(f"    {self.name}_row row = {{{', '.join(name for _, name in a.row_fields())}}};")
+        for call, of, function_ in called:
+            lines += [f"    kq_{call}_sigma_points_{T}({self.name}_filter(&f), &f.{of}, {self.name}_point_{function_}, {row},",
+                      "        KQ_SIGMA_POINTS_CUBATURE, work);"]
+        return lines
 
     def _events(self) -> list[str]:
         return []
@@ -201,7 +293,8 @@ class DeviceHeader(EquationHeader):
         return ["typedef struct {", *(f"    {line}" for line in self.a.fields), f"}} {self.given.type};", ""]
 
     def _calls(self) -> list[str]:
-        lines = ["/** Before the first sample.  Detaches what was attached. */", f"kq_status {self.name}_start({self.filter});", ""]
+        lines = ["/** Before the first sample.  Detaches what was attached. */", f"kq_status {self.name}_start({self.filter});", "",
+                 "/** The same from a mean and a sigma of each state that you give. */", self._head(self.c.start_at_head()), ""]
         lines += ["/** To the next instant. */", f"kq_status {self.name}_predict({self.filter}{self.c.predict_arguments()});", ""]
         if self.a.has_errors:
             lines += ["/** The errors go into f->x, and are 0 then.  An update has done it. */",
@@ -211,10 +304,25 @@ class DeviceHeader(EquationHeader):
             lines += ["/** Takes a sample. */", f"kq_status {self.name}_update{one.suffix}({self.filter}{arguments});", ""]
             if one.m > 1:
                 lines += ["/** Takes the components of a sample whose bits are set in `present`. */",
-                          f"kq_status {self.name}_update{one.suffix}_some({self.filter}{arguments}, unsigned present);", ""]
+                          f"kq_status {self.name}_update{one.suffix}_some({self.filter}{arguments}, uint32_t present);", ""]
             if one not in self.a.plain:
                 lines += ["/** Innovations e of a sample at the mean; the sensor's H becomes the derivative there. */",
-                          f"{self.c.innovation_head(one).replace('restrict ', '')};", ""]
+                          self._head(self.c.innovation_head(one)), ""]
+        return lines + self._points()
+
+    @staticmethod
+    def _head(head: str) -> str:
+        return f"{head.replace('restrict ', '')};"
+
+    def _points(self) -> list[str]:
+        a, lines = self.a, []
+        if a.row_fields():
+            lines += ["/** What the functions for sigma points read of a row beside the state. */", "typedef struct {",
+                      *(f"    {one};" for one, _ in a.row_fields()), f"}} {self.name}_row;", ""]
+        if a.moves_points:
+            lines += ["/** f(x) - x at a sigma point.  context: a row. */", self._head(self.c.increment_head()), ""]
+        for one in a.measures_points:
+            lines += ["/** z - h(x) at a sigma point.  context: a row. */", self._head(self.c.point_head(one)), ""]
         return lines
 
 

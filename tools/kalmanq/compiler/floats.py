@@ -16,7 +16,7 @@ from kalmanq.compiler.coefficients import Constant, coefficients
 from kalmanq.compiler.enclosure import Settled
 from kalmanq.compiler.facts import entries_of, facts
 from kalmanq.formulas.graph import Node, constant, dot, inverse, make, node, symbol
-from kalmanq.compiler.head import reading
+from kalmanq.compiler.head import readings
 from kalmanq.compiler.printing import Body, Floats, Target, indented
 from kalmanq.compiler.request import RUN, Request
 
@@ -334,8 +334,8 @@ class FloatFilter(Arithmetic):
         return self.coefficients.functions()
 
     def calls(self) -> list[str]:
-        variances = [line for i, state in enumerate(self.given.states) for line in
-                     reading(self.given, self.type, f"variance_{state}", f"{self.given.name}_covariance(f, {i}, {i})")]
+        variances = readings(self.given, self.type, {
+            f"variance_{state}": f"{self.given.name}_covariance(f, {i}, {i})" for i, state in enumerate(self.given.states)})
         return [*self.coefficients.calls(), *variances, *(self._likelihood() if self.given.options.nis else [])]
 
     def nis_fields(self) -> list[str]:

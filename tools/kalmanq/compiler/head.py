@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Sequence
+from typing import Mapping, Sequence
 
 from kalmanq.compiler import lag
 from kalmanq.compiler.arithmetic import Arithmetic
@@ -106,12 +106,12 @@ class Header:
                 f"{self.a.covariance_type} {self.name}_covariance(const {self.given.type} *f, int i, int j);", ""]
 
     def _means(self) -> list[str]:
-        return [line for i, state in enumerate(self.given.carried)
-                for line in reading(self.given, self.a.type, f"mean_{state}", self.a.mean_text(i))]
+        return readings(self.given, self.a.type, {f"mean_{state}": self.a.mean_text(i) for i, state in enumerate(self.given.carried)})
 
 
-def reading(given: Request, type_: str, name: str, text: str) -> list[str]:
-    return [f"static inline {type_} {given.name}_{name}(const {given.type} *f)", "{", f"    return {text};", "}", ""]
+def readings(given: Request, type_: str, texts: Mapping[str, str]) -> list[str]:
+    """Functions by name that return a text"""
+    return [*(f"static inline {type_} {given.name}_{name}(const {given.type} *f) {{ return {text}; }}" for name, text in texts.items()), ""]
 
 
 def count(number: int, what: str) -> str:
