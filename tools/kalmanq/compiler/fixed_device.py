@@ -71,8 +71,8 @@ class FixedDevice(Device):
         rows = (self.moved, self.x) if self.has_errors else (self.change, self.d)
         table = self.transition, np.subtract.outer(self.d, self.d)
         self.predicted = None if self.B is not None else self._evaluated(*rows, seen.before, *table)
-        self.reset = self._evaluated(self.corrected, self.x, seen.before) if self.has_errors else None
-        self.innovations = {one.name: self._innovation(one) for one in self.sensors if one not in self.plain}
+        self.resetting = self._evaluated(self.corrected, self.x, seen.before) if self.has_errors else None
+        self.measured_by = {one.name: self._innovation(one) for one in self.sensors if one not in self.plain}
 
     # ---- formats
 
@@ -204,7 +204,7 @@ class FixedDevice(Device):
         return [*lines, "uint32_t events;"]
 
     def varies(self, sensor: Sensor) -> bool:
-        return sensor not in self.plain and bool(self.innovations[sensor.name].table)
+        return sensor not in self.plain and bool(self.measured_by[sensor.name].table)
 
     def literal(self, value: float) -> str:
         return str(int(value)) if value > -2**31 else "INT32_MIN"

@@ -74,13 +74,13 @@ class FixedDeviceText(DeviceText):
         n, count = self.of.n, len(self.of.x)
         backs = [f"back[{i}] = d{i} > -INT32_MAX ? -d{i} : INT32_MAX;" for i in range(n)]
         return function(f"kq_status {self.given.name}_reset({self.filter})", [
-            f"int32_t whole[{count}], back[{n}];", *within(self._places(), [*self._evaluated(self.of.reset, "whole", ""), *backs]),
+            f"int32_t whole[{count}], back[{n}];", *within(self._places(), [*self._evaluated(self.of.resetting, "whole", ""), *backs]),
             "const kq_status status = kq_move_q31(&f->filter, back);", *self._takes("whole"), "return status;"])
 
     def _innovation(self, sensor: Sensor) -> list[str]:
         if sensor in self.of.plain:
             return []
-        of = self.of.innovations[sensor.name]
+        of = self.of.measured_by[sensor.name]
         H = f"f->H{sensor.suffix}"
         last = f"return kq_sensor_change_measurement_q31(&f->{field(sensor)}, {H}, NULL);" if of.table else "return KQ_OK;"
         return function(self.innovation_head(sensor), [*within(self._places(), self._evaluated(of, "e", H)), last])

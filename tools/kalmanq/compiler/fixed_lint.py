@@ -60,7 +60,7 @@ def _errors(device: FixedDevice, given: dict[str, int], exact: np.ndarray) -> np
             fractions = [device.innovation_fraction(j) for j in range(one.first, one.first + one.m)]
             e = np.ldexp(np.array(z[own], float), -np.array(device.z[own])) - h[own]
             exponents = np.subtract.outer(fractions, device.d)
-            made[2][own], made[3][rows] = _off(device.innovations[one.name], given, fractions, e, exponents, H[rows])
+            made[2][own], made[3][rows] = _off(device.measured_by[one.name], given, fractions, e, exponents, H[rows])
     return np.concatenate(made)
 
 

@@ -84,8 +84,8 @@ class FixedRun:
     def reset(self) -> int:
         """The errors go into the nominal numbers"""
         d = [int(lib.kq_mean_q31(self.filter._handle, i)) for i in range(self.device.n)]
-        assert self.device.reset
-        whole = self._evaluated(self.device.reset, None, _named("d", d), 0)
+        assert self.device.resetting
+        whole = self._evaluated(self.device.resetting, None, _named("d", d), 0)
         if whole is None:
             return int(lib.KQ_ERR_NOT_FINITE)
         status = lib.kq_move_q31(self.filter._handle, [-max(one, -2**31 + 1) for one in d])
@@ -96,7 +96,7 @@ class FixedRun:
         handle, parts = self.filter._handle, self.device.parts[sensor.name]
         given: Optional[list[int]] = z[sensor.first:sensor.first + sensor.m]
         if sensor not in self.device.plain:
-            of, H = self.device.innovations[sensor.name], self.H[sensor.name]
+            of, H = self.device.measured_by[sensor.name], self.H[sensor.name]
             given = self._evaluated(of, H, {**_named("u", u), **_named("z", z)}, t)
             if given is None:
                 return int(lib.KQ_ERR_NOT_FINITE)
