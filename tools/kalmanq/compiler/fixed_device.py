@@ -16,6 +16,7 @@ from kalmanq.compiler.fixed_records import Seen, Values
 from kalmanq.compiler.fixed_tables import constants, fraction_of, tables_of_process, tables_of_sensor, words
 from kalmanq.compiler.fixed_values import MARGIN, fraction_for, largest, lowered
 from kalmanq.compiler.request import Options
+from kalmanq.errors import KalmanqError
 from kalmanq.formulas.graph import Node
 from kalmanq.formulas.program import Program
 from kalmanq.model import Model, Quantity
@@ -42,6 +43,8 @@ class Evaluated:
 
 def fixed_device(model: NonlinearModel, name: str, options: Options, seen: Seen) -> FixedDevice:
     refuse_options(options)
+    if options.iterate > 1:
+        raise KalmanqError("--iterate: q31 linearises an update once; f32 over the library iterates")
     of = equations(model, name, replace(options, arithmetic="f64"))
     return FixedDevice(of, DeviceRequest(**{**vars(of.given), "options": options}), seen)
 
@@ -53,6 +56,7 @@ class FixedDevice(Device):
         super().__init__(of, given)
         self.type = self.covariance_type = "int32_t"
         self.zero, self.seen = "0", seen
+        self.moves_points, self.measures_points, self.includes = False, [], ["#include <kalmanq/extended.h>"]
         model = self.nonlinear
         self.states, self.controls, self.carried = (self._all_ranged(*one) for one in (
             (model.states, "d" if self.has_errors else "x"), (model.controls, "u"), (model.carried, "x")))
