@@ -64,7 +64,7 @@ int main(void)
 
 
 def path_of(name: str) -> Path:
-    return next(one / f"{name}.py" for one in (EXAMPLES, OWN) if (one / f"{name}.py").exists())
+    return next(one / f"{name}.py" for one in (OWN, EXAMPLES) if (one / f"{name}.py").exists())
 
 
 @lru_cache(None)
@@ -296,7 +296,8 @@ def test_its_files_are_free_of_warnings_and_its_test_says_ok(name, library, tmp_
     ([EXAMPLES / "battery.py", "--arith", "q31"], "--library has q31"),
     ([EXAMPLES / "battery.py", "--arith", "f32", "--library", "--data", EXAMPLES / "battery.csv"], "--data"),
     ([EXAMPLES / "battery.py", "--arith", "q31", "--library", "--data", EXAMPLES / "nile.csv"], "voltage"),
-    ([EXAMPLES / "battery.py", "--arith", "q31", "--library", "--gate", 3], "kq_loss_gate")])
+    ([EXAMPLES / "battery.py", "--arith", "q31", "--library", "--gate", 3], "kq_loss_gate"),
+    ([EXAMPLES / "battery.py", "--arith", "q31", "--library", "--iterate", 3], "--iterate")])
 def test_what_it_has_not_is_said_in_a_line(arguments, said, tmp_path):
     done = kalmanq("compile", *arguments, "-o", tmp_path / "own.c")
     assert done.returncode and said in done.stderr and "Traceback" not in done.stderr and not list(tmp_path.iterdir())
