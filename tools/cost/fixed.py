@@ -1,8 +1,8 @@
 #!/usr/bin/env python3
 """Counts what formulas in fixed point cost on a core without an FPU, beside the same in float.
 
-    fixed.py functions [--core m3] [--csv OUT.csv] [--check OLD.csv]     each function that a formula may have, with its largest error
-    fixed.py devices FOLDER... [--core m3]             predict and updates of devices (kalmanq compile --library -o FOLDER/NAME.c)
+    fixed.py functions [--core m3] [--csv OUT.csv] [--check OLD.csv]    each function of formulas, with its largest error
+    fixed.py devices FOLDER... [--core m3]    predict and updates of devices (kalmanq compile --library -o FOLDER/NAME.c)
 
 Instructions are the most of the arguments, or rows of NAME_test.c, that are tried.
 """

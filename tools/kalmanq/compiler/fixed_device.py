@@ -25,6 +25,7 @@ from kalmanq.nonlinear.model import Sensor
 from kalmanq.run.parts import Parts
 
 ROWS = 300  # of the records, in which no word of a formula may be beyond its end
+LEAST_FRACTION = -64  # KQ_FRACTION_MIN_Q31
 ROOM = 16.0  # of a row of A or H in raw values, at most
 EVENTS = (("SATURATED", "a value of a formula was beyond its format: the nearer end was taken"),
           ("NO_VALUE", "a division by 0, a root or a logarithm of a negative number, a nominal number beyond its format: "
@@ -242,6 +243,9 @@ def _ranged(one: Quantity, most: float) -> Quantity:
     if one.range is not None:
         return one
     fraction = fraction_for(most, 31 - MARGIN) if one.fraction is None else one.fraction
+    if fraction < LEAST_FRACTION:
+        raise KalmanqError(f"{one.name}: the records reach {most:.3g}, which no format of q31 holds: use another unit, "
+                           "or --arith f32")
     return Quantity(one.name, one.unit, (2**31 - 1) * 2.0**-fraction, fraction)
 
 

@@ -58,7 +58,8 @@ class FixedDeviceText(DeviceText):
 
     def _evaluated(self, of: Evaluated, to: str, table: str) -> list[str]:
         """Its formulas, where none is without a value; the local array `to` is there"""
-        lines = [*of.formulas.c([*of.words, *(text for _, text in of.table)]), *(f"{to}[{k}] = {text};" for k, text in enumerate(of.words)),
+        lines = [*of.formulas.c([*of.words, *(text for _, text in of.table)]),
+                 *(f"{to}[{k}] = {text};" for k, text in enumerate(of.words)),
                  *(f"{table}[{k}] = {text};" for k, text in of.table)]
         if not any("far" in one for one in lines):
             return lines
@@ -84,7 +85,8 @@ class FixedDeviceText(DeviceText):
         n, count = self.of.n, len(self.of.x)
         backs = [f"back[{i}] = d{i} > -INT32_MAX ? -d{i} : INT32_MAX;" for i in range(n)]
         return function(f"kq_status {self.given.name}_reset({self.filter})", [
-            f"int32_t whole[{count}], back[{n}];", *within(self._places(), [*self._evaluated(self.of.resetting, "whole", ""), *backs]),
+            f"int32_t whole[{count}], back[{n}];",
+            *within(self._places(), [*self._evaluated(self.of.resetting, "whole", ""), *backs]),
             "const kq_status status = kq_move_q31(&f->filter, back);", *self._takes("whole"), "return status;"])
 
     def _innovation(self, sensor: Sensor) -> list[str]:
