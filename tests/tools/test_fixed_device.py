@@ -220,6 +220,25 @@ int main(void)
     assert said == f"0 0 0 0 {SATURATED:x} {SATURATED:x}"
 
 
+def test_it_starts_anywhere(library, tmp_path):
+    program(tmp_path, "battery", 1, 2)
+    (tmp_path / "program.c").write_text("""\
+#include <stdio.h>
+#include "device.h"
+int main(void)
+{
+    static device_device f;
+    static const int32_t mean[2] = {123456789, -54321}, sigma[2] = {1000000, 77};
+    const int status = device_start_at(&f, mean, sigma);
+    printf("%d %ld %ld %ld %ld", status, (long)device_mean_charge(&f), (long)device_mean_polarisation(&f), (long)device_sigma_charge(&f),
+        (long)device_sigma_polarisation(&f));
+    return 0;
+}
+""")
+    build(tmp_path, [*SANITIZED, "device.c", "program.c", *library("host"), "-no-pie", "-o", "program"])
+    assert subprocess.run([tmp_path / "program"], capture_output=True, text=True).stdout == "0 123456789 -54321 1000000 77"
+
+
 # ------------------------------------------------------------------------------ functions
 
 

@@ -741,7 +741,7 @@ def test_the_command_line_refuses_in_one_line(tmp_path):
         "sigma points are not in q31": ("run", TRACK, TRACK_DATA, "--arith", "q31", "--method", "central", *out),
         "--method: of a nonlinear model": ("run", nile, nile_data, "--method", "cubature", *out),
         "a linear model is checked without data": ("check", nile, nile_data),
-        "is a nonlinear model, which run, compare, check": ("fit", TRACK, TRACK_DATA, *out),
+        "out.csv: is to be a .py file, as the model is": ("fit", TRACK, TRACK_DATA, *out),
         "--smooth: of a linear model": ("simulate", TRACK, "--runs", 3, "--smooth", *out),
     }.items():
         refused(kalmanq(*arguments), said, tmp_path)

@@ -44,6 +44,8 @@ class Evaluated:
 
 def fixed_device(model: NonlinearModel, name: str, options: Options, seen: Seen) -> FixedDevice:
     refuse_options(options)
+    if options.iterate > 1:
+        raise KalmanqError("--iterate: q31 linearises an update once; f32 over the library iterates")
     of = equations(model, name, replace(options, arithmetic="f64"))
     return FixedDevice(of, DeviceRequest(**{**vars(of.given), "options": options}), seen)
 
@@ -55,6 +57,7 @@ class FixedDevice(Device):
         super().__init__(of, given)
         self.type = self.covariance_type = "int32_t"
         self.zero, self.seen = "0", seen
+        self.moves_points, self.measures_points, self.includes = False, [], ["#include <kalmanq/extended.h>"]
         model = self.nonlinear
         self.states, self.controls, self.carried = (self._all_ranged(*one) for one in (
             (model.states, "d" if self.has_errors else "x"), (model.controls, "u"), (model.carried, "x")))

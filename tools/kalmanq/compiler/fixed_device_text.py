@@ -46,6 +46,16 @@ class FixedDeviceText(DeviceText):
         return function(f"kq_status {self.given.name}_start({self.filter})", [
             *lines, "f->events = 0;", *self._calls(*calls, "kq_filter_init_q31(&f->filter, &prior, NULL)"), "return status;"])
 
+    def _start_at(self) -> list[str]:
+        a, n, carried = self.of, self.of.n, len(self.given.carried)
+        lines = [f"static const int32_t none[{n}] = {{0}};"] if a.has_errors else []
+        lines += [f"int32_t root[KQ_ROOT_LEN_Q31({n})] = {{0}};",
+                  f"const kq_prior_table_q31 given = {{{n}, state_format, {'none' if a.has_errors else 'mean'}, root}};",
+                  *self._calls(f"{self.given.name}_start(f)"), f"for (int i = 0; i < {n}; i++) root[i * (i + 3) / 2] = sigma[i];",
+                  *([f"for (int i = 0; i < {carried}; i++) f->x[i] = mean[i];"] if a.has_errors else []),
+                  "return status ? status : kq_filter_init_q31(&f->filter, &given, NULL);"]
+        return function(self.start_at_head(), lines)
+
     def _evaluated(self, of: Evaluated, to: str, table: str) -> list[str]:
         """Its formulas, where none is without a value; the local array `to` is there"""
         lines = [*of.formulas.c([*of.words, *(text for _, text in of.table)]),
