@@ -9,6 +9,7 @@ from dense import LONG, Steps, conditioned
 from kalmanq import (
     Filter, FrozenGainFilter, InstantSmoother, KalmanqError, LagSmoother, Model, Quantity, Smoother, Varying, fit, likelihood)
 from kalmanq.model import model_file
+from kalmanq.pages import pictures
 from kalmanq.run.simulation import simulate
 
 ROWS = 40
@@ -310,3 +311,13 @@ def test_what_takes_no_times_says_so():
     f.run([1.0, 2.0], times=[0, 1])
     with pytest.raises(KalmanqError, match="row 0: the time is not after"):
         f.run([1.0], times=[1.0])
+
+
+def test_the_picture_is_over_time():
+    model = Model.of_continuous([[0.0, 1.0], [0.0, 0.0]], H=[1, 0], R=0.3, Qc=[0, 0.1], dt=2.0, P0=[1, 1])
+    times = np.array([0.0, 0.7, 3.0, 3.1])
+    run = Smoother(model).run(np.arange(4.0), times=times)
+    axis = pictures.draw_run(run, np.arange(4.0)[:, None], (np.zeros((2, 2)), np.ones((2, 2))), times).axes[-1]
+    lines = {line.get_label(): line.get_xdata() for line in axis.get_lines()}
+    assert np.array_equal(lines["smoothed, 95 %"], times) and np.array_equal(lines["forecast, 95 %"], [5.1, 7.1])
+    assert axis.get_xlabel() == "time [s]"

@@ -125,7 +125,7 @@ class _FileRun:
         self.nis = self.log_likelihood = 0.0
         self.times: Optional[np.ndarray] = None  # of the block at work
         self.last_time: Optional[float] = None
-        self.kept: list[tuple[np.ndarray, Run]] = []  # for the picture: measurements, and what was made of them
+        self.kept: list[tuple[np.ndarray, Run, Optional[np.ndarray]]] = []  # for the picture: measurements, what was made of them, times
 
     def perform(self, console: Console) -> None:
         options, write = self.options, None
@@ -133,7 +133,7 @@ class _FileRun:
             made = self._smoothed(stack) if options.smooth and not self.is_nonlinear else self._filtered(stack)
             for first, z, run in made:
                 if options.plot:
-                    self.kept.append((z, run))
+                    self.kept.append((z, run, self.times))
                 if options.out:
                     timed = {} if self.times is None else {"time": self.times}
                     columns = {"step": np.arange(first, first + len(run)), **timed, **run.columns()}
@@ -236,10 +236,11 @@ class _FileRun:
         whole = self.kept[0][1]
         for name in ("mean", "sigma", "smoothed", "smoothed_sigma", "lagged", "lagged_sigma", "innovation",
                      "innovation_sigma"):
-            parts = [getattr(run, name) for _, run in self.kept]
+            parts = [getattr(run, name) for _, run, _ in self.kept]
             setattr(whole, name, None if parts[0] is None else np.vstack(parts))
         band = (np.array([f.mean for f in ahead]), np.array([f.sigma for f in ahead])) if ahead else None
-        picture = pictures.draw_run(whole, np.vstack([z for z, _ in self.kept]), band)
+        z, _, times = zip(*self.kept)
+        picture = pictures.draw_run(whole, np.vstack(z), band, None if times[0] is None else np.concatenate(times))
         pictures.save(picture, self.options.plot, [*self.options.data, self.options.model])
 
     def _event_names(self) -> list[str]:

@@ -63,19 +63,21 @@ def measured_states(model: Any) -> dict[int, list[tuple[int, float]]]:
     return made
 
 
-def draw_run(run: Run, z: np.ndarray, ahead: Optional[tuple[np.ndarray, np.ndarray]] = None) -> Figure:
+def draw_run(run: Run, z: np.ndarray, ahead: Optional[tuple[np.ndarray, np.ndarray]] = None,
+             times: Optional[np.ndarray] = None) -> Figure:
     """A panel a state: data, mean and band of 95 %, the smoothed ones over them, the forecast behind.  Of a nonlinear
-    model a panel a measurement, too: data, and what the filter expected."""
+    model a panel a measurement, too: data, and what the filter expected.  times: of rows that have some, in s"""
+    rows, step = (np.arange(len(run)), 1.0) if times is None else (times, run.model.continuous.dt if run.model.continuous else 1.0)
     with plt.rc_context(STYLE):
         n, m = run.model.n, 0 if isinstance(run.model, Model) else run.model.m
         figure, axes = plt.subplots(n + m, 1, figsize=(8.6, 1.2 + 2.1 * (n + m)), sharex=True, squeeze=False,
                                     layout="constrained")
         shown = measured_states(run.model)
         for i, axis in enumerate(axes[:n, 0]):
-            _draw_state(axis, run, z, i, shown.get(i, []), ahead)
+            _draw_state(axis, run, z, i, shown.get(i, []), ahead, rows, step)
         for c, axis in enumerate(axes[n:, 0]):
-            _draw_measurement(axis, run, z, c)
-        axes[-1, 0].set_xlabel("row")
+            _draw_measurement(axis, run, z, c, rows)
+        axes[-1, 0].set_xlabel("row" if times is None else "time [s]")
         handles = {label: handle for axis in axes[:, 0]
                    for handle, label in zip(*axis.get_legend_handles_labels())}
         figure.legend(handles.values(), handles.keys(), loc="outside upper right", ncols=len(handles))
@@ -84,8 +86,7 @@ def draw_run(run: Run, z: np.ndarray, ahead: Optional[tuple[np.ndarray, np.ndarr
 
 
 def _draw_state(axis: Any, run: Run, z: np.ndarray, i: int, measured: list[tuple[int, float]],
-                ahead: Optional[tuple[np.ndarray, np.ndarray]]) -> None:
-    rows = np.arange(len(run))
+                ahead: Optional[tuple[np.ndarray, np.ndarray]], rows: np.ndarray, step: float) -> None:
     for c, factor in measured:
         axis.plot(rows, z[:, c] / factor, ".", ms=3.5, color=DATA, alpha=0.7, label="measured", zorder=1)
     _band(axis, rows, run.mean[:, i], run.sigma[:, i], FILTERED, "filtered, 95 %")
@@ -96,13 +97,12 @@ def _draw_state(axis: Any, run: Run, z: np.ndarray, i: int, measured: list[tuple
               f"{run.lag} rows later, 95 %")
     if ahead is not None:
         mean, sigma = ahead
-        _band(axis, len(run) + np.arange(len(mean)), mean[:, i], sigma[:, i], AHEAD, "forecast, 95 %")
+        _band(axis, rows[-1] + step * np.arange(1, len(mean) + 1), mean[:, i], sigma[:, i], AHEAD, "forecast, 95 %")
     axis.set_ylabel(run.model.states[i].label)
     limit(axis, np.concatenate([run.mean[:, i]] + [z[:, c] / factor for c, factor in measured]))
 
 
-def _draw_measurement(axis: Any, run: Run, z: np.ndarray, c: int) -> None:
-    rows = np.arange(len(run))
+def _draw_measurement(axis: Any, run: Run, z: np.ndarray, c: int, rows: np.ndarray) -> None:
     axis.plot(rows, z[:, c], ".", ms=3.5, color=DATA, alpha=0.7, label="measured", zorder=1)
     _band(axis, rows, z[:, c] - run.innovation[:, c], run.innovation_sigma[:, c], AHEAD, "expected, 95 %")
     axis.set_ylabel(run.model.measurements[c].label)
