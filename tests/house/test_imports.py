@@ -30,7 +30,7 @@ class Broken(unittest.TestCase):
                    "commands.run, which is not")
 
     def test_beside(self):
-        self.found("order", "kalmanq.fitting.em", "import kalmanq.nonlinear.file", "nonlinear.file, which is not")
+        self.found("order", "kalmanq.run.filters", "import kalmanq.formulas.graph", "formulas.graph, which is not")
 
     def test_the_package_knows_no_studies(self):
         self.found("order", "kalmanq.commands.run", "import kalmanq_studies.gallery", "gallery, which is not before")
