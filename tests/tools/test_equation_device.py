@@ -28,6 +28,7 @@ from kalmanq.compiler.product import Product
 from kalmanq.compiler.record import Record
 from kalmanq.compiler.request import Options
 from kalmanq.nonlinear import NonlinearModel, NonlinearSmoother, read
+from whole import first
 
 ROOT, OWN = Path(__file__).resolve().parents[2], Path(__file__).parent / "equations"
 EXAMPLES = Path(kalmanq_package.__file__).parent / "examples"
@@ -174,13 +175,13 @@ POINTS = {"battery": ("device_predict(&f, w)", "{update} &(device_row){{v, at}},
           "gps_imu": ("{predict} &(device_row){{w}}, {rule}", "device_update(&f, v)"),
           "drift": ("{predict} &(device_row){{v, w}}, {rule}",
                     "(device_update_mark(&f, v) || {update} &(device_row){{v + 1, w}}, {rule})")}
-METHODS = [("extended", "range_bearing"), ("extended", "drift"), ("iterated", "battery"), ("iterated", "range_bearing"),
-           ("central", "battery"), ("cubature", "range_bearing"), ("cubature", "gps_imu"), ("cubature", "drift"),
-           ("cubature", "bearing_only")]
+METHODS = [("extended", "drift"), ("iterated", "range_bearing"), ("central", "battery"), ("cubature", "bearing_only"),
+           ("extended", "range_bearing"), ("iterated", "battery"), ("cubature", "range_bearing"), ("cubature", "gps_imu"),
+           ("cubature", "drift")]
 
 
 @pytest.mark.parametrize("arithmetic", ["f32", "f64"])
-@pytest.mark.parametrize("method, name", METHODS)
+@pytest.mark.parametrize("method, name", first(4, METHODS))
 def test_filters_and_smoothers_are_the_library_s_on_the_host(method, name, arithmetic, library, tmp_path):
     model, by_points = read(path_of(name)), method in ("cubature", "central")
     product = compiled_device(model, "device", Options(arithmetic, iterate=ITERATIONS if method == "iterated" else 1))
@@ -245,7 +246,7 @@ ROBUST = {"battery": ("device_predict(&f, w)", "(device_innovation(&f, v, at, e)
 
 
 @pytest.mark.parametrize("arithmetic", ["f32", "f64"])
-@pytest.mark.parametrize("name", ROBUST)
+@pytest.mark.parametrize("name", first(1, ROBUST))
 def test_robust_updates_are_those_of_straight_lines(name, arithmetic, library, tmp_path):
     model = read(path_of(name))
     product = compiled_device(model, "device", Options(arithmetic))
