@@ -199,3 +199,14 @@ def test_smoothed_error_states(tmp_path, seed):
     assert 0.3 < np.mean((of["smoothed"] / sigma) ** 2) < 2.5
     done = kalmanq("run", path, tmp_path / "z.csv", "--smooth", "--passes", 2)
     assert done.returncode == 1 and done.stderr == "kalmanq: --compiled and --passes: the C smooths once\n"
+
+
+def test_a_history_has_an_end(tmp_path):
+    """Of 32767 steps; and one row is its own smoothed one"""
+    path, data = EXAMPLES / "range_bearing.py", tmp_path / "z.csv"
+    for rows, said in ((1, ""), (32768, "--smooth: 32768 rows; the C's history holds 32767: without --compiled there is no limit")):
+        data.write_text("range,bearing\n" + "150,3\n" * rows)
+        done = kalmanq("run", path, data, "--smooth", "--compiled", "--arith", "f64", "--out", tmp_path / "out.csv")
+        assert said in done.stderr and done.returncode == bool(said), done.stderr
+    made = np.genfromtxt(tmp_path / "out.csv", delimiter=",", names=True)  # of the one row: nothing else was written
+    assert made["east_smoothed"] == made["east_mean"]

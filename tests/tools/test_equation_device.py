@@ -204,7 +204,7 @@ def test_filters_and_smoothers_are_the_library_s_on_the_host(method, name, arith
 
 
 def bryson_frazier(model: NonlinearModel, z: np.ndarray, u: np.ndarray) -> np.ndarray:
-    """Smoothed nominal numbers.  The errors of a step add up, as those of a history do."""
+    """Smoothed nominal numbers.  Errors of a step add up, as in a history."""
     x, P, made = np.array(model.x0), np.array(model.P0), []
     for t, row in enumerate(z):
         steps = []  # of the adjoint, from the row to the one before it: factors and what is added

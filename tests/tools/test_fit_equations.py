@@ -38,7 +38,7 @@ def problem_of(model: NonlinearModel, z: list, u: list, free: tuple[str, ...]) -
 @pytest.mark.parametrize("name,more", [("cell", ()), ("cell", ("x0", "P0")), ("rover", ("Q",)), ("gyro", ("R", "P0"))])
 @pytest.mark.parametrize("seed", range(2))
 def test_slopes(name, more, seed):
-    """Of two records; beside central differences of values that are those of the library's own filter"""
+    """Of two records, beside central differences"""
     model, z, u = drawn(name, 80, seed)
     _, z2, u2 = drawn(name, 50, seed + 100)
     e = problem_of(model, [z, z2], [u, u2], (*model.free, *more)).expectation
@@ -149,7 +149,25 @@ def test_starts():
 
 def test_nothing_there():
     model, z, u = drawn("cell", 20, 1)
+    for given, said in ((None, "u is missing: current"), ([np.full_like(u, np.nan)], "current: a control is missing")):
+        with pytest.raises(kalmanq.KalmanqError, match=said):
+            kalmanq.fit(model, [z], model.free, u=given)
     assert kalmanq.fit(model, [np.full_like(z, np.nan)], model.free, u=[u]).message == "there is no data: every measurement is missing"
+
+
+@pytest.mark.parametrize("name, free, said", [
+    ("rover", ["R"], "R of several sensors cannot be free: make what they have a constant"),
+    ("gyro", ["x0"], "x0 cannot be free where the states are errors of nominal numbers")])
+def test_refused_as_a_whole(name, free, said):
+    model, z, u = drawn(name, 20, 1)
+    with pytest.raises(kalmanq.KalmanqError, match=said):
+        kalmanq.fit(model, [z], free, u=[u])
+
+
+def test_q_of_a_g_is_refused():
+    model, z, u = drawn("cell", 20, 1)
+    with pytest.raises(kalmanq.KalmanqError, match="Q cannot be free where the file has G: make the size of G a constant"):
+        kalmanq.fit(model.changed(G=np.diag([1e-5, 2e-3])), [z], ["Q"], u=[u])
 
 
 REFUSED = {  # what is changed in cell.py, options, what is said
@@ -157,10 +175,10 @@ REFUSED = {  # what is changed in cell.py, options, what is said
     "twice": ("R0 = 0.04\n", ["--free", "R0"], "R0: is free, but is assigned in lines 9, 13: assign it once"),
     "text": ("LABEL = 'a'\n", ["--free", "LABEL"], "line 13: LABEL: is free, but is str, no number"),
     "matrix": ("M = np.eye(2)\n", ["--free", "M"], "line 13: M: is free, but is a matrix: make its entries constants"),
-    "lost": ("K = float(str(1 / TAU))\n", ["--free", "TAU"], "line 13: "),
+    "lost": ("K = float(str(1 / TAU))\n", ["--free", "TAU"], "(TAU free, so what is made of it is a formula: NumPy and math take it; or leave it out of --free)"),
     "branch": ("K = 1 if TAU > 3 else 2\n", ["--free", "TAU"], "line 13: a branch depends on a value"),
     "Q and a part of it": ("", ["--free", "SIGMA,Q"], "Q is free, and depends on a constant that is free: leave one of them out"),
-    "no noise": ("SIGMA *= 0\n", ["--free", "SIGMA"], "SIGMA: is free, but is assigned in lines"),
+    "no noise": ("QUIET = 0.0\nNOISE = NOISE + QUIET\n", ["--free", "QUIET"], "QUIET is 0, and is of the noise: begin with some noise"),
     "EM": ("", ["--method", "em"], "a nonlinear model has no EM: take maximum likelihood (ml)"),
     "entries of A": ("", ["--free", "A[0,0]"], "--free: there are entries of Q, R, not of A"),
     "a list": ("free = 'R0'\n", [], "line 13: free: is a list of names of constants of the file, or of Q, R, x0, P0"),

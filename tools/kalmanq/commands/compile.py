@@ -18,7 +18,7 @@ from kalmanq.compiler import costs, report
 from kalmanq.compiler.host import Host
 from kalmanq.compiler.offers import cheaper
 from kalmanq.compiler.product import Product, compiled, fingerprint
-from kalmanq.compiler.request import ARITHMETICS, Options as Wanted
+from kalmanq.compiler.request import ARITHMETICS, MOST_STEPS, Options as Wanted
 from kalmanq.data.files import whole
 from kalmanq.errors import KalmanqError
 from kalmanq.firmware.c_source import WORDS, identifier
@@ -41,7 +41,7 @@ class Options:
     tunable: bool = typer.Option(False, "--tunable", help="f32, f64: A, Q and R are fields that a program may change; no fast path.")
     every: str = typer.Option("", "--every", metavar="K,K,...", help="Rows between two values of each measurement, if rates differ.")
     iterate: int = typer.Option(1, "--iterate", metavar="N", min=1, max=20, help="MODEL.py: linearise h so many times an update.")
-    smooth: int = typer.Option(0, "--smooth", metavar="STEPS", min=0, max=32767, help="MODEL.py: a smoother, and a history of so many steps.")
+    smooth: int = typer.Option(0, "--smooth", metavar="STEPS", min=0, max=MOST_STEPS, help="MODEL.py: a smoother, and a history of so many steps.")
     library: bool = typer.Option(False, "--library", help="MODEL.py: a device over kalmanq's library: histories, smoothers.")
     data: Optional[Path] = typer.Option(None, "--data", metavar="DATA.csv", help="--library --arith q31: rows that the formats hold, too.")
     loops: Optional[bool] = typer.Option(None, "--loops/--straight", help="The covariance in loops: small, but slow. Otherwise "

@@ -14,8 +14,9 @@ import numpy as np
 from kalmanq.compiler.emit import PREDICTS
 from kalmanq.compiler.equation_product import compiled_equations
 from kalmanq.compiler.host import Ran
-from kalmanq.compiler.request import Options
+from kalmanq.compiler.request import MOST_STEPS, Options
 from kalmanq.compiler.simulation import NAME, CompiledFilter, CompiledRun, scored
+from kalmanq.errors import KalmanqError
 from kalmanq.formulas.program import Program
 from kalmanq.nonlinear import NonlinearModel
 from kalmanq.nonlinear.formulas import values_of
@@ -40,7 +41,10 @@ class CompiledEquations(CompiledFilter):
     made = EquationRun
 
     def __init__(self, model: NonlinearModel, arithmetic: str, iterate: int = 1, smooths: int = 0):
-        options = Options(arithmetic, iterate=iterate, smooth=max(smooths - 1, 0))
+        if smooths > MOST_STEPS:
+            raise KalmanqError(f"--smooth: {smooths} rows; the C's history holds {MOST_STEPS}" + (
+                "" if model.has_errors else ": without --compiled there is no limit"))
+        options = Options(arithmetic, iterate=iterate, smooth=smooths)
         super().__init__(model, arithmetic, compiled_equations(model, NAME, options))
         self.method, f = "iterated" if iterate > 1 else "extended", model.formulas
         self.programs = [Program(rows) for rows in (f.moved if "f" in model.given else f.change, _flat(f.transition),

@@ -13,10 +13,10 @@ from kalmanq.data.rows import Rows
 from kalmanq.errors import KalmanqError
 from kalmanq.fitting.coordinates import Cholesky, Infeasible, Multiple
 from kalmanq.fitting.noise import is_definite
+from kalmanq.fitting.problem import STENCIL
 from kalmanq.model import Model
 from kalmanq.run.filters import Filter
 
-STENCIL = ((1, 2 / 3), (-1, -2 / 3), (2, -1 / 12), (-2, 1 / 12))
 STEP, CURVE = 0.02, 0.05  # of a coordinate, in which 1 is about a standard error: of slopes, of curvatures
 NEWTON = 10  # steps at most
 FAR = 60.0  # coordinates that have gone so far are going to 0 or without an end

@@ -7,7 +7,7 @@ component, one sensor after the other.
 from __future__ import annotations
 
 import ctypes
-from typing import Callable, Optional, Sequence
+from typing import Callable, Sequence
 
 import numpy as np
 
@@ -182,16 +182,15 @@ class Likelihood:
     """at(z, u, parameters, direction): the log-likelihood of a record and its slope"""
 
     def __init__(self, model: NonlinearModel, free: Free, parameters: Parameters):
-        self.count = parameters.count
         text = _text(model, free, parameters)
         with own_folder("kalmanq-fit-") as folder, telling_where(folder):
             (folder / "likelihood.c").write_text(text, encoding="utf-8")
             library = ctypes.CDLL(str(build(folder, ["likelihood.c"], "likelihood.so", ("-shared", "-fPIC"))))
         self._function: Callable[..., None] = library.likelihood
 
-    def at(self, z: np.ndarray, u: Optional[np.ndarray], parameters: np.ndarray, direction: np.ndarray) -> np.ndarray:
+    def at(self, z: np.ndarray, u: np.ndarray, parameters: np.ndarray, direction: np.ndarray) -> np.ndarray:
         made = np.zeros(2)
-        given = [np.ascontiguousarray(np.zeros(1) if one is None else one, np.float64) for one in (z, u, parameters, direction)]
+        given = [np.ascontiguousarray(one, np.float64) for one in (z, u, parameters, direction)]
         self._function(len(z), *(ctypes.c_void_p(one.ctypes.data) for one in (*given, made)))
         return made
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Any, Mapping, Optional, Sequence
+from typing import Any, Mapping, Optional, Sequence, Union
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -11,6 +11,8 @@ from kalmanq.core import ffi, lib, require
 from kalmanq.data.rows import controls_of, present_of, rows_of
 from kalmanq.errors import KalmanqError
 from kalmanq.model import Model
+from kalmanq.nonlinear import NonlinearModel
+from kalmanq.nonlinear.filters import controls_of as controls_of_equations
 from kalmanq.run.filters import Smoother
 from kalmanq.run.parts import Parts
 
@@ -25,11 +27,12 @@ EXACT = 1e6  # times the variance of the measurements, of a state that is measur
 class Records:
     """Rows that have been looked at once: z (T x m; NaN: missing) and u (T x l, or None) of each record."""
 
-    def __init__(self, model: Model, z: Sequence[ArrayLike], u: Optional[Sequence[Optional[ArrayLike]]] = None):
+    def __init__(self, model: Union[Model, NonlinearModel], z: Sequence[ArrayLike], u: Optional[Sequence[Optional[ArrayLike]]] = None):
         if u is not None and len(u) != len(z):
             raise KalmanqError(f"u has {len(u)} records, z has {len(z)}")
         self.z = [rows_of(one, model.measurements, "z") for one in z]
-        self.u = [controls_of(None if u is None else u[k], model, len(one)) for k, one in enumerate(self.z)]
+        controls = controls_of_equations if isinstance(model, NonlinearModel) else controls_of
+        self.u = [controls(None if u is None else u[k], model, len(one)) for k, one in enumerate(self.z)]
         if not self.z:
             raise KalmanqError("there is no record")
         if not all(map(len, self.z)):

@@ -128,8 +128,10 @@ def _at_times(model: Model, records: Records, times: Optional[Sequence[Optional[
     """The records with their times; empty where all steps are dt"""
     if times is None:
         return []
+    if len(times) != len(records):
+        raise KalmanqError(f"times has {len(times)} records, z has {len(records)}")
     made = [Rows.of(model, z, u, one) for z, u, one in zip(records.z, records.u, times)]
-    of = model.continuous
+    of = getattr(model, "continuous", None)
     is_varying = of and any(one.times is not None and np.any(of.between(one.times) != of.dt) for one in made)
     return made if is_varying else []
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Any
+from typing import Any, Sequence
 
 import numpy as np
 
@@ -25,3 +25,12 @@ def _refuse_complex(array: np.ndarray) -> None:
             isinstance(one, (complex, np.complexfloating)) or getattr(getattr(one, "dtype", None), "kind", "") == "c"
             for one in array.flat):
         raise TypeError("complex numbers, of which the imaginary part would be lost")
+
+
+def block_diagonal(parts: Sequence[np.ndarray]) -> np.ndarray:
+    """Of numbers, or of formulas"""
+    ends = np.cumsum([0, *map(len, parts)])
+    made = np.zeros((ends[-1], ends[-1]), np.result_type(*parts))
+    for begin, one in zip(ends, parts):
+        made[begin : begin + len(one), begin : begin + len(one)] = one
+    return made

@@ -21,6 +21,7 @@ import numpy as np
 
 from kalmanq.errors import KalmanqError, ModelError
 from kalmanq.model import builders
+from kalmanq.model.arrays import block_diagonal
 from kalmanq.model.model import Gaps, Model, Quantity, Sensor
 
 if sys.version_info >= (3, 11):
@@ -205,14 +206,6 @@ def _sensor(number: int, given: Mapping[str, Any], states: int) -> tuple[str, Mo
                            measurements=quantities("measurements", said, size, default))
     except ModelError as problem:
         raise SensorError(number, problem) from None
-
-
-def block_diagonal(parts: list[np.ndarray]) -> np.ndarray:
-    ends = np.cumsum([0, *map(len, parts)])
-    made = np.zeros((ends[-1], ends[-1]))
-    for begin, one in zip(ends, parts):
-        made[begin : begin + len(one), begin : begin + len(one)] = one
-    return made
 
 
 def _needed(made: dict[str, Any]) -> tuple[str, ...]:

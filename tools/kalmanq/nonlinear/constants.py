@@ -18,7 +18,7 @@ from kalmanq.formulas.functions import value
 from kalmanq.formulas.graph import Node, needed, symbol, using
 from kalmanq.formulas.program import Program
 from kalmanq.formulas.stand_ins import BUILTINS, stand_in_of
-from kalmanq.model.arrays import numbers_of
+from kalmanq.model.arrays import block_diagonal, numbers_of
 from kalmanq.nonlinear.calls import Given, Stacked
 from kalmanq.nonlinear.formulas import Formulas, Rows
 
@@ -173,22 +173,14 @@ def _matrices(model: Any, space: Mapping[str, Any]) -> list[Rows]:
         Q: Any = G @ G.T
     else:
         Q = _matrix(space.get("Q", model.Q))
-    R = _blocks([_matrix(one[1]) for one in space["sensors"].values()]) if "sensors" in space else _matrix(space.get("R", model.R))
+    R = block_diagonal([_matrix(one[1]) for one in space["sensors"].values()]) if "sensors" in space else _matrix(space.get("R", model.R))
     return [[[value(one) for one in row] for row in matrix] for matrix in (P0, Q, R)]
 
 
 def _matrix(given: Any) -> np.ndarray:
     """Of a covariance, or of variances"""
     made = np.array(given, object)
-    return made if made.ndim == 2 else np.array(_blocks([np.array([[one]], object) for one in made.ravel()]), object)
-
-
-def _blocks(parts: Sequence[np.ndarray]) -> np.ndarray:
-    ends = np.cumsum([0, *map(len, parts)])
-    made = np.full((ends[-1], ends[-1]), 0.0, object)
-    for at, one in zip(ends, parts):
-        made[at:at + len(one), at:at + len(one)] = one
-    return made
+    return made if made.ndim == 2 else block_diagonal([np.array([[one]], object) for one in made.ravel()])
 
 
 def written(source: str, values: Mapping[str, Any]) -> str:
@@ -201,13 +193,13 @@ def written(source: str, values: Mapping[str, Any]) -> str:
         if literal is not None:
             edits.append(((literal.lineno, literal.col_offset), (literal.end_lineno, literal.end_col_offset), text))
         else:
-            end = (last.end_lineno, last.end_col_offset) if last else (len(source.splitlines()) + 1, 0)
+            end = (last.end_lineno, last.end_col_offset) if last else (source.count("\n") + 1, 0)
             edits.append((end, end, f"\n{name} = {text}"))
-    lines = source.splitlines(keepends=True) + [""]
+    lines = [f"{one}\n" for one in source.split("\n")]
     for (first, start), (end, stop), text in sorted(edits, reverse=True):
         head, tail = lines[first - 1].encode()[:start].decode(), lines[end - 1].encode()[stop:].decode()
         lines[first - 1:end] = [head + text + tail]
-    return "".join(lines)
+    return "".join(lines)[:-1]
 
 
 def _literal(statement: ast.stmt, name: str) -> Optional[Any]:

@@ -136,21 +136,24 @@ def _executed(path: Path, source: bytes, constants: Union[Numbers, Symbols, None
         exec(compile(tree, str(path), "exec"), module.__dict__)
     except (ModelError, ModelFileError):
         raise
-    except NoFormula as problem:
-        line = next((line for file, line in problem.places if file == str(path)), 0)
-        raise ModelFileError(f"{path}: {f'line {line}: ' if line else ''}{problem}") from None
-    except (SyntaxError, ValueError) as problem:
-        line = getattr(problem, "lineno", None)
-        if isinstance(problem, SyntaxError) and line and problem.filename == str(path):
-            raise ModelFileError(f"{path}: line {line}: {problem.msg}") from None
-        raise ModelFileError(told("the file", problem, str(path))) from problem
     except (Exception, SystemExit) as problem:
-        raise ModelFileError(told("the file", problem, str(path))) from problem
+        if isinstance(problem, SyntaxError) and problem.lineno and problem.filename == str(path):
+            raise ModelFileError(f"{path}: line {problem.lineno}: {problem.msg}") from None
+        cure = f" ({', '.join(constants.names)} free, so what is made of it is a formula: NumPy and math take it; or leave it out of --free)" \
+            if isinstance(constants, Symbols) else ""
+        raise ModelFileError(_told(problem, path) + cure) from problem
     finally:
         if folder in sys.path:
             sys.path.remove(folder)
         sys.dont_write_bytecode = writes
     return module.__dict__
+
+
+def _told(problem: BaseException, path: Path) -> str:
+    if not isinstance(problem, NoFormula):
+        return told("the file", problem, str(path))
+    line = next((line for file, line in problem.places if file == str(path)), 0)
+    return f"{path}: {f'line {line}: ' if line else ''}{problem}"
 
 
 def _refuse_near(space: dict[str, Any]) -> None:

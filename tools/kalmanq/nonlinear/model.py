@@ -12,7 +12,7 @@ from numpy.typing import ArrayLike
 from kalmanq.errors import ModelError
 from kalmanq.formulas.tracing import Untraced
 from kalmanq.model import SIZE_MAX, Model, Quantities
-from kalmanq.model.arrays import numbers_of
+from kalmanq.model.arrays import block_diagonal, numbers_of
 from kalmanq.nonlinear.calls import Given, Stacked
 from kalmanq.nonlinear.formulas import Formulas, Jacobian
 
@@ -290,14 +290,6 @@ def _stacked(sensors: Mapping[str, tuple], h: Any, R: Any, H: Any) -> tuple[Stac
     if slopes and len(slopes) < len(parts):
         raise ModelError("sensors", "either each gives its Jacobian H, or none does")
     return Stacked(parts), block_diagonal(matrices), Stacked(slopes) if slopes else None
-
-
-def block_diagonal(matrices: Sequence[np.ndarray]) -> np.ndarray:
-    sizes = np.cumsum([0, *map(len, matrices)])
-    made = np.zeros((sizes[-1], sizes[-1]))
-    for at, one in zip(sizes, matrices):
-        made[at:at + len(one), at:at + len(one)] = one
-    return made
 
 
 def _length(key: str, given: ArrayLike) -> int:
