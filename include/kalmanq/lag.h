@@ -62,7 +62,7 @@ typedef struct kq_lag_f32 {
     uint32_t next, head; /* place in the ring of the next step; steps of the block that is being filled */
     uint32_t joined; /* age of the last step that is composed with the later steps of its block */
 } kq_lag_f32;
-extern const struct kq_hooks_f32 kq_lag_hooks_f32; /* what it does in the steps */
+extern const struct kq_hooks_f32 kq_lag_hooks_f32, kq_delay_hooks_f32; /* what it does in the steps */
 typedef struct kq_lag_f64 {
     union {
         kq_history_f64 tape; /* of the current step; its memory is all of the memory */
@@ -70,16 +70,18 @@ typedef struct kq_lag_f64 {
     };
     uint32_t most, block, steps, next, head, joined;
 } kq_lag_f64;
-extern const struct kq_hooks_f64 kq_lag_hooks_f64;
+extern const struct kq_hooks_f64 kq_lag_hooks_f64, kq_delay_hooks_f64;
 
 /** Declares a lag `name` with its static memory. */
-#define KQ_LAG_F32(name, n, m, L) \
+#define KQ_LAG_F32(name, n, m, L) KQ_PRIVATE_LAG_F32(name, n, m, L, kq_lag_hooks_f32)
+#define KQ_PRIVATE_LAG_F32(name, n, m, L, hooks) \
     static float name##_memory[KQ_LAG_LEN_F32(n, m, L)]; \
-    static kq_lag_f32 name = { {{{&kq_lag_hooks_f32}, n, 0, 0, 0, 0, 0, KQ_PRIVATE_ON_LINE_LEN_F32(n, m), \
+    static kq_lag_f32 name = { {{{&hooks}, n, 0, 0, 0, 0, 0, KQ_PRIVATE_ON_LINE_LEN_F32(n, m), \
         0, name##_memory, NULL, NULL, 0}}, L, 0, 0, 0, 0, 0}
-#define KQ_LAG_F64(name, n, m, L) \
+#define KQ_LAG_F64(name, n, m, L) KQ_PRIVATE_LAG_F64(name, n, m, L, kq_lag_hooks_f64)
+#define KQ_PRIVATE_LAG_F64(name, n, m, L, hooks) \
     static double name##_memory[KQ_LAG_LEN_F64(n, m, L)]; \
-    static kq_lag_f64 name = { {{{&kq_lag_hooks_f64}, n, 0, 0, 0, 0, 0, KQ_PRIVATE_ON_LINE_LEN_F64(n, m), \
+    static kq_lag_f64 name = { {{{&hooks}, n, 0, 0, 0, 0, 0, KQ_PRIVATE_ON_LINE_LEN_F64(n, m), \
         0, name##_memory, NULL, NULL, 0}}, L, 0, 0, 0, 0, 0}
 
 /** Sets sizes and memory at run time: n, m, L as above.  `length` words at memory, KQ_LAG_LEN_<T>(n, m, L),
@@ -122,6 +124,49 @@ KQ_NODISCARD kq_status kq_lagged_f64(kq_lag_f64 *lag, size_t k, kq_filter_f64 *v
 KQ_NODISCARD kq_status kq_lagged_states_f32(kq_lag_f32 *lag, size_t k, kq_filter_f32 *view);
 KQ_NODISCARD kq_status kq_lagged_states_f64(kq_lag_f64 *lag, size_t k, kq_filter_f64 *view);
 
+/* ------------------------------------------------------------------ late measurements
+ *
+ * A measurement that comes late is one of the state of k steps ago.  A delay is a lag that can take it:
+ *
+ *     KQ_DELAY_F32(past, 4, 3, 60);                     up to 60 steps late
+ *     kq_attach_f32(&track, &past.attached);
+ *     ...                                               predict and update as without it
+ *     kq_update_delayed_f32(&past, k, &gps, z, UINT32_MAX);
+ *
+ * It keeps the maps of its steps apart, so that a late measurement changes them.  Memory and functions are those of a
+ * lag; kq_lagged costs 3 n^3 multiplications for each of k steps.
+ */
+
+/** Declares a lag `name` that takes late measurements, with its static memory: 1 <= L. */
+#define KQ_DELAY_F32(name, n, m, L) KQ_PRIVATE_LAG_F32(name, n, m, L, kq_delay_hooks_f32)
+#define KQ_DELAY_F64(name, n, m, L) KQ_PRIVATE_LAG_F64(name, n, m, L, kq_delay_hooks_f64)
+
+/** As kq_lag_assign, for late measurements. */
+KQ_NODISCARD kq_status kq_delay_assign_f32(kq_lag_f32 *lag, int n, int m, size_t L, float *memory,
+    size_t length);
+KQ_NODISCARD kq_status kq_delay_assign_f64(kq_lag_f64 *lag, int n, int m, size_t L, double *memory,
+    size_t length);
+
+/**
+ * Takes a measurement of the state of k steps ago, as if it had come at the end of that step: the filter, the states
+ * of the lag and what is taken later, of any step, are those of the run in which it did.
+ *   lag      attached
+ *   k        0 .. kq_lag_steps().  0 is kq_update_subset
+ *   s, z     as in kq_update; not a sensor of innovations
+ *   present  bit c: component c was measured.  UINT32_MAX: all
+ * NIS and likelihood are those given all data so far.  A gate before it: kq_lagged, then kq_measurement of the view.
+ * Cost: about 28 n^2 multiplications and 6n square roots and divisions for each of k steps and component.
+ * Events: those of kq_update.
+ * KQ_ERR_NULL, KQ_ERR_HISTORY_EMPTY, KQ_ERR_HISTORY_FULL as kq_lagged; KQ_ERR_SIZE (k); KQ_ERR_MISMATCH (not a delay;
+ * a sensor of innovations, or of another size); those of kq_update.
+ * Source: src/smoother/delayed.h; the joint law is that of Bar-Shalom et al., IEEE Trans. AES 40 (2004), exact here
+ * for any k.
+ */
+KQ_NODISCARD kq_status kq_update_delayed_f32(kq_lag_f32 *lag, size_t k, const kq_sensor_f32 *s, const float *z,
+    uint32_t present);
+KQ_NODISCARD kq_status kq_update_delayed_f64(kq_lag_f64 *lag, size_t k, const kq_sensor_f64 *s, const double *z,
+    uint32_t present);
+
 /* ------------------------------------------------------------------ q31, as f32
  *
  * Accuracy: as the filter; about 2^-27 of the filtered sigma is added.
@@ -146,15 +191,21 @@ typedef struct kq_lag_q31 {
     };
     uint32_t most, block, steps, next, head, joined;
 } kq_lag_q31;
-extern const struct kq_hooks_q31 kq_lag_hooks_q31;
+extern const struct kq_hooks_q31 kq_lag_hooks_q31, kq_delay_hooks_q31;
 
-#define KQ_LAG_Q31(name, n, m, L) \
+#define KQ_LAG_Q31(name, n, m, L) KQ_PRIVATE_LAG_Q31(name, n, m, L, kq_lag_hooks_q31)
+#define KQ_DELAY_Q31(name, n, m, L) KQ_PRIVATE_LAG_Q31(name, n, m, L, kq_delay_hooks_q31)
+#define KQ_PRIVATE_LAG_Q31(name, n, m, L, hooks) \
     static int32_t name##_memory[KQ_LAG_LEN_Q31(n, m, L)]; \
-    static kq_lag_q31 name = { {{{&kq_lag_hooks_q31}, n, 0, 0, 0, 0, 0, KQ_PRIVATE_ON_LINE_LEN_Q31(n, m), \
+    static kq_lag_q31 name = { {{{&hooks}, n, 0, 0, 0, 0, 0, KQ_PRIVATE_ON_LINE_LEN_Q31(n, m), \
         0, name##_memory, NULL, NULL, 0, NULL}}, L, 0, 0, 0, 0, 0}
 
 KQ_NODISCARD kq_status kq_lag_assign_q31(kq_lag_q31 *lag, int n, int m, size_t L, int32_t *memory,
     size_t length);
+KQ_NODISCARD kq_status kq_delay_assign_q31(kq_lag_q31 *lag, int n, int m, size_t L, int32_t *memory,
+    size_t length);
+KQ_NODISCARD kq_status kq_update_delayed_q31(kq_lag_q31 *lag, size_t k, const kq_sensor_q31 *s, const int32_t *z,
+    uint32_t present);
 size_t kq_lag_steps_q31(const kq_lag_q31 *lag);
 KQ_NODISCARD kq_status kq_lagged_q31(kq_lag_q31 *lag, size_t k, kq_filter_q31 *view);
 KQ_NODISCARD kq_status kq_lagged_states_q31(kq_lag_q31 *lag, size_t k, kq_filter_q31 *view);

@@ -200,6 +200,9 @@ static inline void units_raise(num *units, int up, int count)
 
 static inline void root_lower(num *S, int down, int n) { (void)S, (void)down, (void)n; }
 
+/* A cosine or sine as unit_rotation answers it */
+static inline scaled turn_number(num c) { return c; }
+
 /* Cosine and sine of the next rotation of an update, by entry f of its row */
 static inline void unit_rotation(rotor *t, num f, num *c, num *s)
 {

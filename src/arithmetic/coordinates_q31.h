@@ -276,6 +276,8 @@ static inline void root_lower(int32_t *S, int down, int n)
     for (int i = 0; i < n; i++) S[KQ_TRIANGLE(n) + i] -= down;
 }
 
+static inline scaled turn_number(int32_t c) { return scaled_of(c, -31); }
+
 /* Cosine and sine, in Q31, of the next rotation of an update, by entry f of its row */
 static inline void unit_rotation(rotor *t, int32_t f, int32_t *c, int32_t *s)
 {

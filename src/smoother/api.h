@@ -2,6 +2,7 @@
 #ifndef KQ_SRC_SMOOTHER_API_H
 #define KQ_SRC_SMOOTHER_API_H
 
+#include "delayed.h"
 #include "instant.h"
 #include "lag.h"
 #include "smoother.h"

@@ -11,6 +11,8 @@
  * slots become, one a predict and the youngest first, maps of all of the block from there on.  In
  * the block before that they all are.  So it takes at most four maps from the newest coordinates to
  * a slot of age L, and no more than h + 1 to any other.
+ *
+ * A lag for late measurements (delayed.h) keeps its maps apart: one block that never ends, without head and middle.
  */
 #ifndef KQ_SRC_SMOOTHER_LAG_H
 #define KQ_SRC_SMOOTHER_LAG_H
@@ -18,6 +20,8 @@
 #include "on_line.h"
 
 /* ------------------------------------------------------------------ the ring */
+
+#define LAG_APART UINT32_MAX /* `head` of a block that never ends */
 
 KQ_KERNEL backward_map lag_head(const T(kq_lag) *lag, int n)
 {
@@ -68,8 +72,6 @@ KQ_KERNEL backward_map lag_open(T(kq_lag) *lag, const filter *f, int n)
 {
     if (lag->steps < lag->most) lag->steps++;
     lag->next = lag->next + 1 < lag->most ? lag->next + 1 : 0;
-    lag->head++;
-    if (lag->joined) lag->joined++;
     copy(lag_slot(lag, 1, n), f->memory, FILTER_LEN(n));
     return lag_map(lag, 1, n);
 }
@@ -81,6 +83,8 @@ KQ_KERNEL void lag_move_of(filter *f, const process *p, const num *u, int n)
     if (lag->steps) filter_note(f, lag_close(lag, &v, n));
     lag->tape.used = 0;
     lag->tape.records = 0;
+    if (lag->most) lag->head++;
+    if (lag->joined) lag->joined++;
     predict_by_map(f, p, u, lag->most ? lag_open(lag, f, n) : lag_head(lag, n), &v, n);
 }
 
@@ -162,31 +166,39 @@ static kq_status lag_show(T(kq_lag) *lag, size_t k, filter *view, int states_onl
 
 /* ------------------------------------------------------------------ the object */
 
-kq_status T(kq_lag_assign)(T(kq_lag) *lag, int n, int m, size_t most, num *memory, size_t length)
+static kq_status lag_assign(T(kq_lag) *lag, int n, int m, size_t most, num *memory, size_t length,
+                            const hooks *with)
 {
     if (!lag || !memory) return KQ_ERR_NULL;
     if (!size_is_valid(n) || m < 1 || most > KQ_COUNT_MAX) return KQ_ERR_SIZE;
     if (length < LAG_LEN(n, m, most)) return KQ_ERR_MEMORY;
     *lag = (T(kq_lag)){
-        .tape = {.attached = {&T(kq_lag_hooks)},
-                 .states = (uint8_t)n,
-                 .length = (size_t)ON_LINE_LEN(n, m),
-                 .memory = memory},
+        .tape = {.attached = {with}, .states = (uint8_t)n, .length = (size_t)ON_LINE_LEN(n, m), .memory = memory},
         .most = (uint32_t)most};
+    return KQ_OK;
+}
+
+kq_status T(kq_lag_assign)(T(kq_lag) *lag, int n, int m, size_t most, num *memory, size_t length)
+{
+    return lag_assign(lag, n, m, most, memory, length, &T(kq_lag_hooks));
+}
+
+static kq_status lag_begin(T(kq_lag) *lag, filter *f, const hooks *with, uint32_t block, uint32_t head)
+{
+    const kq_status status = on_line_attach(&lag->tape, f, with);
+    if (status) return status;
+    lag->block = block;
+    lag->steps = 0;
+    lag->next = 0;
+    lag->head = head;
+    lag->joined = 0;
     return KQ_OK;
 }
 
 static kq_status lag_attach(filter *f, attached *object)
 {
     T(kq_lag) *lag = (T(kq_lag) *)object;
-    const kq_status status = on_line_attach(&lag->tape, f, &T(kq_lag_hooks));
-    if (status) return status;
-    lag->block = (lag->most + 1) / 2;
-    lag->steps = 0;
-    lag->next = 0;
-    lag->head = 0;
-    lag->joined = 0;
-    return KQ_OK;
+    return lag_begin(lag, f, &T(kq_lag_hooks), (lag->most + 1) / 2, 0);
 }
 
 const hooks T(kq_lag_hooks) = {.attach = lag_attach, .predict = lag_predict, .step = step_attached,

@@ -18,10 +18,7 @@ static void history_record_row(filter *f, const num *row, const scaled *exact, s
     if (!record) return;
     if (row) copy(record, row, ROW_LEN(f->states));
     else row_fitted(record, exact, f->states);
-    record += ROW_LEN(f->states);
-    store_scaled(record, r);
-    store_scaled(record + SCALED_WORDS, e);
-    store_scaled(record + 2 * SCALED_WORDS, s);
+    store_row_record(record + ROW_LEN(f->states), r, e, s);
     history_of(f)->records++;
 }
 

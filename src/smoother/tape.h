@@ -120,6 +120,14 @@ KQ_KERNEL row_record load_row_record(const num *record, int n)
                         load_scaled(record + 2 * SCALED_WORDS)};
 }
 
+/* Behind the row */
+static void store_row_record(num *record, scaled r, scaled e, scaled s)
+{
+    store_scaled(record, r);
+    store_scaled(record + SCALED_WORDS, e);
+    store_scaled(record + 2 * SCALED_WORDS, s);
+}
+
 KQ_COLD static void history_record_update(filter *f, const num *row, const scaled *exact,
                                           scaled r, scaled e, scaled s)
 {
