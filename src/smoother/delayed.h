@@ -147,7 +147,8 @@ static int late_take(filter *f, const late_scalar *m)
 
 /* ------------------------------------------------------------------ all of it */
 
-/* Decorrelated component c as a measurement of the coordinates of `then`.  Answers what rounding makes of it. */
+/* Decorrelated component c as a measurement of the coordinates of `then`.  Answers what rounding makes of the variance
+   of one without noise, or 0. */
 static scaled late_scalar_of(late_scalar *m, const filter *then, const reading *z, int c)
 {
     scaled buffer[KQ_SIZE_MAX], spare[3 * KQ_SIZE_MAX];
@@ -158,8 +159,10 @@ static scaled late_scalar_of(late_scalar *m, const filter *then, const reading *
     m->r = scalar_noise(z, c);
     m->e = scalar_innovation(then, z, c);
     m->s = scaled_plus(m->r, square_of(m->f, n));
-    if (!is_ordinary(m->r, m->s, m->e)) m->r = least_noise(m->r, m->s, h, n);
-    return floor;
+    if (scaled_is_less(num_tiny, m->r)) return (scaled){0};
+    const scaled last_bits = mean_resolution(h, n);
+    if (scaled_is_less(m->r, last_bits)) m->r = last_bits;
+    return scaled_plus(floor, scaled_times(scaled_of_count(3), m->r)); /* one r is left of it by the first of two */
 }
 
 /* What it says of the present, nothing being changed; is it to be taken?  If not, there is an event. */
@@ -170,8 +173,7 @@ static int late_counts(filter *f, T(kq_lag) *lag, uint32_t k, const late_scalar 
     for (uint32_t age = k; age > 0; age--, at = later) {
         late_through(&later, noise, &at, lag_map(lag, age, f->states), f->states);
     }
-    const int exact = !scaled_is_less(num_tiny, m->r);
-    const int known = !scaled_is_less(num_zero_variance, at.s) || (exact && !scaled_is_less(floor, at.s));
+    const int known = !scaled_is_less(num_zero_variance, at.s) || !scaled_is_less(floor, at.s);
     if (known) f->events |= KQ_EVENT_REDUNDANT;
     else if (variance_overflows(m->s) || likelihood_overflows(at.e, at.s)) f->events |= KQ_EVENT_OVERFLOW;
     else return 1;
