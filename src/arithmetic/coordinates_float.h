@@ -212,14 +212,18 @@ static inline void unit_rotation(rotor *t, num f, num *c, num *s)
     *s = f / num_root(t->a);
 }
 
-/* The columns a and b of units: (a, b) <- (c a - s b, s a + c b) */
+/* The units a and b: (a, b) <- (c a - s b, s a + c b) */
+KQ_KERNEL void unit_turn_entry(num *restrict a, num *restrict b, num c, num s)
+{
+    const num old = *a;
+    *a = c * old - s * *b;
+    *b = s * old + c * *b;
+}
+
+/* Columns of them */
 static inline void unit_turn(num *restrict a, num *restrict b, num c, num s, int n)
 {
-    for (int k = 0; k < n; k++) {
-        const num old = a[k];
-        a[k] = c * old - s * b[k];
-        b[k] = s * old + c * b[k];
-    }
+    for (int k = 0; k < n; k++) unit_turn_entry(a + k, b + k, c, s);
 }
 
 /* nu = e / sqrt(s) */

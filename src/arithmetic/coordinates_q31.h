@@ -286,15 +286,18 @@ static inline void unit_rotation(rotor *t, int32_t f, int32_t *c, int32_t *s)
     *s = turn.t;
 }
 
-/* The columns a and b of units: (a, b) <- (c a - s b, s a + c b) */
+/* The units a and b: (a, b) <- (c a - s b, s a + c b) */
+KQ_KERNEL void unit_turn_entry(int32_t *restrict a, int32_t *restrict b, int32_t c, int32_t s)
+{
+    const int32_t old = *a, other = *b;
+    *a = round_to_word(accumulate(product(c, old), -s, other, 62), 31, 30);
+    *b = round_to_word(accumulate(product(s, old), c, other, 62), 31, 30);
+}
+
+/* Columns of them */
 KQ_SHARED void unit_turn(int32_t *restrict a, int32_t *restrict b, int32_t c, int32_t s, int n)
 {
-    const int32_t back = -s;
-    for (int k = 0; k < n; k++) {
-        const int32_t old = a[k], other = b[k];
-        a[k] = round_to_word(accumulate(product(c, old), back, other, 62), 31, 30);
-        b[k] = round_to_word(accumulate(product(s, old), c, other, 62), 31, 30);
-    }
+    for (int k = 0; k < n; k++) unit_turn_entry(a + k, b + k, c, s);
 }
 
 /* nu = e / sqrt(s) */

@@ -47,8 +47,18 @@ static void late_through(late_scalar *later, scaled *noise, const late_scalar *m
 
 /* The row of u beside those of a map: its entries, that of the later u, and its mean */
 typedef struct {
-    num entries[2 * KQ_SIZE_MAX], last[1], mean[COORDINATE_PLANES];
+    num entries[2 * KQ_SIZE_MAX], last, mean[COORDINATE_PLANES];
 } noise_row;
+
+/* As unit_turn: a row of a map, its columns being n numbers, and u */
+KQ_KERNEL void unit_turn_row(num *restrict row, num *restrict u, num c, num s, int n)
+{
+    for (int j = 0; j < 2 * n; j++, row += n, u++) {
+        num old = *row;
+        unit_turn_entry(&old, u, c, s);
+        *row = old;
+    }
+}
 
 /* The columns: E by `noise`, J by the later measurement, then nu_later into the shift.  Answers the events. */
 static unsigned late_turn_columns(backward_map map, noise_row *u, const scaled *noise, scaled r,
@@ -65,13 +75,14 @@ static unsigned late_turn_columns(backward_map map, noise_row *u, const scaled *
     rotor state = rotor_begin(r, later->s, row, 2 * n);
     for (int i = 0; i < 2 * n; i++) {
         const int column_at = i < n ? n + i : i - n;
+        u->entries[column_at] = 0;
         if (is_no_turn(row[i])) continue;
         unit_rotation(&state, row[i], &c, &s);
         unit_turn(map.columns + column_at * n, along, c, s, n);
-        unit_turn(u->entries + column_at, u->last, c, s, 1);
+        unit_turn_entry(u->entries + column_at, &u->last, c, s);
     }
     const scaled nu = unit_innovation(&state, later->e, later->s);
-    unsigned events = coordinate_move(u->mean, 1, 0, u->last[0], nu);
+    unsigned events = coordinate_move(u->mean, 1, 0, u->last, nu);
     for (int k = 0; k < n; k++) events |= coordinate_move(map.shift, n, k, along[k], nu);
     return events;
 }
@@ -80,16 +91,14 @@ static unsigned late_turn_columns(backward_map map, noise_row *u, const scaled *
 static unsigned late_turn_rows(backward_map map, noise_row *u, const late_scalar *m, int n)
 {
     unsigned events = 0;
-    num row[ROW_LEN(KQ_SIZE_MAX)], entries[2 * KQ_SIZE_MAX], c, s;
+    num row[ROW_LEN(KQ_SIZE_MAX)], c, s;
     wide mean = coordinate_get(u->mean, 1, 0);
     row_fitted(row, m->f, n);
     rotor state = rotor_begin(m->r, m->s, row, n);
     for (int i = 0; i < n; i++) {
         if (is_no_turn(row[i])) continue;
         unit_rotation(&state, row[i], &c, &s);
-        for (int j = 0; j < 2 * n; j++) entries[j] = map.columns[j * n + i];
-        unit_turn(entries, u->entries, c, s, 2 * n);
-        for (int j = 0; j < 2 * n; j++) map.columns[j * n + i] = entries[j];
+        unit_turn_row(map.columns + i, u->entries, c, s, n);
         events |= coordinate_turn(map.shift, n, i, &mean, turn_number(c), scaled_negative(turn_number(s)));
     }
     return events;
@@ -99,7 +108,9 @@ static unsigned late_turn_rows(backward_map map, noise_row *u, const late_scalar
 static unsigned late_turn_map(backward_map map, const scaled *noise, const late_scalar *m, const late_scalar *later,
                               int n)
 {
-    noise_row u = {.last = {num_one}};
+    noise_row u;
+    u.last = num_one;
+    for (int k = 0; k < COORDINATE_PLANES; k++) u.mean[k] = 0;
     const unsigned events = late_turn_columns(map, &u, noise, m->r, later, n);
     return events | late_turn_rows(map, &u, m, n);
 }
@@ -165,17 +176,20 @@ static scaled late_scalar_of(late_scalar *m, const filter *then, const reading *
     return scaled_plus(floor, scaled_times(scaled_of_count(3), m->r)); /* one r is left of it by the first of two */
 }
 
-/* What it says of the present, nothing being changed; is it to be taken?  If not, there is an event. */
+/* What it says of the present, nothing being changed; is it to be taken?  If not, there is an event.  An ordinary one
+   says something as long as its numbers are no more than that. */
 static int late_counts(filter *f, T(kq_lag) *lag, uint32_t k, const late_scalar *m, scaled floor)
 {
     scaled noise[KQ_SIZE_MAX];
-    late_scalar at = *m, later;
-    for (uint32_t age = k; age > 0; age--, at = later) {
-        late_through(&later, noise, &at, lag_map(lag, age, f->states), f->states);
+    late_scalar at[2] = {*m};
+    if (is_ordinary(m->r, m->s, m->e)) return 1;
+    for (uint32_t age = k; age > 0; age--) {
+        late_through(at + 1, noise, at, lag_map(lag, age, f->states), f->states);
+        at[0] = at[1];
     }
-    const int known = !scaled_is_less(num_zero_variance, at.s) || !scaled_is_less(floor, at.s);
+    const int known = !scaled_is_less(num_zero_variance, at->s) || !scaled_is_less(floor, at->s);
     if (known) f->events |= KQ_EVENT_REDUNDANT;
-    else if (variance_overflows(m->s) || likelihood_overflows(at.e, at.s)) f->events |= KQ_EVENT_OVERFLOW;
+    else if (variance_overflows(m->s) || likelihood_overflows(at->e, at->s)) f->events |= KQ_EVENT_OVERFLOW;
     else return 1;
     return 0;
 }
@@ -189,35 +203,44 @@ static unsigned late_take_older(backward_map map, const late_scalar *m, int n)
     return map_take(map, record, n);
 }
 
-/* The states and the maps from slot k to the filter.  m becomes what it is of the filter's coordinates. */
-static void late_take_all(filter *f, T(kq_lag) *lag, uint32_t k, late_scalar *m)
-{
-    const int n = f->states;
-    scaled noise[KQ_SIZE_MAX];
-    late_scalar later;
-    filter then = *f;
-    then.events = 0;
-    if (k < lag->steps) filter_note(&then, late_take_older(lag_map(lag, k + 1, n), m, n));
-    for (uint32_t age = k; age > 0; age--, *m = later) {
-        const backward_map map = lag_map(lag, age, n);
-        late_through(&later, noise, m, map, n);
-        filter_note(&then, late_turn_map(map, noise, m, &later, n));
-        then.memory = lag_slot(lag, age, n);
-        late_take(&then, m);
-    }
-    if (late_take(f, m)) filter_set_ready(f, f->ready | FILTER_LOW_NOISE | FILTER_NARROW);
-    filter_note(f, then.events);
-}
-
 /* What an update tells of one that was taken */
-static void late_tell(filter *f, const reading *z, int c, const late_scalar *m)
+static void late_tell(filter *f, const reading *z, int c, const late_scalar *m, int sharp)
 {
     const scaled nis = scaled_times(m->e, scaled_over(m->e, m->s));
     likelihood_add(&f->last, nis, physical_variance(z->sensor, c, m->s));
     if (is_weak(m->r, m->s)) count_weak(f);
-    if (scaled_is_less(m->r, low_noise_share(m->s)) && scaled_is_less(num_most_sure, nis)) {
-        f->events |= KQ_EVENT_CONTRADICTION;
+    if (!sharp) return;
+    filter_set_ready(f, f->ready | FILTER_LOW_NOISE | FILTER_NARROW);
+    if (scaled_is_less(num_most_sure, nis)) f->events |= KQ_EVENT_CONTRADICTION;
+}
+
+/* The states and the maps from slot k to the filter, and the filter.  Its numbers may have left what is representable
+   on the way: then the lag ends. */
+static void late_take_all(filter *f, T(kq_lag) *lag, uint32_t k, const reading *z, int c, late_scalar *m)
+{
+    const int n = f->states;
+    scaled noise[KQ_SIZE_MAX];
+    late_scalar other, *later = &other;
+    filter then = *f;
+    then.events = 0;
+    if (k < lag->steps) filter_note(&then, late_take_older(lag_map(lag, k + 1, n), m, n));
+    for (uint32_t age = k; age > 0; age--) {
+        const backward_map map = lag_map(lag, age, n);
+        late_scalar *const done = m;
+        late_through(later, noise, m, map, n);
+        filter_note(&then, late_turn_map(map, noise, m, later, n));
+        then.memory = lag_slot(lag, age, n);
+        late_take(&then, m);
+        m = later;
+        later = done;
     }
+    filter_note(f, then.events);
+    if (!likelihood_overflows(m->e, m->s)) {
+        late_tell(f, z, c, m, late_take(f, m));
+        return;
+    }
+    f->events |= KQ_EVENT_OVERFLOW;
+    history_end(f);
 }
 
 static void update_late(filter *f, T(kq_lag) *lag, uint32_t k, const reading *z)
@@ -230,9 +253,7 @@ static void update_late(filter *f, T(kq_lag) *lag, uint32_t k, const reading *z)
     for (int c = 0; c < z->sensor->components; c++) {
         if (!(z->present >> c & 1)) continue;
         const scaled floor = late_scalar_of(&m, &then, z, c);
-        if (!late_counts(f, lag, k, &m, floor)) continue;
-        late_take_all(f, lag, k, &m);
-        late_tell(f, z, c, &m);
+        if (late_counts(f, lag, k, &m, floor)) late_take_all(f, lag, k, z, c, &m);
     }
     update_end(f);
 }

@@ -13,7 +13,7 @@ LEAN = "lean"  # step by a lean sensor, of a program that begins from roots and 
 FILTER = ("predict", "update", "step", ROOTS, LEAN, "smooth")
 MODULES = (
     "steady", "settling", "gated", "huber", "student", "jump", "lag", "lag_states", "point",
-    "adapted", "em", "em_state",
+    "delayed", "adapted", "em", "em_state",
 )
 NONLINEAR = ("changed", "extended", "extended_predict", "extended_update", "points")
 FLOAT_ONLY = ("em", "em_state", "points")
