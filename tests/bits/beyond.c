@@ -122,6 +122,26 @@ static void lag(void)
     check("filter of the lag", STEPS);
 }
 
+/* Each second measurement comes one to LAG steps late. */
+static void delay(void)
+{
+    K(lag) past;
+    num z[C];
+    begin();
+    put_status(K(delay_assign)(&past, M.n, M.m, LAG, pool, LENGTH(pool)));
+    put_status(K(attach)(&filter, &past.attached));
+    for (int t = 0; t < STEPS; t++) {
+        draw_measurement(z, t);
+        if (t % 2) put_status(K(update_delayed)(&past, (size_t)(1 + t / 2 % LAG), &sensor, z, present_at(t)));
+        else put_status(K(update_subset)(&filter, &sensor, z, present_at(t)));
+        put_lag(&past, K(lag_steps)(&past), 0);
+        put_status(K(predict)(&filter, &process, draw_control()));
+        check("delay", t);
+    }
+    put_filter();
+    check("filter of the delay", STEPS);
+}
+
 static void put_instant(K(instant) * of)
 {
     K(filter) view;
@@ -521,5 +541,6 @@ void run_beyond(const model_case *c)
     adaptation(KQ_ADAPT_PROCESS);
     adaptation(KQ_ADAPT_SENSOR);
     learn();
+    delay();
     digest_end();
 }
