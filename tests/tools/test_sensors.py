@@ -14,7 +14,7 @@ from dense import Steps, conditioned
 from whole import WHOLE
 
 from kalmanq import Filter, KalmanqError, Smoother
-from kalmanq.data import joining
+from kalmanq.data import joining, tables
 from kalmanq.model import model_file
 
 WALK = """
@@ -210,7 +210,54 @@ def test_sensors_of_a_model_of_steps(tmp_path):
     assert told["log_likelihood"] == f.log_likelihood and told["taken"] == 3
 
 
+def late_log(folder, seed, delay):
+    """One log with both sensors, the receiver's rows `delay` late; and the two files in which nothing was late"""
+    imu, gps, _, _ = two_rates(folder, seed)
+    (_, *fast), (_, *slow) = (list(csv.reader(one.open())) for one in (imu, gps))
+    told = {int(row[0]) + round(delay * 1e6): row[1:] for row in slow}
+    rows = {round(float(row[0]) * 1e6): [row[1], "", ""] for row in fast}
+    for at, (speed, pos) in told.items():
+        rows.setdefault(at, ["", "", ""])[1:] = [pos, speed]
+    log = folder / "log.csv"
+    log.write_text("\n".join(["time_us,acc,pos,speed", *(",".join([str(at), *rows[at]]) for at in sorted(rows))]) + "\n")
+    first = int(1e6 * float(fast[0][0]))
+    gps.write_text("\n".join(["time_us,speed,pos", *(",".join(row) for row in slow if int(row[0]) >= first)]) + "\n")
+    return log, imu, gps
+
+
+@pytest.mark.parametrize("seed, delay", [(0, 0.12), (1, 0.0371), (2, 1e-6)])
+@pytest.mark.parametrize("blocks", [1, 17, 65536])
+def test_what_is_told_late_is_in_the_row_that_it_was_measured_at(seed, delay, blocks, tmp_path):
+    log, imu, gps = late_log(tmp_path, seed, delay)
+    model = model_file.read(walk(tmp_path))
+    late = walk(tmp_path)
+    late.write_text(late.read_text().replace("R = [[0.04", f"delay = {delay}\nR = [[0.04"))
+    assert model_file.read(late).sensors[1].delay == delay and f"delay = {delay}" in model_file.text_of(model_file.read(late))
+    right, made = (tables.joined(list(joining.blocks_of(data, of, blocks)))
+                   for data, of in (([imu, gps], model), (log, model_file.read(late))))
+    is_there = np.any([~np.isnan(one) for one in made.columns.values()], axis=0)  # a row that only told what was late is a step
+    assert np.allclose(made.times[is_there], right.times, rtol=0, atol=1e-9)
+    assert all(np.array_equal(made.columns[name][is_there], right.columns[name], equal_nan=True) for name in made.columns)
+
+
+def test_a_delay_in_rows(tmp_path):
+    path = tmp_path / "steps.toml"
+    text = "[model]\nA = 0.9\nQ = 1\nP0 = 1\n[[sensors]]\nname = 'a'\nH = 1\nR = 1\n[[sensors]]\nname = 'b'\nH = 2\nR = 1\ndelay = {}\n"
+    path.write_text(text.format(2))
+    data = written(tmp_path, "z.csv", "a,b", [1.0, 2, 3, 4], [9.0, 9, 5, 6])
+    f = Filter(model_file.read(path))
+    f.run([[1, 5], [2, 6], [3, np.nan], [4, np.nan]])
+    assert json.loads(kalmanq("run", path, data, "--json").stdout)["log_likelihood"] == f.log_likelihood
+    names = ("simulate", path, "-n", "9", "--seed", "3")
+    late = [list(csv.DictReader(kalmanq(*names).stdout.splitlines())), path.write_text(text.format(0)),
+            list(csv.DictReader(kalmanq(*names).stdout.splitlines()))]
+    assert [row["b"] for row in late[0]] == ["", "", *(row["b"] for row in late[2][:-2])]
+    assert [row["a"] for row in late[0]] == [row["a"] for row in late[2]]
+
+
 @pytest.mark.parametrize("old, new, said", [
+    ("R = 0.01", "R = 0.01\ndelay = -1", "line 17: delay: is a number, 0 or more"),
+    ("R = 0.01", "R = 0.01\ndelay = '1 s'", "line 17: delay: is a number"),
     ('name = "gps"', 'name = "imu"', "line 19: name: imu is there twice"), ("R = 0.01", "", "line 11: R: is missing from"),
     ("R = 0.01", "S = 1\nR = 0.01", "line 16: S: no such key in .*sensors"),
     ("H = [0.0, 0.0, 1.0]", "H = [1.0]", "line 15: H: is 1 x 1"),

@@ -67,6 +67,7 @@ def simulate_file(options: Options, console: Console) -> None:
     if isinstance(model, Model):
         x, z = drawn(model, rows, options.seed, options.gap, controls, times)
         u = np.zeros((rows, model.l)) if controls is None else controls
+        z = _told(model, z, times)
     else:
         x, z, u = simulate(model, rows, options.seed, controls)
         if options.gap:
@@ -86,6 +87,20 @@ def simulate_file(options: Options, console: Console) -> None:
     inputs = [one for one in (options.model, options.controls, options.at) if one]
     with tables.writing(options.out, list(columns), inputs) as write:
         write(columns.values())
+
+
+def _told(model: Model, z: np.ndarray, times: Optional[np.ndarray]) -> np.ndarray:
+    """z, the measurements of each sensor in the row that tells them"""
+    z, first = z.copy(), 0
+    for sensor in model.sensors:
+        own = slice(first, first := first + len(sensor.measurements))
+        late = sensor.delay / (tables.dt_of(model) or 1)
+        rows = round(late)
+        if late and (times is not None or abs(late - rows) > 1e-6):
+            raise KalmanqError(f"the delay of {sensor.name} is in rows here: a multiple of dt, and without --at")
+        if rows:
+            z[rows:, own], z[:rows, own] = z[:-rows, own].copy(), np.nan
+    return z
 
 
 def controls_of(options: Options, model: AnyModel) -> tuple[int, Optional[np.ndarray], Optional[np.ndarray]]:

@@ -1,9 +1,12 @@
-"""Several files of data, joined by their times: a row for each time, with what is there of it in each file."""
+"""Several files of data, joined by their times: a row for each time, with what is there of it in each file.
+
+What a sensor tells late is in the row of the time that it was measured at.
+"""
 
 from __future__ import annotations
 
 from contextlib import ExitStack
-from typing import Any, Iterator, Optional, Sequence
+from typing import Any, Iterator, Mapping, Optional, Sequence
 
 import numpy as np
 
@@ -45,11 +48,12 @@ def _joined(sources: Sequence[Source], model: Model, rows: int, has_to_fit: bool
                                                  dt=dt_of(model), cure=cure_of(model), may_lack=True, is_alone=len(sources) == 1))
                 for source in sources]
         _require_columns(made, model)
-        if len(made) == 1:
+        delays = {name: one.delay for one in model.sensors for name in one.measurements if one.delay}
+        if len(made) == 1 and not delays:
             yield from (_completed(block, names) for block in made[0].all_blocks(rows))
             return
-        held = _Held(model, made)
-        for block in _merged([_Waiting(one, rows) for one in made], names):
+        held, of_rows = _Held(model, made), [one.name for one in model.controls if len(made) == 1]
+        for block in _merged([_File(one, rows, delays, of_rows) for one in made], names, dt_of(model)):
             yield held.filled(block)
 
 
@@ -77,26 +81,51 @@ def _completed(block: Block, names: Sequence[str]) -> Block:
     return Block(block.first_row, {name: block.columns.get(name, nothing) for name in names}, block.times, block.lines)
 
 
-class _Waiting:
-    """Rows of a file that have been read, and wait for those of other files"""
+class _File:
+    """A file that is being read: its columns by how late they are.  A table without times has a row each dt, or, of steps,
+    each 1.  complete: columns that each row has"""
 
-    def __init__(self, table: Table, rows: int):
-        self.table, self._blocks = table, table.all_blocks(rows)
-        self.times, self.columns = np.zeros(0), {name: np.zeros(0) for name in table.names}
-        self.is_over = False
+    def __init__(self, table: Table, rows: int, delays: Mapping[str, float], complete: Sequence[str]):
+        self.table, self._blocks, self._count, self._complete = table, table.all_blocks(rows), 0, complete
+        self.known = -np.inf  # up to where
+        late = sorted({delays[name] for name in table.names if name in delays})
+        self.parts = [_Waiting(self, delay, [name for name in table.names if delays.get(name, 0) == delay])
+                      for delay in (0, *late)]
 
-    @property
-    def last(self) -> float:
-        """Up to where it is known; all of it is, where it is over"""
-        return np.inf if self.is_over else self.times[-1] if len(self.times) else -np.inf
-
-    def read(self) -> None:
+    def read(self, dt: float) -> None:
         block = next(self._blocks, None)
         if block is None:
-            self.is_over = True
+            self.known = np.inf
             return
-        self.times = np.concatenate([self.times, block.times])
-        self.columns = {name: np.concatenate([one, block.columns[name]]) for name, one in self.columns.items()}
+        for name in self._complete:
+            if np.any(np.isnan(block.columns[name])):
+                raise TableError(self.table.source, "a control is missing", block.line(int(np.argmax(np.isnan(block.columns[name])))),
+                                 name)
+        times = dt * np.arange(self._count, self._count + block.length) if block.times is None else block.times
+        self._count += block.length
+        self.known = times[-1]
+        for part in self.parts:
+            part.add(times, block.columns)
+
+
+class _Waiting:
+    """Rows that have been read, and wait for those of other files"""
+
+    def __init__(self, file: _File, delay: float, names: Sequence[str]):
+        self.file, self._delay = file, delay
+        self.times, self.columns = np.zeros(0), {name: np.zeros(0) for name in names}
+
+    @property
+    def known(self) -> float:
+        return self.file.known - self._delay
+
+    def add(self, times: np.ndarray, columns: Mapping[str, np.ndarray]) -> None:
+        """What was measured before the first row of all is not there: no step has it."""
+        is_there = np.ones(len(times), bool)
+        if self._delay:
+            is_there = np.any([~np.isnan(columns[name]) for name in self.columns], axis=0) & (times >= self._delay)
+        self.times = np.concatenate([self.times, times[is_there] - self._delay])
+        self.columns = {name: np.concatenate([one, columns[name][is_there]]) for name, one in self.columns.items()}
 
     def taken(self, until: float) -> tuple[np.ndarray, dict[str, np.ndarray]]:
         count = int(np.searchsorted(self.times, until, side="right"))
@@ -105,21 +134,27 @@ class _Waiting:
         return made
 
 
-def _merged(files: Sequence[_Waiting], names: Sequence[str]) -> Iterator[Block]:
-    columns = [one.table.times for one in files]
+def _merged(files: Sequence[_File], names: Sequence[str], time_of_row: Optional[float]) -> Iterator[Block]:
+    dt, line = time_of_row or 1.0, 2
+    columns = [one.table.times for one in files if one.table.times]
     for one in files:
-        one.table.times.origin = columns[0].origin
-        one.read()
-    judge_units(columns)
-    dt = columns[0].dt
+        if one.table.times:
+            one.table.times.origin = columns[0].origin
+        one.read(dt)
+    if len(files) > 1:
+        judge_units(columns)
+    parts = [part for one in files for part in one.parts]
     while True:
-        until = min(one.last for one in files)
-        block = _rows([one.taken(until - dt) for one in files], names, dt)  # what is as good as at `until` may come yet
+        until = min(one.known for one in parts)
+        block = _rows([one.taken(until - dt) for one in parts], names, dt)  # what is as good as at `until` may come yet
+        if time_of_row is None:
+            block = Block(line, block.columns)
+            line += block.length
         if block.length:
             yield block
         if until == np.inf:
             return
-        min(files, key=lambda one: one.last).read()
+        min(parts, key=lambda one: one.known).file.read(dt)
 
 
 def _rows(parts: Sequence[tuple[np.ndarray, dict[str, np.ndarray]]], names: Sequence[str], dt: float) -> Block:

@@ -50,6 +50,7 @@ class Sensor:
 
     name: str
     measurements: tuple[str, ...]
+    delay: float = 0.0  # seconds from when it measured to the row that tells it; rows of a model of steps
 
 
 Quantities = Optional[Sequence[Union[Quantity, str]]]

@@ -39,7 +39,7 @@ SECTIONS = {
     "measurements": ("names", "units", "ranges", "fractions"),
     "controls": ("names", "units", "ranges", "fractions"),
     "gaps": ("max_gap", "min_run"),
-    "sensors": ("name", "measurements", "H", "R", "units", "ranges", "fractions"),
+    "sensors": ("name", "measurements", "H", "R", "delay", "units", "ranges", "fractions"),
 }
 
 
@@ -187,7 +187,20 @@ def _sensors(given: Mapping[str, Any], made: dict[str, Any], states: int) -> lis
             raise SensorError(number, ModelError("name", f"{name} is there twice"))
     made["H"], made["R"] = np.vstack([one.H for _, one in parts]), block_diagonal([one.R for _, one in parts])
     made["measurements"] = [quantity for _, one in parts for quantity in one.measurements]
-    return [Sensor(name, tuple(quantity.name for quantity in one.measurements)) for name, one in parts]
+    return [Sensor(name, tuple(quantity.name for quantity in one.measurements), _delay(number, given["sensors"][number], made))
+            for number, (name, one) in enumerate(parts)]
+
+
+def _delay(number: int, given: Mapping[str, Any], made: Mapping[str, Any]) -> float:
+    delay = given.get("delay", 0)
+    try:
+        if isinstance(delay, bool) or not isinstance(delay, (int, float)) or not 0 <= delay < np.inf:
+            raise ModelError("delay", "is a number, 0 or more: seconds, or rows of a model of steps")
+        if "dt" not in made and delay != int(delay):
+            raise ModelError("delay", f"is in rows, as the model is of steps: {delay} is no whole number of them; or give F, Qc and dt")
+    except ModelError as problem:
+        raise SensorError(number, problem) from None
+    return float(delay)
 
 
 def _sensor(number: int, given: Mapping[str, Any], states: int) -> tuple[str, Model]:
@@ -328,9 +341,10 @@ def text_of(model: Model) -> str:
     lines += [f"x0 = {_list(model.x0)}", f"P0 = {_prior_text(model)}"]
     for which in ("states", "controls") if parts else ("states", "measurements", "controls"):
         lines += _section(which, getattr(model, which))
-    for name, H, R, measured in parts:
+    for (name, H, R, measured), sensor in zip(parts, model.sensors):
         _, _, names, *more = _section("measurements", measured)
         lines += ["", "[[sensors]]", f"name = {_quoted(name)}", f"measurements{names[5:]}", f"H = {_rows(H)}", f"R = {_rows(R)}"]
+        lines += [f"delay = {sensor.delay!r}"] if sensor.delay else []
         lines += more
     if model.gaps != Gaps():
         lines += ["", "[gaps]", f"max_gap = {model.gaps.max_gap}"]
