@@ -13,7 +13,7 @@
  *     fixed_point.h     q31: raw values in a format of your choice, mantissas with exponents
  *     prepare.h         q31: tables made from doubles
  * Attached to a filter while it runs
- *     lag.h             the state k steps ago, at every measurement
+ *     lag.h             the state k steps ago, at every measurement; measurements that come late
  *     instant.h         one chosen instant, ever better known
  *     diffuse.h         states of which nothing is known at the start
  *     adaptation.h      noises whose size is learnt

@@ -155,7 +155,10 @@ KQ_NODISCARD kq_status kq_delay_assign_f64(kq_lag_f64 *lag, int n, int m, size_t
  *   s, z     as in kq_update; not a sensor of innovations
  *   present  bit c: component c was measured.  UINT32_MAX: all
  * NIS and likelihood are those given all data so far.  A gate before it: kq_lagged, then kq_measurement of the view.
- * Cost: about 28 n^2 multiplications and 6n square roots and divisions for each of k steps and component.
+ * Cost of a component: for each of k steps about 24 n^2 multiplications and 6n square roots and divisions.  At n = 4,
+ * m = 2, k = 10 on an M4F (f32) 44 thousand instructions; ten steps of kq_step are 19 thousand.  So where a program can
+ * keep its measurements, controls, processes and sensors, to copy an old filter and to replay them is cheaper, in
+ * instructions and in RAM; this needs none of them.
  * Events: those of kq_update.
  * KQ_ERR_NULL, KQ_ERR_HISTORY_EMPTY, KQ_ERR_HISTORY_FULL as kq_lagged; KQ_ERR_SIZE (k); KQ_ERR_MISMATCH (not a delay;
  * a sensor of innovations, or of another size); those of kq_update.

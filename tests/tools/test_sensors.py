@@ -240,6 +240,15 @@ def test_what_is_told_late_is_in_the_row_that_it_was_measured_at(seed, delay, bl
     assert all(np.array_equal(made.columns[name][is_there], right.columns[name], equal_nan=True) for name in made.columns)
 
 
+@pytest.mark.parametrize("command", [("compile",), ("design", "--core", "m4f"), ("compile", "--form", "covariance")])
+def test_c_that_is_written_has_no_delays(command, tmp_path):
+    path = walk(tmp_path)
+    path.write_text(path.read_text().replace("R = 0.01", "R = 0.01\ndelay = 0.1"))
+    done = kalmanq(command[0], path, *command[1:], *(() if command[0] == "design" else ("-o", tmp_path / "walk.c")))
+    assert done.returncode == 1 and "sensors: imu has a delay of 0.1" in done.stderr and "kq_update_delayed" in done.stderr
+    assert not (tmp_path / "walk.c").exists()
+
+
 def test_a_delay_in_rows(tmp_path):
     path = tmp_path / "steps.toml"
     text = "[model]\nA = 0.9\nQ = 1\nP0 = 1\n[[sensors]]\nname = 'a'\nH = 1\nR = 1\n[[sensors]]\nname = 'b'\nH = 2\nR = 1\ndelay = {}\n"

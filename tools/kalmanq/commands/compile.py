@@ -76,7 +76,7 @@ def compile_file(options: Options, console: Console) -> None:
             compile_equations.compile_file(*given)
         return
     _refuse_of_functions(options)
-    model = model_file.read(options.model)
+    model = model_file.read_for_c(options.model)
     source = fingerprint(options.model)
     with console.status("compiling", spinner="line"):
         product = compiled(model, name, wanted, source)

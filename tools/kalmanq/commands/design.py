@@ -52,7 +52,7 @@ class Options:
 
 
 def design_file(options: Options, console: Console) -> None:
-    model = model_file.read(options.model)
+    model = model_file.read_for_c(options.model)
     if options.out:
         require_folder(options.out)
     made, records = _designs(options, model)

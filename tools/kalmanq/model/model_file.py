@@ -55,6 +55,16 @@ class SensorError(ModelError):
         self.number = number
 
 
+def read_for_c(path: Path) -> Model:
+    """Of a filter that is written in C, which takes all in time"""
+    model = read(path)
+    for one in model.sensors:
+        if one.delay:
+            raise ModelFileError(f"{path}: sensors: {one.name} has a delay of {one.delay:g}: the C that is written takes all in time; "
+                                 "leave the delay out, and have kq_update_delayed (kalmanq/lag.h) take what is late")
+    return model
+
+
 def read(path: Path) -> Model:
     if Path(path).suffix == ".py":
         raise ModelFileError(f"{path}: is a nonlinear model, which run, compare, check, compile, simulate and report take; "
