@@ -135,13 +135,6 @@ static inline void root_grow(num *S, scaled c, int n)
     for (int k = 0; k < KQ_TRIANGLE(n); k++) S[k] += c * S[k];
 }
 
-/* A pair of floats has no last bit that a noise would have to be above. */
-static inline scaled mean_resolution(const scaled *h, int n)
-{
-    (void)h, (void)n;
-    return 0;
-}
-
 static inline void row_fitted(num *row, const scaled *entries, int width)
 {
     for (int k = 0; k < width; k++) row[k] = entries[k];
@@ -189,6 +182,13 @@ static inline void mend_root_row(num *S, const scaled *rest, scaled h, scaled *s
         *s += rest[j] / h;
         s += j + 1;
     }
+}
+
+/* A pair of floats has no last bit that a noise would have to be above. */
+static inline scaled mean_resolution(const scaled *h, int n)
+{
+    (void)h, (void)n;
+    return 0;
 }
 
 /*

@@ -16,8 +16,6 @@
 #ifndef KQ_SRC_SMOOTHER_DELAYED_H
 #define KQ_SRC_SMOOTHER_DELAYED_H
 
-#include "../filter/low_noise.h"
-#include "../filter/update.h"
 #include "lag.h"
 
 /* A scalar measurement of the coordinates of one state */
