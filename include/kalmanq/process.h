@@ -118,6 +118,31 @@ KQ_NODISCARD kq_status kq_process_init_root_f32(kq_process_f32 *p, const float *
 KQ_NODISCARD kq_status kq_process_init_root_f64(kq_process_f64 *p, const double *A, const double *B,
     const double *G);
 
+/** Words of memory of a process in continuous time with n states and l controls. */
+#define KQ_CONTINUOUS_LEN(n, l) \
+    ((size_t)(n) * (5 * (size_t)(n) + 2 * (size_t)(l)) + (size_t)KQ_TRIANGLE((size_t)(n)))
+
+/** A process of a model in continuous time, x' = F x + B u + w, over a step dt, exact: A = exp(F dt), the control
+ *  held over the step, Q what w of spectral density Qc adds up to.  Call it again when dt changes.
+ *   p        with sizes and memory; written
+ *   F        n x n; not kept
+ *   B        n x l; not kept; ignored if l = 0
+ *   Qc       n x n, symmetric positive semi-definite: unit^2 / time; not kept
+ *   dt       the step, above 2^-120 (f32), 2^-400 (f64), in the unit of time that F has
+ *   memory   `length` numbers, KQ_CONTINUOUS_LEN(n, l), yours while in use: p refers to the A and B that it begins
+ *            with, which the next call writes anew.  After an error they and p are what they were.
+ * KQ_ERR_NULL, KQ_ERR_SIZE, KQ_ERR_MEMORY, KQ_ERR_NOT_FINITE, KQ_ERR_NOT_SYMMETRIC, KQ_ERR_NOT_SEMIDEFINITE,
+ * KQ_ERR_RANGE (dt; A, B or a sigma beyond what is representable).
+ * Accuracy: of A and of each row of the root of Q a few eps (1 + |F| dt), |F| being the largest rate; where F is
+ * nilpotent (constant velocity, acceleration, random walk) a few eps.
+ * Cost of a change of dt: at n = 2 (constant velocity) @CV@, at n = 4 with an oscillator @OSC@ instructions
+ * (M4F, f32).
+ * Source: Van Loan, IEEE Trans. AC 23 (1978), for what is computed; by Legendre coefficients and doubling of roots. */
+KQ_NODISCARD kq_status kq_process_init_continuous_f32(kq_process_f32 *p, const float *F, const float *B,
+    const float *Qc, float dt, float *memory, size_t length);
+KQ_NODISCARD kq_status kq_process_init_continuous_f64(kq_process_f64 *p, const double *F, const double *B,
+    const double *Qc, double dt, double *memory, size_t length);
+
 /** Changes A and keeps the noise: for a step length that varies, or a linearised model.
  *   p        initialised; changed
  *   A        n x n, kept by reference.  New content in the same array is a change too: call this after it.

@@ -39,6 +39,7 @@ static const num num_growth = 1.25f;           /* of a covariance that does not 
 static const num num_unsettled = 0x1p-6f;      /* a change beyond it is not rounding */
 enum { freeze_bits_max = KQ_FREEZE_BITS_MAX_F32, num_refinements = 30 };
 enum { num_digits = 24 }; /* of a number; doublings, too */
+enum { FLOW_TERMS = 8 }; /* of a sum that falls by half a term (model/continuous_float.h) */
 static const num num_half = 0.5f;
 static const num num_root_half = 0.70710678f;
 static const num num_log_2 = 0.69314718f;
@@ -109,6 +110,7 @@ typedef num score;
 #define FREEZE_LEN KQ_FREEZE_LEN_F32
 #define MAP_LEN KQ_PRIVATE_MAP_LEN_F32
 #define ON_LINE_LEN KQ_PRIVATE_ON_LINE_LEN_F32
+#define CONTINUOUS_LEN KQ_CONTINUOUS_LEN
 #define LAG_LEN KQ_LAG_LEN_F32
 #define JACOBIANS_LEN KQ_JACOBIANS_LEN_F32
 #define INSTANT_LEN KQ_INSTANT_LEN_F32

@@ -2,6 +2,7 @@
 #ifndef KQ_SRC_MODEL_API_FLOAT_H
 #define KQ_SRC_MODEL_API_FLOAT_H
 
+#include "continuous_float.h"
 #include "intact.h"
 #include "matrices_float.h"
 
