@@ -396,6 +396,127 @@ TEST(three_states_take_every_noise_of_rank_two)
     }
 }
 
+/* -------------------------------------------------------- continuous time */
+
+#define FLOWS 3 /* states of what follows, at most */
+static num flow_memory[KQ_CONTINUOUS_LEN(FLOWS, 1)], flow_root[KQ_PROCESS_LEN(FLOWS)];
+
+static kq_status init_flow(K(process) * p, int n, const num *rates, const num *push, const num *density, num dt)
+{
+    ASSERT_OK(K(process_assign)(p, n, 1, flow_root, COUNT(flow_root)));
+    return K(process_init_continuous)(p, rates, push, density, dt, flow_memory, COUNT(flow_memory));
+}
+
+/* Q_ij of the root that p has */
+static double flow_noise_of(const K(process) * p, int i, int j)
+{
+    double sum = 0;
+    for (int k = i > j ? i : j; k < p->states; k++) {
+        sum += (double)p->noise_root[KQ_TRIANGLE(k) + i] * (double)p->noise_root[KQ_TRIANGLE(k) + j];
+    }
+    return sum;
+}
+
+static void assert_flow_noise(const K(process) * p, int i, int j, double expected)
+{
+    const double sigmas = sqrt(flow_noise_of(p, i, i)) * sqrt(flow_noise_of(p, j, j));
+    ASSERT_WITHIN(TOLERANCE * sigmas, expected, flow_noise_of(p, i, j));
+}
+
+static const num steps_of_time[] = {N(1e-5), N(0.01), 1, 300};
+
+/* Pushed by an acceleration, which is held over the step */
+TEST(constant_velocity_is_its_closed_form)
+{
+    static const num rates[] = {0, 1, 0, 0}, push[] = {0, 2}, density[] = {0, 0, 0, N(0.5)};
+    K(process) p;
+    for (int k = 0; k < COUNT(steps_of_time); k++) {
+        const double dt = (double)steps_of_time[k];
+        ASSERT_OK(init_flow(&p, 2, rates, push, density, steps_of_time[k]));
+        const num right[] = {1, steps_of_time[k], 0, 1};
+        TEST_ASSERT_EQUAL_MEMORY(right, p.transition, sizeof right);
+        ASSERT_WITHIN(TOLERANCE * dt * dt, dt * dt, p.control[0]);
+        ASSERT_WITHIN(TOLERANCE * dt, 2 * dt, p.control[1]);
+        assert_flow_noise(&p, 0, 0, 0.5 * dt * dt * dt / 3);
+        assert_flow_noise(&p, 0, 1, 0.5 * dt * dt / 2);
+        assert_flow_noise(&p, 1, 1, 0.5 * dt);
+    }
+}
+
+/* x' = -a x + b u, and one that is pushed into the other's limit */
+TEST(a_bias_that_fades_is_its_closed_form)
+{
+    static const num density[] = {2}, push[] = {3};
+    K(process) p;
+    for (int k = 0; k < COUNT(steps_of_time); k++) {
+        const num rate = N(-0.25);
+        const double dt = (double)steps_of_time[k];
+        ASSERT_OK(init_flow(&p, 1, &rate, push, density, steps_of_time[k]));
+        ASSERT_WITHIN(TOLERANCE, exp(-0.25 * dt), p.transition[0]);
+        ASSERT_WITHIN(TOLERANCE * (double)p.control[0], -12 * expm1(-0.25 * dt), p.control[0]);
+        assert_flow_noise(&p, 0, 0, -4 * expm1(-0.5 * dt));
+    }
+}
+
+/* A damped oscillator that pushes a third state */
+TEST(two_steps_are_one_of_twice_the_time)
+{
+    static const num rates[] = {0, 1, 0, -4, N(-0.5), 0, 1, 0, N(-0.01)}, push[] = {0, 1, 0};
+    static const num density[] = {0, 0, 0, 0, N(0.3), N(0.1), 0, N(0.1), N(0.2)};
+    K(process) p;
+    double A1[9], B1[3], Q1[9], AQ[9], Q2[9];
+    for (int k = 0; k < COUNT(steps_of_time); k++) {
+        const double many = 1 + 4 * (double)steps_of_time[k];
+        ASSERT_OK(init_flow(&p, 3, rates, push, density, steps_of_time[k]));
+        for (int i = 0; i < 9; i++) A1[i] = (double)p.transition[i], Q1[i] = flow_noise_of(&p, i / 3, i % 3);
+        for (int i = 0; i < 3; i++) B1[i] = (double)p.control[i];
+        textbook_multiply(AQ, A1, Q1, 3, 3, 3);
+        textbook_multiply_transposed(Q2, AQ, A1, 3, 3, 3);
+        ASSERT_OK(init_flow(&p, 3, rates, push, density, 2 * steps_of_time[k]));
+        for (int i = 0; i < 3; i++) {
+            double pushed = B1[i];
+            for (int j = 0; j < 3; j++) {
+                double moved = 0;
+                for (int l = 0; l < 3; l++) moved += A1[i * 3 + l] * A1[l * 3 + j];
+                ASSERT_WITHIN(many * TOLERANCE, moved, p.transition[i * 3 + j]);
+                const double sigmas = sqrt(flow_noise_of(&p, i, i) * flow_noise_of(&p, j, j));
+                ASSERT_WITHIN(many * TOLERANCE * sigmas, Q1[i * 3 + j] + Q2[i * 3 + j], flow_noise_of(&p, i, j));
+                pushed += A1[i * 3 + j] * B1[j];
+            }
+            ASSERT_WITHIN(many * TOLERANCE, pushed, p.control[i]);
+        }
+    }
+}
+
+TEST(a_flow_that_is_refused_changes_nothing)
+{
+    static num rates[4], push[2] = {1, 1}, density[4];
+    static const num far[] = {0, NUM_MAX / 4, 0, 0}, growing[] = {100, 0, 0, 100}, unequal[] = {1, 0, 1, 1}, less[] = {1, 2, 2, 1};
+    K(process) p;
+    ASSERT_OK(init_flow(&p, 2, rates, push, density, 1));
+    watch_nothing();
+    WATCH(p), WATCH(flow_root), WATCH(rates), WATCH(push), WATCH(density);
+    watch(flow_memory, 6 * sizeof(num)); /* A and B; the rest is scratch */
+#define REFUSED(status, F, B, Qc, dt, length) \
+    ASSERT_REFUSED(status, K(process_init_continuous)(&p, F, B, Qc, dt, flow_memory, length))
+    const size_t all = KQ_CONTINUOUS_LEN(2, 1);
+    REFUSED(KQ_ERR_NULL, NULL, push, density, 1, all);
+    REFUSED(KQ_ERR_NULL, rates, NULL, density, 1, all);
+    REFUSED(KQ_ERR_NULL, rates, push, NULL, 1, all);
+    REFUSED(KQ_ERR_MEMORY, rates, push, density, 1, all - 1);
+    REFUSED(KQ_ERR_RANGE, rates, push, density, 0, all);
+    REFUSED(KQ_ERR_RANGE, rates, push, density, -1, all);
+    REFUSED(KQ_ERR_NOT_FINITE, rates, push, density, N(NAN), all);
+    REFUSED(KQ_ERR_NOT_FINITE, rates, push, density, N(INFINITY), all);
+    REFUSED(KQ_ERR_NOT_SYMMETRIC, rates, push, unequal, 1, all);
+    REFUSED(KQ_ERR_NOT_SEMIDEFINITE, rates, push, less, 1, all);
+    REFUSED(KQ_ERR_RANGE, far, push, density, 16, all);
+    REFUSED(KQ_ERR_RANGE, growing, push, density, 1000, all);
+    ASSERT_REFUSED(KQ_ERR_NULL, K(process_init_continuous)(&p, rates, push, density, 1, NULL, all));
+    ASSERT_REFUSED(KQ_ERR_NULL, K(process_init_continuous)(NULL, rates, push, density, 1, flow_memory, all));
+#undef REFUSED
+}
+
 /* ------------------------------------------------------------------- check */
 
 static kq_status check_motion(void) { return K(process_check)(&motion); }
