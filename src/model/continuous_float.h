@@ -18,7 +18,7 @@ enum { FLOW_HALVINGS = 64 };
 typedef struct {
     num *A, *B;
     num *next_A, *next_B, *S;
-    num *power; /* X^k times what a sum begins with: n x n */
+    num *lead, *power; /* X^i L sqrt(h), and what a sum multiplies: n x n */
     num *wide;  /* n x 2n */
 } continuous_work;
 
@@ -30,45 +30,52 @@ KQ_COLD static continuous_work continuous_work_at(num *memory, int n, int l)
     w.next_A = w.B + n * l;
     w.next_B = w.next_A + n * n;
     w.S = w.next_B + n * l;
-    w.power = w.S + KQ_TRIANGLE(n);
+    w.lead = w.S + KQ_TRIANGLE(n);
+    w.power = w.lead + n * n;
     w.wide = w.power + n * n;
     return w;
 }
 
-/* M <- h F M, M being n x n */
-KQ_COLD static void flow_once(num *M, const num *F, num h, int n)
+/* M <- h F M, M being n x c.  Rates are mostly 0. */
+KQ_COLD static void flow_once(num *M, const num *F, num h, int n, int c)
 {
-    num column_of_M[KQ_SIZE_MAX];
-    for (int j = 0; j < n; j++) {
-        for (int k = 0; k < n; k++) column_of_M[k] = M[k * n + j];
-        for (int i = 0; i < n; i++) M[i * n + j] = h * dot(0, F + i * n, column_of_M, n);
+    num old[KQ_SIZE_MAX];
+    for (int j = 0; j < c; j++) {
+        const num *rate = F;
+        for (int k = 0; k < n; k++) old[k] = M[k * c + j];
+        for (int i = 0; i < n; i++) {
+            num total = 0;
+            for (int k = 0; k < n; k++, rate++) {
+                if (*rate != 0) total += *rate * old[k];
+            }
+            M[i * c + j] = h * total;
+        }
     }
 }
 
-/* out += c M.  Does it still count? */
-KQ_COLD static int flow_add(num *out, const num *M, num c, int n)
+/* out += a M.  Does it still count? */
+KQ_COLD static int flow_add(num *out, const num *M, num a, int count)
 {
     int counts = 0;
-    for (int k = 0; k < n * n; k++) {
-        const num term = c * M[k];
+    for (int k = 0; k < count; k++) {
+        const num term = a * M[k];
         out[k] += term;
         if (num_magnitude(term) > num_epsilon / 16 * num_magnitude(out[k])) counts = 1;
     }
     return counts;
 }
 
-/* out = a_i M, all n x n.  M is used up.  A chain of n states is n terms long before rounding ends the sum. */
-KQ_COLD static void flow_sum(num *out, num *M, const num *F, num h, int i, int n)
+/* out = a_i times what M was that is X^i of now, n x c.  M is used up.  A chain of n states is n terms long before
+   rounding ends the sum. */
+KQ_COLD static void flow_sum(num *out, num *M, const num *F, num h, int i, int n, int c)
 {
-    num c = 1;
-    for (int k = i + 1; k <= 2 * i + 1; k++) c /= (num)k;
-    for (int k = 0; k < n * n; k++) out[k] = 0;
-    for (int k = 0; k < n + FLOW_TERMS; k++) {
-        if (k >= i) {
-            if (!flow_add(out, M, c, n) && k >= n) return;
-            c *= (num)(k + 1) / (num)((k + 1 - i) * (k + i + 2));
-        }
-        flow_once(M, F, h, n);
+    num a = 1;
+    for (int k = i + 1; k <= 2 * i + 1; k++) a /= (num)k;
+    for (int k = 0; k < n * c; k++) out[k] = 0;
+    for (int k = i; k < n + FLOW_TERMS; k++) {
+        if (!flow_add(out, M, a, n * c) && k >= n) return;
+        a *= (num)(k + 1) / (num)((k + 1 - i) * (k + i + 2));
+        flow_once(M, F, h, n, c);
     }
 }
 
@@ -99,32 +106,47 @@ KQ_COLD static int flow_halvings(const num *F, num dt, int n)
     return growth > 0 ? (int)((growth + n - 1) / n) : 0;
 }
 
-/* S <- tria [S, C], C being the right half of wide; is a row of C more than rounding of that of S? */
-KQ_COLD static int flow_join(num *S, num *wide, int n)
+/* S <- tria [S, C], C being the last c columns of wide; does C count in S S'? */
+KQ_COLD static int flow_join(num *S, num *wide, int n, int c)
 {
     int counts = 0;
+    const int width = n + c;
     for (int i = 0; i < n; i++) {
-        num *row = wide + i * 2 * n;
+        num *row = wide + i * width;
         for (int j = 0; j < n; j++) row[j] = j < i ? 0 : S[column(j) + i];
-        if (dot(0, row + n, row + n, n) > num_epsilon * num_epsilon / 64 * dot(0, row, row, n)) counts = 1;
+        if (dot(0, row + n, row + n, c) > num_epsilon / 64 * dot(0, row, row, n)) counts = 1;
     }
-    if (counts) root_of_factor(S, wide, n, 2 * n);
+    if (counts) root_of_factor(S, wide, n, width);
     return counts;
 }
 
-/* S of Q over h.  L: upper triangular, by columns */
+/* The columns of L that are not 0, times a, as n rows; L: upper triangular, by columns.  Answers how many. */
+KQ_COLD static int flow_columns(num *M, const num *L, num a, int n)
+{
+    int count = 0, c = 0;
+    for (int j = 0; j < n; j++) count += L[column(j) + j] != 0;
+    for (int j = 0; j < n; j++) {
+        const num *l = L + column(j);
+        if (l[j] == 0) continue;
+        for (int i = 0; i < n; i++) M[i * count + c] = i > j ? 0 : a * l[i];
+        c++;
+    }
+    return count;
+}
+
+/* S of Q over h */
 KQ_COLD static void flow_noise(const continuous_work *w, const num *F, const num *L, num h, int n)
 {
     num *C = w->next_A; /* not needed before */
+    const int c = flow_columns(w->lead, L, num_root(h), n), width = n + c;
     for (int k = 0; k < KQ_TRIANGLE(n); k++) w->S[k] = 0;
     for (int i = 0; i < n + FLOW_TERMS / 2; i++) {
-        const num root = num_root((num)(2 * i + 1) * h);
-        for (int r = 0; r < n; r++) {
-            for (int j = 0; j < n; j++) w->power[r * n + j] = j < r ? 0 : root * L[column(j) + r];
-        }
-        flow_sum(C, w->power, F, h, i, n);
-        for (int r = 0; r < n; r++) copy(w->wide + r * 2 * n + n, C + r * n, n);
-        if (!flow_join(w->S, w->wide, n)) return;
+        const num root = num_root((num)(2 * i + 1));
+        copy(w->power, w->lead, n * c);
+        flow_sum(C, w->power, F, h, i, n, c);
+        for (int k = 0; k < n * c; k++) w->wide[k / c * width + n + k % c] = root * C[k];
+        if (!flow_join(w->S, w->wide, n, c)) return;
+        flow_once(w->lead, F, h, n, c);
     }
 }
 
@@ -133,7 +155,7 @@ KQ_COLD static void flow_step(const continuous_work *w, const num *F, const num 
 {
     num *average = w->wide;
     for (int k = 0; k < n * n; k++) w->power[k] = k % (n + 1) ? 0 : 1;
-    flow_sum(average, w->power, F, h, 0, n);
+    flow_sum(average, w->power, F, h, 0, n, n);
     for (int i = 0; i < n; i++) {
         for (int c = 0; c < l; c++) {
             num drive = 0;
@@ -141,7 +163,7 @@ KQ_COLD static void flow_step(const continuous_work *w, const num *F, const num 
             w->next_B[i * l + c] = h * drive;
         }
     }
-    flow_once(average, F, h, n);
+    flow_once(average, F, h, n, n);
     for (int k = 0; k < n * n; k++) w->next_A[k] = average[k] + (k % (n + 1) ? 0 : 1);
 }
 
@@ -165,7 +187,7 @@ KQ_COLD static void flow_double(const continuous_work *w, int n, int l)
             row[n + j] = dot(0, w->next_A + i * n, w->S + column(j), j + 1);
         }
     }
-    flow_join(w->S, w->wide, n);
+    flow_join(w->S, w->wide, n, n);
     flow_product(w->wide, w->next_A, w->next_B, n, l);
     for (int k = 0; k < n * l; k++) w->next_B[k] += w->wide[k];
     flow_product(w->wide, w->next_A, w->next_A, n, n);

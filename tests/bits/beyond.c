@@ -142,6 +142,22 @@ static void delay(void)
     check("filter of the delay", STEPS);
 }
 
+/* The model's A as rates, of steps that are short, and long enough to be halved */
+static void flow(void)
+{
+    static num root[KQ_PROCESS_LEN(N)], Qc[N * N];
+    K(process) p;
+    for (int k = 0; k < M.n * M.n; k++) Qc[k] = k % (M.n + 1) ? 0 : (num)0.5;
+    put_status(K(process_assign)(&p, M.n, 0, root, LENGTH(root)));
+    for (int t = 0; t < 3; t++) {
+        const num dt = t ? (num)t * 2 : (num)0.0625;
+        put_status(K(process_init_continuous)(&p, process.transition, NULL, Qc, dt, pool, LENGTH(pool)));
+        put_all(pool, M.n * M.n);
+        put_all(root, (int)KQ_PROCESS_LEN(M.n));
+        check("flow", t);
+    }
+}
+
 static void put_instant(K(instant) * of)
 {
     K(filter) view;
@@ -542,5 +558,6 @@ void run_beyond(const model_case *c)
     adaptation(KQ_ADAPT_SENSOR);
     learn();
     delay();
+    flow();
     digest_end();
 }

@@ -49,7 +49,7 @@ def names_of(events: int) -> list[str]:
     return [name for bit, (name, _) in EVENTS.items() if events & bit]
 
 
-_LENGTH_OF = {"sensor": "m", "diffuse": "nk", "consistency": "mk"}  # arguments of kq_length; others: n, m, k, l
+_LENGTH_OF = {"sensor": "m", "diffuse": "nk", "consistency": "mk", "continuous": "nk"}  # arguments of kq_length; others: n, m, k, l
 
 
 class Arithmetic:
