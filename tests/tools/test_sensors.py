@@ -210,6 +210,20 @@ def test_sensors_of_a_model_of_steps(tmp_path):
     assert told["log_likelihood"] == f.log_likelihood and told["taken"] == 3
 
 
+def test_files_of_two_time_zones_are_joined_by_the_instants(tmp_path):
+    times = np.datetime64("2024-03-01T10:00:00.000") + np.arange(5) * np.timedelta64(10, "ms")
+    made = {zone: written(tmp_path, f"gps{k}.csv", "time,pos,speed", [str(one + np.timedelta64(hours, "m")) + zone for one in times[::2]],
+                          [1.0, 2, 3], [4.0, 5, 6]) for k, (zone, hours) in enumerate((("Z", 0), ("+05:30", 330), ("-08:00", -480), ("", 0)))}
+    imu, model = written(tmp_path, "imu.csv", "time,acc", [f"{one}Z" for one in times], [0.0] * 5), model_file.read(walk(tmp_path))
+    z, _, at = joining.record([imu, made["Z"]], model)
+    assert len(at) == 5 and np.array_equal(z[:, 1], [1, np.nan, 2, np.nan, 3], equal_nan=True)
+    for zone in ("+05:30", "-08:00"):
+        again, _, then = joining.record([imu, made[zone]], model)
+        assert np.array_equal(again, z, equal_nan=True) and np.array_equal(at, then)
+    with pytest.raises(KalmanqError, match="gps3.csv: row 2, column time: .*no time zone, the other file's have UTC: write both alike"):
+        joining.record([imu, made[""]], model)
+
+
 def late_log(folder, seed, delay):
     """One log with both sensors, the receiver's rows `delay` late; and the two files in which nothing was late"""
     imu, gps, _, _ = two_rates(folder, seed)

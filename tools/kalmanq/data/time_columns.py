@@ -31,6 +31,7 @@ class Origin:
     count: int
     part: float
     per_second: float
+    zone: str = ""
 
 
 class TimeColumn:
@@ -82,10 +83,14 @@ class TimeColumn:
             self._per_second = PER_SECOND[self.unit] if self.unit else guessed
         self._base = 0
         self._base = int(self._parsed([cell], line)[0])
-        self.origin = self.origin or Origin(self.kind, self._base, float(self._parsed([cell], line)[0]), self._per_second)
+        self.origin = self.origin or Origin(self.kind, self._base, float(self._parsed([cell], line)[0]), self._per_second,
+                                            self._zone)
         if self.origin.kind != self.kind:
             raise TableError(self.source, f"the times are {self.kind}, those of the other file {self.origin.kind}: write both "
                              "alike", line, self.name)
+        if bool(self.origin.zone) != bool(self._zone):
+            said = [one or "no time zone" for one in (self._zone, self.origin.zone)]
+            raise TableError(self.source, f"{cell}: {said[0]}, the other file's have {said[1]}: write both alike", line, self.name)
 
     def _refuse_other_unit(self, line: int) -> None:
         unit = unit_of(self.source.layout.time or "") or unit_of(self.name)
@@ -121,7 +126,7 @@ class TimeColumn:
             made = np.array(bare, "datetime64[ns]")
             if np.any(np.isnat(made)):
                 raise ValueError
-            return (made.astype(np.int64) - self._base).astype(float)
+            return (made.astype(np.int64) - (self._base + _ahead_of_utc(self._zone))).astype(float)
         if self.kind == "clocks":
             return clocks(cells) - self._base
         if all(map(DECIMAL.fullmatch, cells)):  # without what a sum of seconds since 1970 and of their parts would lose
@@ -172,6 +177,13 @@ def judge_units(columns: Sequence[TimeColumn]) -> None:
         if ratio > FAR or ratio < 1 / FAR:
             warnings.warn(f"{one.source}: the median step of column {one.name} is {one.step:.6g} s, dt is {one.dt:g}: times are in "
                           "seconds here, and dt, F and Qc have to be, too", KalmanqWarning, stacklevel=2)
+
+
+def _ahead_of_utc(zone: str) -> int:
+    """In nanoseconds; 0 where nothing is known"""
+    if zone in ("", "UTC"):
+        return 0
+    return (-1 if zone[0] == "-" else 1) * 60 * 10**9 * (60 * int(zone[1:3]) + int(zone[3:5]))
 
 
 def _zone_of(cell: str) -> str:
