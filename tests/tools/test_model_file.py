@@ -103,6 +103,12 @@ BUILT = {
     "ma": "theta = [0.5]\nvariance = 1\n", "arma": "phi = [0.5]\ntheta = [0.5]\nvariance = 1\n",
     "regression": "regressors = [1, 2]\ndrift = [0, 0]\nnoise = 1\n", "constant_velocity": "dt = 1\ndensity = [1, 1]\nnoise = [1, 1]\n",
     "constant_acceleration": "dt = 1\ndensity = 1\nnoise = 1\n",
+    "random_walk": "dt = 1\ndensity = [1, 1]\nnoise = [1, 1]\n",
+    "gauss_markov": "dt = 1\ntime_constant = 9\nsigma = 1\nnoise = 1\n", "clock": "dt = 1\ndensity = [1, 1]\nnoise = 1\n",
+    "oscillator": "dt = 1\nperiod = 9\ndensity = 1\nnoise = 1\n",
+    "gaussian_process": "dt = 1\nsmoothness = 2.5\nlength = 9\nsigma = 1\nnoise = 1\n",
+    "harmonic": "dt = 1\nperiod = 12\nharmonics = 2\ndensity = 1\nnoise = 1\n",
+    "trend_harmonic": "dt = 1\nperiod = 12\nharmonics = 2\ndensity = [1, 1, 1]\nnoise = 1\n",
     "factor": "loadings = [[1], [1]]\ntransition = [[0.5]]\nnoise = [1, 1]\n",
 }
 

@@ -144,48 +144,124 @@ def _lengths(of: dict[str, Any], **lengths: int) -> None:
             raise ModelError(name, f"has {np.size(of[name])} numbers, not {length}")
 
 
-# ------------------------------------------------------------------------------ motion
+# ------------------------------------------------------------------------------ continuous time
+#
+# x' = F x + noise of density: a row is at its time, or dt after the one before.
 
 
-def _axis(order: int, dt: float, density: float) -> tuple[np.ndarray, np.ndarray]:
-    """A, and the upper triangular root of density times the integral of g g' over dt, g = (.., s, 1)."""
-    sigma, square = math.sqrt(density * dt), dt * dt
-    if order == 2:
-        return (np.array([[1, dt], [0, 1]]),
-                np.array([[sigma * dt / math.sqrt(12), sigma * dt / 2], [0, sigma]]))
-    return (np.array([[1, dt, square / 2], [0, 1, dt], [0, 0, 1]]),
-            np.array([[sigma * square / math.sqrt(720), sigma * square / math.sqrt(48), sigma * square / 6],
-                      [0, sigma * dt / math.sqrt(12), sigma * dt / 2], [0, 0, sigma]]))
+def _flow(of: dict[str, Any], F: Any, density: Any, H: Any, names: list[str], what: str, P0: Any = None) -> dict[str, Any]:
+    """P0: what it settles to, where it does"""
+    F, H = np.array(F, float), np.atleast_2d(np.array(H, float))
+
+    def fill(model: _Model) -> None:
+        _finite(of["dt"])
+        model.A[:], model.H[:] = F, H
+        np.fill_diagonal(model.G, _roots(density))
+        model.noise(of["noise"])
+        if P0 is None:
+            model.prior(of["mean"], of["variance"])
+        else:
+            model.P0[:] = P0
+
+    made = _built(len(F), len(F), len(H), fill, names, what)
+    F, G = made.pop("A"), made.pop("G")
+    return {**made, "F": F, "Qc": G @ G.T, "dt": of["dt"]}
+
+
+def _above_0(of: dict[str, Any], *names: str) -> None:
+    for name in names:
+        if not np.all(np.isfinite(of[name])):
+            raise ModelError(name, "is not finite")
+        if not np.all(np.asarray(of[name]) > 0):
+            raise ModelError(name, "is not above 0")
 
 
 def _motion(order: int) -> Callable[[dict[str, Any]], dict[str, Any]]:
     """Bar-Shalom, Li and Kirubarajan, Estimation with Applications to Tracking and Navigation (2001), 6.2."""
-    stem, words = {2: ("velocity", ("position", "velocity")),
-                   3: ("acceleration", ("position", "velocity", "acceleration"))}[order]
+    words = ("position", "velocity", "acceleration")[:order]
 
     def build_motion(of: dict[str, Any]) -> dict[str, Any]:
         d = len(of["density"])
         _lengths(of, noise=d, variance=order * d, mean=order * d)
-
-        def fill(model: _Model) -> None:
-            if d > 3:
-                raise _refusal(lib.KQ_ERR_SIZE)
-            _finite(of["dt"])
-            if not of["dt"] > 0:
-                raise _refusal(lib.KQ_ERR_RANGE)
-            _roots(of["density"])
-            for k in range(d):
-                block = slice(k * order, (k + 1) * order)
-                model.A[block, block], model.G[block, block] = _axis(order, of["dt"], float(of["density"][k]))
-                model.H[k, k * order] = 1
-            model.noise(of["noise"])
-            model.prior(of["mean"], of["variance"])
-
-        axes = [""] if d == 1 else ["_x", "_y", "_z"][:d]
-        names = [word + axis for axis in axes for word in words]
-        return _built(order * d, order * d, d, fill, names, f"constant_{stem}")
+        if d > 3:
+            raise ModelError("density", f"has {d} numbers, and space no more than 3 axes")
+        names = [word + axis for axis in ([""] if d == 1 else ["_x", "_y", "_z"][:d]) for word in words]
+        return _flow(of, np.kron(np.eye(d), np.eye(order, k=1)), np.kron(of["density"], np.eye(order)[-1]), np.eye(order * d)[::order],
+                     names, f"constant_{words[-1]}")
 
     return build_motion
+
+
+def _random_walk(of: dict[str, Any]) -> dict[str, Any]:
+    n = len(of["density"])
+    _lengths(of, noise=n, mean=n, variance=n)
+    return _flow(of, np.zeros((n, n)), of["density"], np.eye(n), [f"walk_{i + 1}" for i in range(n)], "random_walk")
+
+
+def _gauss_markov(of: dict[str, Any]) -> dict[str, Any]:
+    """x' = -x / tau + noise, of a sigma that it keeps: Ornstein and Uhlenbeck's process"""
+    tau = of["time_constant"]
+    n = len(tau)
+    _lengths(of, sigma=n, noise=n)
+    _above_0(of, "time_constant")
+    variance = of["sigma"] ** 2
+    return _flow(of, np.diag(-1 / tau), 2 * variance / tau, np.eye(n), [f"bias_{i + 1}" for i in range(n)], "gauss_markov",
+                 np.diag(variance))
+
+
+def _clock(of: dict[str, Any]) -> dict[str, Any]:
+    """Brown and Hwang, Introduction to Random Signals and Applied Kalman Filtering (2012), 9.3"""
+    _lengths(of, density=2, mean=2, variance=2)
+    return _flow(of, [[0, 1], [0, 0]], of["density"], [1, 0], ["phase", "frequency"], "clock")
+
+
+def _oscillator(of: dict[str, Any]) -> dict[str, Any]:
+    """x'' = -w^2 x - 2 damping w x' + noise, w = 2 pi / period"""
+    _lengths(of, mean=2, variance=2)
+    _above_0(of, "period")
+    w = 2 * math.pi / of["period"]
+    return _flow(of, [[0, 1], [-w * w, -2 * of["damping"] * w]], [0, of["density"]], [1, 0], ["position", "velocity"],
+                 "oscillator")
+
+
+def _gaussian_process(of: dict[str, Any]) -> dict[str, Any]:
+    """Matern's kernels as models: Hartikainen and Sarkka, IEEE MLSP (2010)"""
+    _above_0(of, "smoothness", "length")
+    variance, rate = of["sigma"] ** 2, math.sqrt(2 * of["smoothness"]) / of["length"]
+    names = ["value", "slope", "curvature"]
+    if of["smoothness"] == 0.5:
+        return _flow(of, [[-rate]], [2 * rate * variance], [1], names[:1], "gaussian_process", [[variance]])
+    if of["smoothness"] == 1.5:
+        return _flow(of, [[0, 1], [-(rate**2), -2 * rate]], [0, 4 * rate**3 * variance], [1, 0], names[:2], "gaussian_process",
+                     np.diag([variance, rate**2 * variance]))
+    if of["smoothness"] == 2.5:
+        bend = rate**2 * variance / 3
+        return _flow(of, [[0, 1, 0], [0, 0, 1], [-(rate**3), -3 * rate**2, -3 * rate]], [0, 0, 16 / 3 * rate**5 * variance],
+                     [1, 0, 0], names, "gaussian_process", [[variance, 0, -bend], [0, bend, 0], [-bend, 0, rate**4 * variance]])
+    raise ModelError("smoothness", "is 0.5, 1.5 or 2.5, Matern's nu")
+
+
+def _harmonic(has_trend: bool) -> Callable[[dict[str, Any]], dict[str, Any]]:
+    """A season as waves of period / 1, period / 2, ...; a level and its slope before it"""
+
+    def build_harmonic(of: dict[str, Any]) -> dict[str, Any]:
+        waves, first = of["harmonics"], 2 if has_trend else 0
+        _above_0(of, "period", "dt")
+        if not 1 <= waves <= of["period"] / of["dt"] / 2:
+            raise ModelError("harmonics", "are from 1 to period / dt / 2: rows see no shorter waves")
+        n = first + 2 * waves
+        _lengths(of, density=1 + first, mean=n, variance=n)
+        F, H = np.zeros((n, n)), np.eye(1, n)[0] * first / 2
+        F[:first, :first] = np.eye(first, k=1)
+        for k in range(waves):
+            at = first + 2 * k
+            F[at, at + 1] = 2 * math.pi * (k + 1) / of["period"]
+            F[at + 1, at], H[at] = -F[at, at + 1], 1
+        names = ["level", "slope"][:first] + [f"wave_{k + 1}{part}" for k in range(waves) for part in ("", "_turned")]
+        return _flow(of, F, [*of["density"][:first], *[of["density"][-1]] * (2 * waves)], H, names,
+                     "trend_harmonic" if has_trend else "harmonic")
+
+    return build_harmonic
 
 
 # ------------------------------------------------------------------------------ structural models
@@ -351,6 +427,7 @@ _SEASONS = Parameter("seasons", "whole")
 _PHI, _THETA = Parameter("phi", "vector"), Parameter("theta", "vector")
 _SHOCK = (Parameter("variance", "number"), Parameter("noise", "number", 0.0))
 _AXES = (_DT, Parameter("density", "vector"), Parameter("noise", "vector"), *_PRIOR)
+_WAVES = (_DT, Parameter("period", "number"), Parameter("harmonics", "whole"), Parameter("density", "vector"), _NOISE, *_PRIOR)
 
 BUILDERS: dict[str, Builder] = {
     "level": Builder((Parameter("drift", "number"), _NOISE, Parameter("mean", "number", 0.0),
@@ -365,6 +442,16 @@ BUILDERS: dict[str, Builder] = {
                           _regression),
     "constant_velocity": Builder(_AXES, _motion(2)),
     "constant_acceleration": Builder(_AXES, _motion(3)),
+    "random_walk": Builder(_AXES, _random_walk),
+    "gauss_markov": Builder((_DT, Parameter("time_constant", "vector"), Parameter("sigma", "vector"),
+                             Parameter("noise", "vector")), _gauss_markov),
+    "clock": Builder((_DT, Parameter("density", "vector"), _NOISE, *_PRIOR), _clock),
+    "oscillator": Builder((_DT, Parameter("period", "number"), Parameter("damping", "number", 0.0),
+                           Parameter("density", "number"), _NOISE, *_PRIOR), _oscillator),
+    "gaussian_process": Builder((_DT, Parameter("smoothness", "number"), Parameter("length", "number"),
+                                 Parameter("sigma", "number"), _NOISE), _gaussian_process),
+    "harmonic": Builder(_WAVES, _harmonic(False)),
+    "trend_harmonic": Builder(_WAVES, _harmonic(True)),
     "factor": Builder((Parameter("loadings", "matrix"), Parameter("transition", "matrix"),
                        Parameter("drift", "vector", None), Parameter("noise", "vector")), _factor),
 }
