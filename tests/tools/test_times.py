@@ -2,8 +2,11 @@
 
 from __future__ import annotations
 
+import json
+
 import numpy as np
 import pytest
+from command import kalmanq
 from dense import LONG, Steps, conditioned
 
 from kalmanq import (
@@ -89,6 +92,43 @@ def test_irregular_times_beside_the_joint_normal(seed, arithmetic, most):
 
 
 # ------------------------------------------------------------------------------ Gaussian processes
+
+WEEKS = """
+[model]
+builder = "trend_harmonic"
+{unit}dt = {dt!r}
+period = {period!r}
+harmonics = 1
+density = {density}
+noise = 4.0
+variance = [100.0, {slope!r}, 9.0, 9.0]
+"""
+
+
+def test_a_model_in_weeks_is_the_one_in_seconds(tmp_path):
+    """Dates two weeks apart now and then: rows, results, and what is simulated at them"""
+    week = 604800.0
+    weeks, seconds, log = (tmp_path / name for name in ("weeks.toml", "seconds.toml", "log.csv"))
+    weeks.write_text(WEEKS.format(unit='time_unit = "week"\n', dt=1.0, period=52.0, density=[0.1, 1e-4, 1e-3], slope=1.0))
+    seconds.write_text(WEEKS.format(unit="", dt=week, period=52.0 * week, density=[0.1 / week, 1e-4 / week**3, 1e-3 / week],
+                                    slope=1.0 / week**2))
+    dates = np.datetime64("2024-01-01") + 7 * np.array([0, 1, 2, 4, 5, 6, 9, 10])
+    log.write_text("date,z1\n" + "".join(f"{date},{10 + k * k}\n" for k, date in enumerate(dates)))
+    a, b = (json.loads(kalmanq("run", model, log, "--json", "--smooth").stdout) for model in (weeks, seconds))
+    assert a["log_likelihood"] == pytest.approx(b["log_likelihood"], rel=1e-9) and a["mean"][0] == pytest.approx(b["mean"][0], rel=1e-9)
+    assert model_file.read(weeks).continuous.unit == "week"
+    copy = tmp_path / "copy.toml"
+    copy.write_text(model_file.text_of(model_file.read(weeks)))
+    assert 'time_unit = "week"' in copy.read_text() and np.array_equal(model_file.read(copy).Q, model_file.read(weeks).Q)
+    out = tmp_path / "out.csv"
+    assert kalmanq("simulate", weeks, "--at", log, "--seed", "1", "--out", out).returncode == 0
+    assert out.read_text().splitlines()[0] == "step,time [week],z1" and out.read_text().splitlines()[4].startswith("3,4,")
+    again = json.loads(kalmanq("run", weeks, out, "--json").stdout)
+    assert again["rows"] == 8 and again["taken"] == 8
+    weeks.write_text(weeks.read_text().replace('"week"', '"fortnight"'))
+    done = kalmanq("run", weeks, log)
+    assert done.returncode == 1 and "line 4: time_unit: is none of ms, s, min, h, day, week, year" in done.stderr
+
 
 MATERN = {3: (lambda r: (1 + r) * np.exp(-r), """
 [model]

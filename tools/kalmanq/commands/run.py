@@ -135,7 +135,7 @@ class _FileRun:
                 if options.plot:
                     self.kept.append((z, run, self.times))
                 if options.out:
-                    timed = {} if self.times is None else {"time": self.times}
+                    timed = {} if self.times is None else {tables.time_name(self.model): self.times}
                     columns = {"step": np.arange(first, first + len(run)), **timed, **run.columns()}
                     write = write or stack.enter_context(
                         tables.writing(options.out, list(columns), [*options.data, options.model]))

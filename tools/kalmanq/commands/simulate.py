@@ -72,7 +72,7 @@ def simulate_file(options: Options, console: Console) -> None:
         x, z, u = simulate(model, rows, options.seed, controls)
         if options.gap:
             z[options.gap[0] : options.gap[1]] = np.nan
-    columns = {"step": np.arange(rows), **({} if times is None else {"time": times})}
+    columns = {"step": np.arange(rows), **({} if times is None else {tables.time_name(model): times})}
     columns.update({one.name: z[:, c] for c, one in enumerate(model.measurements)})
     columns.update({one.name: u[:, c] for c, one in enumerate(model.controls)})
     if options.truth:
@@ -94,7 +94,7 @@ def _told(model: Model, z: np.ndarray, times: Optional[np.ndarray]) -> np.ndarra
     z, first = z.copy(), 0
     for sensor in model.sensors:
         own = slice(first, first := first + len(sensor.measurements))
-        late = sensor.delay / (tables.dt_of(model) or 1)
+        late = sensor.delay / (model.continuous.dt if model.continuous else 1)
         rows = round(late)
         if late and (times is not None or abs(late - rows) > 1e-6):
             raise KalmanqError(f"the delay of {sensor.name} is in rows here: a multiple of dt, and without --at")
@@ -110,6 +110,7 @@ def controls_of(options: Options, model: AnyModel) -> tuple[int, Optional[np.nda
         raise KalmanqError(f"--controls {path}: the model has no controls" + ("; --at has times" if dt else ""))
     if at is not None and dt is None:
         raise KalmanqError(f"--at {at}: of a linear model with F, Qc and dt")
+    unit = model.continuous.seconds if dt else 1.0
     times = None if at is None else tables.joined(list(tables.read(at, [], dt=dt))).times
     if at is not None and times is None:
         raise KalmanqError(f"--at {at}: there is no column of times; --time says which it is")
@@ -121,7 +122,7 @@ def controls_of(options: Options, model: AnyModel) -> tuple[int, Optional[np.nda
     for name, one in ((f"--controls {path}", u), (f"--at {at}", None if at is None else times)):
         if one is not None and len(one) < rows:
             raise KalmanqError(f"{name}: has {len(one)} rows, fewer than the {rows} of -n")
-    return rows, *(None if one is None else one[:rows] for one in (u, times))
+    return rows, *(None if one is None else one[:rows] for one in (u, None if times is None else times / unit))
 
 
 def _refuse_gap(gap: Optional[tuple[int, int]], rows: int) -> None:

@@ -6,6 +6,7 @@ What a sensor tells late is in the row of the time that it was measured at.
 from __future__ import annotations
 
 from contextlib import ExitStack
+from dataclasses import replace
 from typing import Any, Iterator, Mapping, Optional, Sequence
 
 import numpy as np
@@ -20,13 +21,21 @@ SAME = 1e-6  # of dt, between times of two files that are one
 
 
 def blocks_of(data: Any, model: Any, rows: int = 65536, has_to_fit: bool = False) -> Iterator[Block]:
-    """A model's columns of a file, or of several, and where the model is in continuous time, the times"""
+    """A model's columns of a file, or of several, and where the model is in continuous time, the times in its unit"""
+    of = model.continuous if isinstance(model, Model) else None
+    for block in _in_seconds(data, model, rows, has_to_fit):
+        is_other = of is not None and of.unit != "s" and block.times is not None
+        yield replace(block, times=block.times / of.seconds, unit=of.unit) if is_other else block
+
+
+def _in_seconds(data: Any, model: Any, rows: int, has_to_fit: bool) -> Iterator[Block]:
     sources = list(map(source_of, data if isinstance(data, (list, tuple)) else [data]))
     if len(sources) == 1 and not (isinstance(model, Model) and model.sensors):
-        return read(sources[0], [*model.measurements, *model.controls], rows, dt=dt_of(model), cure=cure_of(model),
+        yield from read(sources[0], [*model.measurements, *model.controls], rows, dt=dt_of(model), cure=cure_of(model),
                     has_to_fit=has_to_fit)
+        return
     refuse_several(sources, model)
-    return _joined(sources, model, rows, has_to_fit)
+    yield from _joined(sources, model, rows, has_to_fit)
 
 
 def refuse_several(sources: Sequence[Source], model: Any) -> None:
@@ -48,7 +57,8 @@ def _joined(sources: Sequence[Source], model: Model, rows: int, has_to_fit: bool
                                                  dt=dt_of(model), cure=cure_of(model), may_lack=True, is_alone=len(sources) == 1))
                 for source in sources]
         _require_columns(made, model)
-        delays = {name: one.delay for one in model.sensors for name in one.measurements if one.delay}
+        unit = model.continuous.seconds if model.continuous else 1.0
+        delays = {name: unit * one.delay for one in model.sensors for name in one.measurements if one.delay}
         if len(made) == 1 and not delays:
             yield from (_completed(block, names) for block in made[0].all_blocks(rows))
             return

@@ -26,13 +26,14 @@ from kalmanq.model import Model, Quantity
 @dataclass(frozen=True)
 class Block:
     """Some rows of a file; first_row: the line in the file of the first of them; lines: of each, where rows were sorted;
-    times: of each, in seconds since the first row of all; is_joined: of several files"""
+    times: of each, in seconds since the first row of all, or in the model's unit; is_joined: of several files"""
 
     first_row: int
     columns: dict[str, np.ndarray]
     times: Optional[np.ndarray] = None
     lines: Optional[np.ndarray] = None
     is_joined: bool = False
+    unit: str = "s"
 
     @property
     def length(self) -> int:
@@ -43,7 +44,7 @@ class Block:
 
     def place(self, row: int) -> str:
         """How a message names it"""
-        return f"at {self.times[row]:.9g} s" if self.is_joined else f"row {self.line(row)}"
+        return f"at {self.times[row]:.9g} {self.unit}" if self.is_joined else f"row {self.line(row)}"
 
 
 RESAMPLE = "resample the data, with empty rows where there are none"  # where rows are steps, and their times irregular
@@ -242,12 +243,17 @@ def joined(blocks: Sequence[Block]) -> Block:
     return Block(blocks[0].first_row, {name: np.concatenate([one.columns[name] for one in blocks])
                                        for name in blocks[0].columns}, *(
         None if blocks[0].times is None else np.concatenate([one.times for one in blocks]),
-        None if blocks[0].lines is None else np.concatenate([one.lines for one in blocks])), blocks[0].is_joined)
+        None if blocks[0].lines is None else np.concatenate([one.lines for one in blocks])), blocks[0].is_joined, blocks[0].unit)
 
 
 def dt_of(model: Any) -> Optional[float]:
-    """Of a model whose rows may be at their times; None: they are steps"""
-    return model.continuous.dt if isinstance(model, Model) and model.continuous else None
+    """In seconds, of a model whose rows may be at their times; None: they are steps"""
+    return model.continuous.dt * model.continuous.seconds if isinstance(model, Model) and model.continuous else None
+
+
+def time_name(model: Any) -> str:
+    """Of a column that is written of its times"""
+    return "time" if model.continuous.unit == "s" else f"time [{model.continuous.unit}]"
 
 
 def cure_of(model: Any) -> str:

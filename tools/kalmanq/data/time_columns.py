@@ -12,12 +12,13 @@ import numpy as np
 from kalmanq.data.layouts import MISSING, Source, TableError, unit_of, without_unit
 from kalmanq.data.times import CLOCK, NONE, clocks, plain
 from kalmanq.errors import KalmanqWarning
+from kalmanq.model.continuous import UNITS
 
 ZONE = re.compile(r"(?<=[\d ])\s*(?:[Zz]|UTC|[+-]\d\d:?\d\d)$")
 DATE = re.compile(r"\d{4}-\d\d-\d\d.*")
 DECIMAL = re.compile(r"\d+(\.\d*)?")
 PER_SECOND = {"s": 1.0, "sec": 1.0, "second": 1.0, "seconds": 1.0, "ms": 1e3, "us": 1e6, "\u00b5s": 1e6, "\u03bcs": 1e6, "ns": 1e9,
-              "min": 1 / 60, "h": 1 / 3600}
+              "min": 1 / 60, "h": 1 / 3600, **{name: 1 / UNITS[name] for name in ("day", "week", "year")}}
 EPOCH = ((1e17, 1e9), (1e14, 1e6), (1e11, 1e3))  # such a number is of nanoseconds, ... since 1970
 UNIT_KNOWN = 30.0  # a median step within this of dt, either way, is in the unit that was taken
 FAR = 1000.0  # of dt, either way: dt may be in another unit

@@ -11,6 +11,7 @@ from typing import Optional
 
 import numpy as np
 
+UNITS = {"ms": 1e-3, "s": 1.0, "min": 60.0, "h": 3600.0, "day": 86400.0, "week": 604800.0, "year": 31556952.0}  # in seconds
 TERMS = 20  # of the series, over a step in which F counts for half at most
 SHORT = 0.5
 
@@ -18,13 +19,19 @@ SHORT = 0.5
 @dataclass(frozen=True)
 class Continuous:
     """F: n x n; Qc: n x n, spectral density of the noise; B: n x l, or None; dt: of a row
-    jitter: share of dt by which a step may be off from a multiple of it, and is taken for that"""
+    jitter: share of dt by which a step may be off from a multiple of it, and is taken for that; unit: of all its times"""
 
     F: np.ndarray
     Qc: np.ndarray
     B: Optional[np.ndarray]
     dt: float
     jitter: float = 0.0
+    unit: str = "s"
+
+    @property
+    def seconds(self) -> float:
+        """Of its unit of time"""
+        return UNITS[self.unit]
 
     def between(self, times: np.ndarray) -> np.ndarray:
         """From each time to the next one.  What is a multiple of dt but for jitter and the rounding of times is just that;

@@ -34,7 +34,7 @@ ROWS_MAX = 100_000_000  # of a gap, or of a run
 FRACTION_MAX = 1000
 LARGEST, SHOWN = sys.float_info.max, 40
 SECTIONS = {
-    "model": (*MATRICES, "name", "builder"),
+    "model": (*MATRICES, "name", "builder", "time_unit"),
     "states": ("names", "units", "ranges", "fractions"),
     "measurements": ("names", "units", "ranges", "fractions"),
     "controls": ("names", "units", "ranges", "fractions"),
@@ -156,6 +156,7 @@ def _model(path: Path, given: Mapping[str, Any]) -> Model:
     if not model:
         raise ModelError("model", "there is no section [model]")
     name = _typed(model.pop("name", Path(path).stem), str, "name", "a text")
+    unit = _typed(model.pop("time_unit", ""), str, "time_unit", "a text")
     if "builder" in model:
         made = _built(model)
     else:
@@ -178,6 +179,9 @@ def _model(path: Path, given: Mapping[str, Any]) -> Model:
             default = made.pop(which, None)
             made[which] = quantities(which, given.get(which, {}), size, default)
     make = Model.of_continuous if "F" in made else Model
+    if unit and make is Model:
+        raise ModelError("time_unit", "is of a model with F, Qc and dt, or of a builder in continuous time")
+    made.update({"time_unit": unit} if unit else {})
     model = make(**made, gaps=_gaps(given.get("gaps", {})), name=name)
     model.sensors = tuple(sensors)
     return model
@@ -347,7 +351,7 @@ def text_of(model: Model) -> str:
     lines, parts = ["[model]", f"name = {_quoted(model.name)}"], _sensor_parts(model)
     for key, value in _matrices(model).items():
         if value is not None and not (parts and key in ("H", "R")):
-            lines.append(f"{key} = {_rows(value) if isinstance(value, np.ndarray) else repr(value)}")
+            lines.append(f"{key} = {_rows(value) if isinstance(value, np.ndarray) else _value(value)}")
     lines += [f"x0 = {_list(model.x0)}", f"P0 = {_prior_text(model)}"]
     for which in ("states", "controls") if parts else ("states", "measurements", "controls"):
         lines += _section(which, getattr(model, which))
@@ -373,7 +377,7 @@ def _sensor_parts(model: Model) -> list[tuple[str, np.ndarray, np.ndarray, tuple
 def _matrices(model: Model) -> dict[str, Any]:
     of = model.continuous
     if of is not None:
-        return {"F": of.F, "Qc": of.Qc, "dt": of.dt, "jitter": of.jitter or None, "B": of.B, "H": model.H, "R": model.R}
+        return {"F": of.F, "Qc": of.Qc, "dt": of.dt, "time_unit": None if of.unit == "s" else of.unit, "jitter": of.jitter or None, "B": of.B, "H": model.H, "R": model.R}
     return {key: getattr(model, key) for key in ("A", "B", "H", "G" if model.G is not None else "Q", "R")}
 
 
@@ -417,6 +421,10 @@ def _section(which: str, quantities: tuple[Quantity, ...]) -> list[str]:
 def _quoted(text: str) -> str:
     escaped = text.replace("\\", "\\\\").replace('"', '\\"')
     return '"' + "".join(c if c.isprintable() else f"\\u{ord(c):04x}" for c in escaped) + '"'
+
+
+def _value(given: Any) -> str:
+    return _quoted(given) if isinstance(given, str) else repr(given)
 
 
 def _list(row: np.ndarray) -> str:
