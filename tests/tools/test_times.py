@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -128,6 +129,17 @@ def test_a_model_in_weeks_is_the_one_in_seconds(tmp_path):
     weeks.write_text(weeks.read_text().replace('"week"', '"fortnight"'))
     done = kalmanq("run", weeks, log)
     assert done.returncode == 1 and "line 4: time_unit: is none of ms, s, min, h, day, week, year" in done.stderr
+
+
+def test_the_page_s_log_with_time_stamps(tmp_path):
+    """Its model is the example's, NIS is what it says, and the C that is written moves by dt"""
+    folder = Path(model_file.__file__).parents[1]
+    example, page = (folder / "examples" / "co2.toml").read_text(), (folder / "README.md").read_text()
+    assert example.partition("\n")[2] in page
+    told = json.loads(kalmanq("run", folder / "examples" / "co2.toml", folder / "examples" / "co2.csv", "--smooth", "--json").stdout)
+    assert told["taken"] == 281 and f"NIS {told['nis_per_measurement']:.3f} a measurement" in page
+    done = kalmanq("compile", folder / "examples" / "co2.toml", "--tunable", "-o", tmp_path / "co2.c")
+    assert done.returncode == 0 and "int co2_move(co2_filter *f, float dt);" in (tmp_path / "co2.h").read_text()
 
 
 MATERN = {3: (lambda r: (1 + r) * np.exp(-r), """

@@ -19,7 +19,7 @@ LONGEST = 20  # doublings at most
 def declared(given: Request, of: Continuous, type_: str) -> list[str]:
     said = "" if of.ends else f", or above {longest(of):.3g}"
     return [f"/** From the next predict on a step takes dt: A, {'B, ' if given.of.l else ''}and Q are worked out for it.  Start with",
-            f" *  {of.dt:g}.  Returns 0 and changes nothing where dt is not above 0{said}. */",
+            f" *  {of.dt:g} {of.unit}.  Returns 0 and changes nothing where dt is not above 0{said}. */",
             f"int {given.name}_move({given.type} *f, {type_} dt);", ""]
 
 
