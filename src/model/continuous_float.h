@@ -167,14 +167,13 @@ KQ_COLD static void flow_step(const continuous_work *w, const num *F, const num 
     for (int k = 0; k < n * n; k++) w->next_A[k] = average[k] + (k % (n + 1) ? 0 : 1);
 }
 
-/* out = A M, n x c */
-KQ_COLD static void flow_product(num *out, const num *A, const num *M, int n, int c)
+/* M <- A M + more M, n x c */
+KQ_COLD static void flow_product(num *M, const num *A, num more, int n, int c)
 {
-    for (int i = 0; i < n; i++) {
-        for (int j = 0; j < c; j++) {
-            out[i * c + j] = 0;
-            for (int k = 0; k < n; k++) out[i * c + j] += A[i * n + k] * M[k * c + j];
-        }
+    num old[KQ_SIZE_MAX];
+    for (int j = 0; j < c; j++) {
+        for (int k = 0; k < n; k++) old[k] = M[k * c + j];
+        for (int i = 0; i < n; i++) M[i * c + j] = dot(more * old[i], A + i * n, old, n);
     }
 }
 
@@ -188,10 +187,9 @@ KQ_COLD static void flow_double(const continuous_work *w, int n, int l)
         }
     }
     flow_join(w->S, w->wide, n, n);
-    flow_product(w->wide, w->next_A, w->next_B, n, l);
-    for (int k = 0; k < n * l; k++) w->next_B[k] += w->wide[k];
-    flow_product(w->wide, w->next_A, w->next_A, n, n);
-    copy(w->next_A, w->wide, n * n);
+    flow_product(w->next_B, w->next_A, 1, n, l);
+    copy(w->wide, w->next_A, n * n);
+    flow_product(w->next_A, w->wide, 0, n, n);
 }
 
 KQ_COLD static kq_status continuous_check(const process *p, const num *F, const num *B, const num *Qc, num dt,

@@ -488,6 +488,23 @@ TEST(two_steps_are_one_of_twice_the_time)
     }
 }
 
+/* More controls than states, and fewer: the memory has room for both. */
+TEST(no_flow_writes_outside_its_memory)
+{
+    static num rates[256], push[256], density[256], room[GUARDED(KQ_CONTINUOUS_LEN(16, 16))], root[KQ_PROCESS_LEN(16)];
+    for (int n = 1; n <= 16; n += 5) {
+        for (int l = 0; l <= 16; l += 8) {
+            const size_t length = KQ_CONTINUOUS_LEN(n, l);
+            K(process) p;
+            for (int k = 0; k < n * n; k++) rates[k] = N(k % (n + 1) ? 0.1 : -3), density[k] = k % (n + 1) ? 0 : 1;
+            for (int k = 0; k < n * l; k++) push[k] = 1;
+            ASSERT_OK(K(process_assign)(&p, n, l, root, COUNT(root)));
+            ASSERT_OK(K(process_init_continuous)(&p, rates, push, density, 1, guard(room, COUNT(room)), length));
+            assert_guards(room, length, COUNT(room));
+        }
+    }
+}
+
 TEST(a_flow_that_is_refused_changes_nothing)
 {
     static num rates[4], push[2] = {1, 1}, density[4];
