@@ -5,7 +5,8 @@
  * The columns of C_i are the Legendre coefficients of exp(F t) L over the step, so that Q is never formed and no
  * row of its root is rounded by more than its own length: h^3/3 beside h, or h^9/9.  Where F is nilpotent the sums end.
  * Then s times from h to 2h:
- *     S <- tria [A S, S],    B <- B + A B,    A <- A A
+ *     S <- tria [S + E S, S],    B <- 2 B + E B,    E <- 2 E + E E,    E = A - I
+ * With A in the place of E what is slow would lose its bits beside 1, and each doubling would double that.
  */
 #ifndef KQ_SRC_MODEL_CONTINUOUS_FLOAT_H
 #define KQ_SRC_MODEL_CONTINUOUS_FLOAT_H
@@ -17,7 +18,7 @@ enum { FLOW_HALVINGS = 64 };
 /* The parts of the memory: what the process refers to, what these are to become, and scratch */
 typedef struct {
     num *A, *B;
-    num *next_A, *next_B, *S;
+    num *next_A, *next_B, *S; /* next_A without its ones, until the end */
     num *lead, *power; /* X^i L sqrt(h), and what a sum multiplies: n x n */
     num *wide;  /* n x 2n */
 } continuous_work;
@@ -164,16 +165,16 @@ KQ_COLD static void flow_step(const continuous_work *w, const num *F, const num 
         }
     }
     flow_once(average, F, h, n, n);
-    for (int k = 0; k < n * n; k++) w->next_A[k] = average[k] + (k % (n + 1) ? 0 : 1);
+    copy(w->next_A, average, n * n);
 }
 
-/* M <- A M + more M, n x c */
-KQ_COLD static void flow_product(num *M, const num *A, num more, int n, int c)
+/* M <- 2 M + E M, n x c */
+KQ_COLD static void flow_product(num *M, const num *E, int n, int c)
 {
     num old[KQ_SIZE_MAX];
     for (int j = 0; j < c; j++) {
         for (int k = 0; k < n; k++) old[k] = M[k * c + j];
-        for (int i = 0; i < n; i++) M[i * c + j] = dot(more * old[i], A + i * n, old, n);
+        for (int i = 0; i < n; i++) M[i * c + j] = dot(2 * old[i], E + i * n, old, n);
     }
 }
 
@@ -183,13 +184,13 @@ KQ_COLD static void flow_double(const continuous_work *w, int n, int l)
     for (int i = 0; i < n; i++) {
         num *row = w->wide + i * 2 * n;
         for (int j = 0; j < n; j++) {
-            row[n + j] = dot(0, w->next_A + i * n, w->S + column(j), j + 1);
+            row[n + j] = dot(i > j ? 0 : w->S[column(j) + i], w->next_A + i * n, w->S + column(j), j + 1);
         }
     }
     flow_join(w->S, w->wide, n, n);
-    flow_product(w->next_B, w->next_A, 1, n, l);
+    flow_product(w->next_B, w->next_A, n, l);
     copy(w->wide, w->next_A, n * n);
-    flow_product(w->next_A, w->wide, 0, n, n);
+    flow_product(w->next_A, w->wide, n, n);
 }
 
 KQ_COLD static kq_status continuous_check(const process *p, const num *F, const num *B, const num *Qc, num dt,
@@ -219,6 +220,7 @@ KQ_COLD kq_status T(kq_process_init_continuous)(process *p, const num *F, const 
     flow_noise(&w, F, L, h, n);
     flow_step(&w, F, B, h, n, l);
     for (int k = 0; k < halvings; k++) flow_double(&w, n, l);
+    for (int i = 0; i < n; i++) w.next_A[i * (n + 1)] += 1;
     if (!all_finite(w.next_A, n * n) || !all_finite(w.next_B, n * l)) return KQ_ERR_RANGE;
     status = root_check(w.S, n);
     if (status) return status == KQ_ERR_NOT_FINITE ? KQ_ERR_RANGE : status;
