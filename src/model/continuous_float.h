@@ -103,8 +103,9 @@ KQ_COLD static int flow_halvings(const num *F, num dt, int n)
         for (int i = 0; i < n; i++) v[i] = next[i] / most;
     }
     (void)num_split(dt, &step);
-    const int32_t growth = exponent - before + n * (step + 1);
-    return growth > 0 ? (int)((growth + n - 1) / n) : 0;
+    int halvings = 0;
+    for (int32_t growth = exponent - before + n * (step + 1); growth > 0; growth -= n) halvings++;
+    return halvings;
 }
 
 /* S <- tria [S, C], C being the last c columns of wide; does C count in S S'? */
@@ -145,7 +146,9 @@ KQ_COLD static void flow_noise(const continuous_work *w, const num *F, const num
         const num root = num_root((num)(2 * i + 1));
         copy(w->power, w->lead, n * c);
         flow_sum(C, w->power, F, h, i, n, c);
-        for (int k = 0; k < n * c; k++) w->wide[k / c * width + n + k % c] = root * C[k];
+        for (int r = 0; r < n; r++) {
+            for (int j = 0; j < c; j++) w->wide[r * width + n + j] = root * C[r * c + j];
+        }
         if (!flow_join(w->S, w->wide, n, c)) return;
         flow_once(w->lead, F, h, n, c);
     }
@@ -155,7 +158,8 @@ KQ_COLD static void flow_noise(const continuous_work *w, const num *F, const num
 KQ_COLD static void flow_step(const continuous_work *w, const num *F, const num *B, num h, int n, int l)
 {
     num *average = w->wide;
-    for (int k = 0; k < n * n; k++) w->power[k] = k % (n + 1) ? 0 : 1;
+    for (int k = 0; k < n * n; k++) w->power[k] = 0;
+    for (int k = 0; k < n; k++) w->power[k * (n + 1)] = 1;
     flow_sum(average, w->power, F, h, 0, n, n);
     for (int i = 0; i < n; i++) {
         for (int c = 0; c < l; c++) {

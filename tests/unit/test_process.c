@@ -491,8 +491,10 @@ TEST(two_steps_are_one_of_twice_the_time)
 /* More controls than states, and fewer: the memory has room for both. */
 TEST(no_flow_writes_outside_its_memory)
 {
-    static num rates[256], push[256], density[256], room[GUARDED(KQ_CONTINUOUS_LEN(16, 16))], root[KQ_PROCESS_LEN(16)];
-    for (int n = 1; n <= 16; n += 5) {
+    enum { SIZE = sizeof(void *) == 2 ? 6 : 16 };
+    static num rates[SIZE * SIZE], push[SIZE * 16], density[SIZE * SIZE], room[GUARDED(KQ_CONTINUOUS_LEN(SIZE, 16))];
+    static num root[KQ_PROCESS_LEN(SIZE)];
+    for (int n = 1; n <= SIZE; n += 5) {
         for (int l = 0; l <= 16; l += 8) {
             const size_t length = KQ_CONTINUOUS_LEN(n, l);
             K(process) p;

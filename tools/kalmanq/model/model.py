@@ -129,6 +129,11 @@ class Model:
         made.continuous = of
         return made
 
+    @classmethod
+    def of(cls, **given: Any) -> Model:
+        """Of what a model file or a builder gives: of continuous time, or of steps"""
+        return (cls.of_continuous if "F" in given else cls)(**given)
+
     def with_noise(self, Qc: Optional[np.ndarray], R: Optional[np.ndarray]) -> Model:
         """A model in continuous time with another Qc, or R; None: as it is"""
         of = self.continuous

@@ -178,11 +178,10 @@ def _model(path: Path, given: Mapping[str, Any]) -> Model:
         if which != "measurements" or not sensors:
             default = made.pop(which, None)
             made[which] = quantities(which, given.get(which, {}), size, default)
-    make = Model.of_continuous if "F" in made else Model
-    if unit and make is Model:
+    if unit and "F" not in made:
         raise ModelError("time_unit", "is of a model with F, Qc and dt, or of a builder in continuous time")
     made.update({"time_unit": unit} if unit else {})
-    model = make(**made, gaps=_gaps(given.get("gaps", {})), name=name)
+    model = Model.of(**made, gaps=_gaps(given.get("gaps", {})), name=name)
     model.sensors = tuple(sensors)
     return model
 

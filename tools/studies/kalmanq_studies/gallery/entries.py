@@ -47,7 +47,7 @@ class Entry:
             made.update(H=data.regressors[0], states=list(data.regressor_names))
         made["states"] = [Quantity(one, self.drawn.get(one, "")) for one in made["states"]]
         measurements = [Quantity(one, unit) for one, unit in zip(data.names, self.units * len(data.names))]
-        return Model(**made, measurements=measurements, name=name)
+        return Model.of(**made, measurements=measurements, name=name)
 
 
 _PRIOR2, _PRIOR13 = [1.0] * 2, [1.0] * 13  # in the place of a prior that is unknown

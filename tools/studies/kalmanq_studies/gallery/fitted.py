@@ -67,7 +67,7 @@ def _by_fit(entry: Entry, data: Data) -> tuple[dict[str, Any], bool]:
 
 def _pivots(model: Model) -> np.ndarray:
     """Of each noise the state that it moves most: the variances of Q grow with those of the noises."""
-    return np.argmax(np.abs(model.G), axis=0)
+    return np.argmax(np.abs(model.Q if model.G is None else model.G), axis=0)
 
 
 def _like_start(entry: Entry, fitted: Mapping[str, Any]) -> dict[str, Any]:

@@ -107,7 +107,7 @@ def consumption() -> Data:
 
 
 def drawn(builder: str, rows: int, seed: int, names: tuple[str, ...], **parameters: Any) -> Data:
-    truth = Model(**build(builder, arrays(parameters)))
+    truth = Model.of(**build(builder, arrays(parameters)))
     _, z = simulate(truth, rows, seed)
     text = ", ".join(f"{key} = {np.asarray(value).tolist()}" for key, value in parameters.items())
     return Data(f"Simulated: {builder}, {text}; seed {seed}.", "row", np.arange(rows, dtype=float), names, z)
