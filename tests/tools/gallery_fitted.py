@@ -28,7 +28,7 @@ def of(name: str) -> dict[str, object]:
             "log_likelihood": made.log_likelihood, "z": listed(data.z), "regressors": listed(data.regressors),
             "unknown": bool(model.unknown.all()), "smoothed": listed(run.smoothed),
             "smoothed_sigma": listed(run.smoothed_sigma),
-            **{key: getattr(model, key).tolist() for key in ("A", "G", "H", "R", "x0", "P0")}}
+            **{key: getattr(model, key).tolist() for key in ("A", "Q", "H", "R", "x0", "P0")}}
 
 
 if __name__ == "__main__":

@@ -126,7 +126,7 @@ def moved_by_a_percent(likelihood: Likelihood, of: dict[str, Any]) -> np.ndarray
 
 
 def arrays(of: dict[str, Any]) -> dict[str, Any]:
-    for name in ("z", "regressors", "A", "G", "H", "R", "x0", "P0", "smoothed", "smoothed_sigma"):
+    for name in ("z", "regressors", "A", "Q", "H", "R", "x0", "P0", "smoothed", "smoothed_sigma"):
         of[name] = None if of[name] is None else np.array(of[name], float)
     return of
 
@@ -134,7 +134,7 @@ def arrays(of: dict[str, Any]) -> dict[str, Any]:
 def states_apart(of: dict[str, Any]) -> float:
     """Of all smoothed states beside those of the matrices by statsmodels: means in sigma, variances in sigma^2, which
     is taken for at least a thousandth of the state's own size: in ARMA models without noise it is 0."""
-    smoothed = Matrices(of, of["G"] @ of["G"].T, of["R"]).ssm.smooth()
+    smoothed = Matrices(of, of["Q"], of["R"]).ssm.smooth()
     sigma = np.maximum(of["smoothed_sigma"], 1e-3 * np.sqrt(np.mean(of["smoothed"] ** 2, axis=0)))
     variance = np.diagonal(smoothed.smoothed_state_cov, axis1=0, axis2=1)
     return float(max(np.max(np.abs(smoothed.smoothed_state.T - of["smoothed"]) / sigma),
