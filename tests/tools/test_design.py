@@ -26,7 +26,7 @@ from kalmanq.firmware.designs import ACCURATE, NEAR, PARTS, SOON, Part, design, 
 from kalmanq.firmware.life import life_of, tail
 from kalmanq.firmware.ranges import with_ranges
 from kalmanq.firmware.reach import Record, draw, reach
-from kalmanq.model import Gaps
+from kalmanq.model import Gaps, model_file
 from kalmanq.run.filters import Filter
 from kalmanq.run.parts import Parts
 from kalmanq.run.simulation import simulate
@@ -104,6 +104,60 @@ def test_the_c_file_does_what_the_twin_does(model, arithmetic, library, tmp_path
                         *map(str, sorted(library.glob(f"*_{arithmetic}.o"))), "-lm", "-o", str(folder / "run")],
                        check=True)
         assert subprocess.run([str(folder / "run")], capture_output=True, text=True).stdout == "the same words\n", way
+
+
+ANY_DT = """
+#include <stdio.h>
+#include "cart.h"
+int main(void)
+{
+    double dt;
+    float u[CART_CONTROLS], z[CART_MEASUREMENTS];
+    int wrong = cart_init(), is_first = 1;
+    while (scanf("%lf %f %f", &dt, u, z) == 3) {
+        if (!is_first) wrong |= cart_predict(u, (float)dt);
+        is_first = 0;
+        wrong |= cart_update(z, CART_ALL);
+        for (int i = 0; i < CART_STATES; i++) {
+            printf("%.9g %.9g ", (double)kq_mean_f32(cart_filter(), i), (double)kq_sigma_f32(cart_filter(), i));
+        }
+        puts("");
+    }
+    wrong |= cart_predict(u, 0) != KQ_ERR_RANGE || cart_predict(u, -1) != KQ_ERR_RANGE;
+    return wrong;
+}
+"""
+
+
+@pytest.mark.parametrize("seed", range(3))
+def test_a_predict_of_any_dt_is_the_host_s_at_its_times(seed, library, tmp_path):
+    """kalmanq design --any-dt: a cart with friction and a push, steps of 1 ms to 1 s"""
+    path, draws = tmp_path / "cart.toml", np.random.default_rng(seed)
+    path.write_text("[model]\nF = [[0.0, 1.0], [0.0, -0.5]]\nB = [0.0, 2.0]\nQc = [0.0, 0.3]\ndt = 0.1\nH = [1.0, 0.0]\nR = 0.04\n"
+                    "P0 = [4.0, 1.0]\n[states]\nranges = [100, 10]\n[measurements]\nranges = [100]\n[controls]\nranges = [9]\n")
+    done = kalmanq("design", path, "--core", "m4f", "--any-dt", "--out", tmp_path)
+    assert done.returncode == 0, done.stderr
+    (tmp_path / "main.c").write_text(ANY_DT)
+    subprocess.run(["cc", *STRICT, f"-I{ROOT / 'include'}", str(tmp_path / "cart.c"), str(tmp_path / "main.c"),
+                    *map(str, sorted(library.glob("*_f32.o"))), "-lm", "-o", str(tmp_path / "run")], check=True)
+    dt, u, z = 10.0 ** draws.uniform(-3, 0, 60), draws.normal(size=(60, 1)), draws.normal(size=(60, 1))
+    dt[20:30] = dt[20]
+    times = np.concatenate([[0], np.cumsum(dt[1:])])
+    run = Filter(model_file.read(path), "f64").run(z, u, times=times)
+    pushed = np.concatenate([[0], u[:-1, 0]])
+    lines = "".join(f"{a:.17g} {b:.9g} {c:.9g}\n" for a, b, c in zip(dt, pushed, z[:, 0]))
+    said = subprocess.run([str(tmp_path / "run")], input=lines, capture_output=True, text=True)
+    assert said.returncode == 0
+    got = np.array([line.split() for line in said.stdout.splitlines()], float)
+    assert np.abs((got[:, ::2] - run.mean) / run.sigma).max() < 1e-4 and np.abs(got[:, 1::2] / run.sigma - 1).max() < 1e-5
+
+
+@pytest.mark.parametrize("text, more, said", [
+    ("A = 1\nQ = 1", (), "is of steps that are all alike"), ("F = [[0.0]]\nQc = 1\ndt = 1", ("--arith", "q31"), "in f32 and as init")])
+def test_who_has_no_predict_of_any_dt(text, more, said, tmp_path):
+    (tmp_path / "level.toml").write_text(f"[model]\n{text}\nH = 1\nR = 1\nP0 = 1\n")
+    done = kalmanq("design", tmp_path / "level.toml", "--core", "m4f", "--any-dt", *more)
+    assert done.returncode == 1 and "--any-dt" in done.stderr and said in done.stderr
 
 
 CONVERTED = """

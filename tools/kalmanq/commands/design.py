@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 import textwrap
 from contextlib import ExitStack
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, dataclass, replace
 from pathlib import Path
 from typing import Optional, Sequence
 
@@ -48,11 +48,14 @@ class Options:
     ram: Optional[float] = typer.Option(None, "--ram", metavar="KB", min=0, help="Of the part.")
     name: str = typer.Option("", "--name", help="Of files and functions; otherwise the model's.")
     out: Optional[Path] = typer.Option(None, "--out", "-o", metavar="FOLDER", help="Where NAME.c and NAME.h go; it has to be there.")
+    any_dt: bool = typer.Option(False, "--any-dt", help="Of a model with F, Qc and dt: the C file's predict takes a dt; f32, init.")
     json: bool = JSON
 
 
 def design_file(options: Options, console: Console) -> None:
     model = model_file.read_for_c(options.model)
+    if options.any_dt:
+        options = _of_any_dt(options, model)
     if options.out:
         require_folder(options.out)
     made, records = _designs(options, model)
@@ -66,6 +69,19 @@ def design_file(options: Options, console: Console) -> None:
         _tell(made, compiled, chosen, written, console)
     if not chosen:
         raise KalmanqError(f"{made.model.name}: nothing was written: {_reason(options, made)}")
+
+
+ANY_DT = "Steps are of the model's dt there.  Another dt comes on top: the code, memory and instructions of " \
+         "kq_process_init_continuous (process.h)."
+
+
+def _of_any_dt(options: Options, model: Model) -> Options:
+    if model.continuous is None:
+        raise KalmanqError(f"--any-dt: {model.name} is of steps that are all alike: give F, Qc and dt in the place of A and Q")
+    if options.arithmetic not in (None, "f32") or options.way not in (None, "init"):
+        raise KalmanqError("--any-dt: in f32 and as init alone; q31's tables are of one dt, and kalmanq compile --tunable has "
+                           "NAME_move")
+    return replace(options, arithmetic="f32", way="init")
 
 
 def _designs(options: Options, model: Model) -> tuple[Designs, list[Record]]:
@@ -99,7 +115,7 @@ def _write(options: Options, made: Designs, chosen: Way, compiled: Sequence[Offe
     if chosen.way == COMPILED:
         return _write_compiled(options, made, next(one for one in compiled if one.arithmetic == chosen.arithmetic))
     text = source(Parts(made.model, chosen.arithmetic), chosen.way, options.name or identifier(made.model.name),
-                  _remarks(made, chosen))
+                  _remarks(made, chosen, options.any_dt), options.any_dt)
     return _written(options, {f"{text.name}.h": text.header, f"{text.name}.c": text.text})
 
 
@@ -121,11 +137,11 @@ def _written(options: Options, texts: dict[str, str]) -> list[Path]:
     return [path for path, _ in files]
 
 
-def _remarks(made: Designs, chosen: Way) -> list[str]:
+def _remarks(made: Designs, chosen: Way, any_dt: bool) -> list[str]:
     cost = chosen.cost
     return [f"Expected on {CORES[made.part.core]}: {cost.instructions} instructions a step, {cost.flash} bytes of",
             f"flash and {cost.ram} of RAM beside a program without a filter, {cost.stack} of stack.",
-            *_in_lines(_accuracy(chosen.trial)), *(line for one in made.notes for line in _in_lines(f"{one}.")),
+            *(_in_lines(ANY_DT) if any_dt else []), *_in_lines(_accuracy(chosen.trial)), *(line for one in made.notes for line in _in_lines(f"{one}.")),
             *(_in_lines(f"lean: {made.lean[chosen.arithmetic].said}.") if chosen.way == "lean" else []),
             *_built(made.part.core, chosen.way)]
 

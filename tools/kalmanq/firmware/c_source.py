@@ -36,14 +36,16 @@ class Source:
 class Writer:
     """What both texts are made from.  names: of enumerators, by kind; u, z: arguments of functions."""
 
-    def __init__(self, parts: Parts, way: str, name: str):
-        self.parts, self.way, self.name = parts, way, name
+    def __init__(self, parts: Parts, way: str, name: str, any_dt: bool):
+        self.parts, self.way, self.name, self.any_dt = parts, way, name, any_dt
         self.model, self.T, self.is_fixed = parts.model, parts.arithmetic.name, parts.arithmetic.is_fixed
         self.upper, self.is_constant = name.upper(), way in CONSTANT
         self.unknown = sum(1 << int(i) for i in np.flatnonzero(self.model.unknown))
         self.is_diagonal = is_diagonal(self.model.R)
         word = "int32_t" if self.is_fixed else "float"
-        self.u = f"const {word} u[{self.model.l}]" if self.model.l else ""
+        moved = [(f"const {word} u[{self.model.l}]", "u")] if self.model.l else []
+        moved += [("float dt", "dt")] if any_dt else []
+        self.u, self.given = (", ".join(texts) for texts in zip(*moved)) if moved else ("", "")
         self.z = f"const {word} z[{self.model.m}], uint32_t present"
         self.names = self._names()
 
@@ -80,14 +82,19 @@ def plain(text: str) -> str:
     return re.sub(r"([*?/])(?=[/*?])", r"\1 ", printable)
 
 
-def source(parts: Parts, way: str, name: str = "", remarks: Sequence[str] = ()) -> Source:
-    """The filter of a model in f32 or q31; remarks go to the top of the header."""
+def source(parts: Parts, way: str, name: str = "", remarks: Sequence[str] = (), any_dt: bool = False) -> Source:
+    """The filter of a model in f32 or q31; remarks go to the top of the header.
+
+    any_dt   of a model in continuous time, in f32 as init: a predict is told the length of its step
+    """
+    if any_dt and (parts.model.continuous is None or parts.arithmetic.name != "f32" or way != "init"):
+        raise KalmanqError("steps of any length are of a model with F, Qc and dt, in f32 and prepared at the start (init)")
     if parts.arithmetic.name == "f64":
         raise KalmanqError("a design is in f32 or q31")
     if way not in ways_of(parts):
         raise KalmanqError(f"{parts.model.name} cannot be written as {way}: R is correlated or too small, or the "
                            "start is unknown")
-    writer = Writer(parts, way, identifier(name or parts.model.name))
+    writer = Writer(parts, way, identifier(name or parts.model.name), any_dt)
     return Source(writer.name, _header(writer, remarks), _text(writer))
 
 
@@ -113,7 +120,7 @@ extern "C" {
 $definitions/** Before the first sample. */
 kq_status ${name}_init(void);
 
-/** To the next sample. */
+/** To the next sample$after. */
 kq_status ${name}_predict($u);
 
 /** Takes what is present of a sample, a bit for each measurement. */
@@ -138,13 +145,15 @@ def _header(w: Writer, remarks: Sequence[str]) -> str:
     definitions = [*_enumerations(w), *_ranges(w), *(_conversions(w) if w.is_fixed else [])]
     return HEADER.substitute(
         name=w.name, upper=w.upper, n=w.model.n, m=w.model.m, l=w.model.l, T=w.T, u=w.u or "void", z=w.z,
-        both=f"{w.u}, {w.z}" if w.u else w.z, math="#include <math.h>\n" if w.is_fixed else "",
+        both=f"{w.u}, {w.z}" if w.u else w.z,
+        after=f", dt ({w.model.continuous.unit}) later.  Another dt than the last one costs what kq_process_init_continuous does"
+        if w.any_dt else "", math="#include <math.h>\n" if w.is_fixed else "",
         comment="\n".join(f" * {line}".rstrip() for line in comment),
         definitions="".join(f"{line}\n" for line in definitions))
 
 
 def _usage(w: Writer) -> list[str]:
-    state, first, given = w.names["states"][0], w.names["measurements"][0], "u, " if w.model.l else ""
+    state, first, given = w.names["states"][0], w.names["measurements"][0], f"{w.given}, " if w.given else ""
     mean = f"kq_mean_{w.T}({w.name}_filter(), {state})"
     taken = [(f"z[{first}] = {first}_RAW(measured);", "from its unit")] if w.is_fixed else []
     calls = [(f"{w.name}_init();", "once"), *taken, (f"{w.name}_update(z, {w.upper}_ALL);", "the first sample"),
@@ -228,9 +237,9 @@ kq_status ${name}_init(void)
 $init
 }
 
-kq_status ${name}_predict($u)
+${moving}kq_status ${name}_predict($u)
 {
-    return $predict;
+$moved    return $predict;
 }
 
 kq_status ${name}_update($z)
@@ -248,6 +257,24 @@ kq_filter_$T *${name}_filter(void) { return &model_filter; }
 """)
 
 
+MOVING = """\
+/* A, B and Q of a step of dt; nothing to do where it is as long as the last one */
+static kq_status move(float dt)
+{
+    if (dt == model_dt) return KQ_OK;
+    const kq_status status = kq_process_init_continuous_f32(
+        &model_process, rates, $control, density, dt, model_memory, sizeof model_memory / sizeof *model_memory);
+    if (!status) model_dt = dt;
+    return status;
+}
+
+"""
+MOVED = """\
+    const kq_status status = move(dt);
+    if (status) return status;
+"""
+
+
 def _text(w: Writer) -> str:
     n, m, l, T = w.model.n, w.model.m, w.model.l, w.T
     u, at_once, fixed_sizes = "u" if l else "NULL", "", ""
@@ -261,7 +288,8 @@ def _text(w: Writer) -> str:
     start = [f"KQ_DIFFUSE_{T.upper()}(model_start, {n}, 0);"] if w.unknown else []
     return TEXT.substitute(
         name=w.name, T=T, upper_T=T.upper(), n=n, u=w.u or "void", z=w.z, both=f"{w.u}, {w.z}" if w.u else w.z,
-        given="u" if l else "", fixed_sizes=fixed_sizes, predict=predict, update=at_once, init=_init(w),
+        given=w.given, fixed_sizes=fixed_sizes, predict=predict, update=at_once, init=_init(w),
+        moving=MOVING.replace("$control", "rates_of_control" if l else "NULL") if w.any_dt else "", moved=MOVED if w.any_dt else "",
         tables="\n".join((_tables_fixed if w.is_fixed else _tables_float)(w)),
         objects="\n".join([*start, *(_objects_constant if w.is_constant else _objects)(w)]))
 
@@ -289,6 +317,25 @@ def _floats(name: str, values: Iterable[float], columns: int, remark: str = "") 
 
 def _tables_float(w: Writer) -> list[str]:
     model, n = w.model, w.model.n
+    lines = _tables_continuous(w) if w.any_dt else _tables_of_steps(w)
+    lines += _floats("measurement", model.H, n, "H, m x n")
+    lines += _floats("variance", np.diag(model.R), 6, "R: the noises are independent") if w.is_diagonal else \
+        _floats("covariance", model.R, model.m, "R, m x m")
+    lines += _floats("first_mean", model.x0, 6, "x0 and P0: before the first sample")
+    if w.unknown or not w.is_constant:
+        return lines + _floats("first_covariance", known_prior(model), n)
+    return lines + _floats("first_root", Filter(model, w.T, parts=w.parts).memory[-(n * (n + 1) // 2):], 6)
+
+
+def _tables_continuous(w: Writer) -> list[str]:
+    of, n = w.model.continuous, w.model.n
+    lines = _floats("rates", of.F, n, "F, n x n")
+    lines += [] if of.B is None else _floats("rates_of_control", of.B, w.model.l, "B of continuous time, n x l")
+    return lines + _floats("density", of.Qc, n, "Qc, n x n")
+
+
+def _tables_of_steps(w: Writer) -> list[str]:
+    model, n = w.model, w.model.n
     lines = _floats("transition", model.A, n, "A, n x n")
     lines += [] if model.B is None else _floats("control", model.B, model.l, "B, n x l")
     if w.is_constant:
@@ -299,13 +346,7 @@ def _tables_float(w: Writer) -> list[str]:
         lines += _floats("noise_factor", model.G, model.G.shape[1], "G: Q = G G'")
     else:
         lines += _floats("noise_covariance", model.Q, n, "Q, n x n")
-    lines += _floats("measurement", model.H, n, "H, m x n")
-    lines += _floats("variance", np.diag(model.R), 6, "R: the noises are independent") if w.is_diagonal else \
-        _floats("covariance", model.R, model.m, "R, m x m")
-    lines += _floats("first_mean", model.x0, 6, "x0 and P0: before the first sample")
-    if w.unknown or not w.is_constant:
-        return lines + _floats("first_covariance", known_prior(model), n)
-    return lines + _floats("first_root", Filter(model, w.T, parts=w.parts).memory[-(n * (n + 1) // 2):], 6)
+    return lines
 
 
 # ------ q31
@@ -374,7 +415,8 @@ def _objects(w: Writer) -> list[str]:
     if w.is_fixed:
         return ["static kq_process_q31 model_process;", "static kq_sensor_q31 model_sensor;"]
     kind = "KQ_SENSOR_DIAGONAL_F32" if w.is_diagonal else "KQ_SENSOR_F32"
-    return [f"KQ_PROCESS_F32(model_process, {w.model.n}, {w.model.l});",
+    moved = [f"static float model_memory[KQ_CONTINUOUS_LEN({w.model.n}, {w.model.l})], model_dt;"] if w.any_dt else []
+    return [f"KQ_PROCESS_F32(model_process, {w.model.n}, {w.model.l});", *moved,
             f"{kind}(model_sensor, {w.model.n}, {w.model.m});"]
 
 
@@ -394,7 +436,7 @@ def _init_float(w: Writer) -> list[str]:
                f"kq_process_init_f32(&model_process, transition, {control}, noise_covariance)")
     sensor = ("kq_sensor_init_diagonal_f32(&model_sensor, measurement, variance)" if w.is_diagonal else
               "kq_sensor_init_f32(&model_sensor, measurement, covariance)")
-    return [process, sensor]
+    return [sensor] if w.any_dt else [process, sensor]  # the first predict makes the process
 
 
 def _init_fixed(w: Writer) -> list[str]:
