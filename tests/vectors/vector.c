@@ -693,6 +693,8 @@ static const struct {
     [VECTOR_LAG] = {"lag", HAS_ON_LINE ? attach_lag : NULL},
     [VECTOR_LAG_PREDICT] = {"predict of the lag", HAS_ON_LINE ? predict_lag : NULL},
     [VECTOR_LAG_SMOOTH] = {"smooth the lag", HAS_ON_LINE ? smooth_lag : NULL},
+    [VECTOR_DELAY] = {"lag for what is late", HAS_ON_LINE ? attach_delay : NULL},
+    [VECTOR_DELAYED] = {"late update", HAS_ON_LINE ? update_delayed : NULL},
     [VECTOR_POINT] = {"point", HAS_ON_LINE ? attach_point : NULL},
     [VECTOR_POINT_PREDICT] = {"predict of the point", HAS_ON_LINE ? predict_point : NULL},
     [VECTOR_POINT_SMOOTH] = {"smooth the point", HAS_ON_LINE ? smooth_point : NULL},
