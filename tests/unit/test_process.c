@@ -443,7 +443,16 @@ TEST(constant_velocity_is_its_closed_form)
     }
 }
 
-/* x' = -a x + b u, and one that is pushed into the other's limit */
+/* exp(x) - 1, which not every C library has */
+static double less_1(double x)
+{
+    double sum = 0;
+    if (x < -1) return exp(x) - 1;
+    for (int k = 20; k > 0; k--) sum = x / k * (1 + sum);
+    return sum;
+}
+
+/* x' = -a x + b u, from steps that are short to one that ends where it stays */
 TEST(a_bias_that_fades_is_its_closed_form)
 {
     static const num density[] = {2}, push[] = {3};
@@ -453,8 +462,8 @@ TEST(a_bias_that_fades_is_its_closed_form)
         const double dt = (double)steps_of_time[k];
         ASSERT_OK(init_flow(&p, 1, &rate, push, density, steps_of_time[k]));
         ASSERT_WITHIN(TOLERANCE, exp(-0.25 * dt), p.transition[0]);
-        ASSERT_WITHIN(TOLERANCE * (double)p.control[0], -12 * expm1(-0.25 * dt), p.control[0]);
-        assert_flow_noise(&p, 0, 0, -4 * expm1(-0.5 * dt));
+        ASSERT_WITHIN(TOLERANCE * (double)p.control[0], -12 * less_1(-0.25 * dt), p.control[0]);
+        assert_flow_noise(&p, 0, 0, -4 * less_1(-0.5 * dt));
     }
 }
 
