@@ -327,6 +327,9 @@ def test_a_delay_in_rows(tmp_path):
     f = Filter(model_file.read(path))
     f.run([[1, 5], [2, 6], [3, np.nan], [4, np.nan]])
     assert json.loads(kalmanq("run", path, data, "--json").stdout)["log_likelihood"] == f.log_likelihood
+    wild = written(tmp_path, "wild.csv", "# a note\na,b", [1.0, 1e300, 1.0], [9.0, 9, 5])
+    done = kalmanq("run", path, wild, "--arith", "f32")
+    assert done.returncode == 1 and "row 4" in done.stderr, done.stderr
     names = ("simulate", path, "-n", "9", "--seed", "3")
     late = [list(csv.DictReader(kalmanq(*names).stdout.splitlines())), path.write_text(text.format(0)),
             list(csv.DictReader(kalmanq(*names).stdout.splitlines()))]

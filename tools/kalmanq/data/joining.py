@@ -97,7 +97,7 @@ class _File:
 
     def __init__(self, table: Table, rows: int, delays: Mapping[str, float], complete: Sequence[str]):
         self.table, self._blocks, self._count, self._complete = table, table.all_blocks(rows), 0, complete
-        self.known = -np.inf  # up to where
+        self.known, self.first_row = -np.inf, 2  # up to where; its line
         late = sorted({delays[name] for name in table.names if name in delays})
         self.parts = [_Waiting(self, delay, [name for name in table.names if delays.get(name, 0) == delay])
                       for delay in (0, *late)]
@@ -111,6 +111,7 @@ class _File:
             if np.any(np.isnan(block.columns[name])):
                 raise TableError(self.table.source, "a control is missing", block.line(int(np.argmax(np.isnan(block.columns[name])))),
                                  name)
+        self.first_row = self.first_row if self._count else block.first_row
         times = dt * np.arange(self._count, self._count + block.length) if block.times is None else block.times
         self._count += block.length
         self.known = times[-1]
@@ -145,7 +146,7 @@ class _Waiting:
 
 
 def _merged(files: Sequence[_File], names: Sequence[str], time_of_row: Optional[float]) -> Iterator[Block]:
-    dt, line = time_of_row or 1.0, 2
+    dt = time_of_row or 1.0
     columns = [one.table.times for one in files if one.table.times]
     for one in files:
         if one.table.times:
@@ -153,7 +154,7 @@ def _merged(files: Sequence[_File], names: Sequence[str], time_of_row: Optional[
         one.read(dt)
     if len(files) > 1:
         judge_units(columns)
-    parts = [part for one in files for part in one.parts]
+    parts, line = [part for one in files for part in one.parts], files[0].first_row
     while True:
         until = min(one.known for one in parts)
         block = _rows([one.taken(until - dt) for one in parts], names, dt)  # what is as good as at `until` may come yet
