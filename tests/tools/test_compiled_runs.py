@@ -90,10 +90,13 @@ def test_what_is_not_compiled_is_said_and_the_others_stay(tmp_path):
             "has no noise", tmp_path)
 
 
-def test_a_nonlinear_model_is_not_compiled_in_q31(tmp_path):
-    model = EXAMPLES / "range_bearing.py"
-    refused(kalmanq("run", model, EXAMPLES / "range_bearing.csv", "--compiled", "--arith", "q31"),
-            "a nonlinear model is compiled in f32 and f64", tmp_path)
+def test_a_nonlinear_model_in_q31_is_the_device_over_the_library(tmp_path):
+    model, data = EXAMPLES / "range_bearing.py", EXAMPLES / "range_bearing.csv"
+    told = json.loads(kalmanq("run", model, data, "--compiled", "--arith", "q31", "--json").stdout)
+    near = json.loads(kalmanq("run", model, data, "--compiled", "--arith", "f64", "--json").stdout)
+    assert told["taken"] == near["taken"] and told["log_likelihood"] == pytest.approx(near["log_likelihood"], abs=0.01)
+    for more, said in ((("--smooth",), "--smooth"), (("--method", "iterated"), "--method iterated")):
+        refused(kalmanq("run", model, data, "--compiled", "--arith", "q31", *more), f"is an extended filter: leave {said} out", tmp_path)
 
 
 # ------------------------------------------------------------------------------ report

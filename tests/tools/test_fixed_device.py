@@ -19,6 +19,7 @@ from kalmanq.compiler import equation_report, fixed_costs, fixed_report
 from kalmanq.compiler.emit import Row
 from kalmanq.compiler.equation_device_text import in_whole_groups
 from kalmanq.compiler.equation_product import compiled_equations
+from kalmanq.compiler.equation_run import FixedEquations, compiled_equations_run
 from kalmanq.compiler.fixed_device import EVENTS
 from kalmanq.compiler.fixed_device_text import compiled_fixed
 from kalmanq.compiler.fixed_python import Far
@@ -97,6 +98,24 @@ def test_it_comes_near_to_double(name):
         apart = [compiled(name)[0].minus(*pair) for pair in zip(ran.mean, exact.mean)]
         assert np.max(np.abs(apart) / sigmas(exact)) < MOST[name], seed
         assert np.max(np.abs(sigmas(ran) / sigmas(exact) - 1)) < 1e-4, seed
+
+
+@pytest.mark.parametrize("name", ["battery", "gps_imu", "attitude"])
+def test_a_run_compiled_in_q31_is_the_device(name, tmp_path):
+    """run --compiled --arith q31: block after block the words of the device's own run, and near to double"""
+    model = read(next(one for one in (OWN / f"{name}.py", EXAMPLES / f"{name}.py") if one.exists()))
+    product = compiled_fixed(model, "kf")
+    record = in_whole_groups(equation_report.drawn(model, 120, 4)[0], product.given.together)
+    u = record.now if model.l else None
+    z = np.where(record.present[:, None] >> np.arange(model.m) & 1, record.z, np.nan)
+    device = FixedRun(product.arithmetic).run(record)
+    with FixedEquations(model) as run:
+        parts = [run.run(z[rows], None if u is None else u[rows]) for rows in (slice(0, 50), slice(50, 120))]
+        assert np.array_equal(np.vstack([one.mean for one in parts]), device.mean) and run.event_names == []
+        assert np.array_equal(np.concatenate([one.taken for one in parts]), (record.present[:, None] >> np.arange(model.m) & 1).sum(axis=1))
+    exact = compiled_equations_run(model, "f64", z, u)
+    whole = compiled_equations_run(model, "q31", z, u)
+    assert np.array_equal(whole.mean, device.mean) and abs(np.nansum(whole.nis) - np.nansum(exact.nis)) < 1e-3 * np.nansum(exact.nis)
 
 
 def test_what_is_not_near_is_told():

@@ -109,9 +109,10 @@ def require_steps(model: Model, times: Optional[np.ndarray], what: str) -> None:
                            f"leave {what} out; --jitter takes steps that are nearly dt for dt; --time none takes each row for one")
 
 
-def refuse_compiled(is_compiled: bool, model: AnyModel, arithmetic: str = "f32") -> None:
-    if is_compiled and isinstance(model, NonlinearModel) and arithmetic == "q31":
-        raise KalmanqError("--compiled --arith q31: a nonlinear model is compiled in f32 and f64")
+def refuse_compiled(is_compiled: bool, model: AnyModel, arithmetic: str = "f32", more: str = "") -> None:
+    """more: options that not all of them have"""
+    if is_compiled and isinstance(model, NonlinearModel) and arithmetic == "q31" and more:
+        raise KalmanqError(f"--compiled --arith q31: the device over the library is an extended filter: leave {more} out")
 
 
 def read_any(path: Path, data: Any = None) -> AnyModel:

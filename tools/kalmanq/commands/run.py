@@ -18,7 +18,7 @@ from kalmanq.commands.messages import print_json, table, tell_written
 from kalmanq.commands.options import (
     ANY_MODEL, ARITHMETIC, COMPILED, DATAS, JSON, AnyModel, Arithmetic, choices, command_of, read_any, refuse_compiled,
     require_steps)
-from kalmanq.compiler.equation_run import CompiledEquations
+from kalmanq.compiler.equation_run import CompiledEquations, FixedEquations
 from kalmanq.compiler.simulation import CompiledFilter
 from kalmanq.core import names_of
 from kalmanq.data import joining, tables
@@ -70,7 +70,8 @@ def run_file(options: Options, console: Console) -> None:
 
 
 def _refuse(options: Options, model: AnyModel) -> None:
-    refuse_compiled(options.compiled, model, options.arithmetic)
+    refuse_compiled(options.compiled, model, options.arithmetic, ", ".join(
+        name for name, is_given in (("--smooth", options.smooth), ("--method iterated", options.method == "iterated")) if is_given))
     if isinstance(model, NonlinearModel):
         for name, is_given in (("--lag", options.lag is not None), ("--forecast", options.forecast > 0),
                                ("--robust", options.robust is not None), ("--as", options.way is not None)):
@@ -297,6 +298,8 @@ def _filter(options: Options, model: AnyModel, rows: int) -> Any:
     if isinstance(model, NonlinearModel):
         method, count = options.method or "extended", options.iterate or ITERATIONS
         if options.compiled:
+            if options.arithmetic == "q31":
+                return FixedEquations(model)
             return CompiledEquations(model, options.arithmetic, count if method == "iterated" else 1, rows if options.smooth else 0)
         if options.smooth:
             return NonlinearSmoother(model, options.arithmetic, method, count, options.passes or 1)

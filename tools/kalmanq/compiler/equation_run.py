@@ -11,15 +11,23 @@ from typing import Any, Optional
 
 import numpy as np
 
-from kalmanq.compiler.emit import PREDICTS
+from kalmanq.compiler.emit import PREDICTS, UPDATES
 from kalmanq.compiler.equation_product import compiled_equations
+from kalmanq.compiler.fixed_device import EVENTS
+from kalmanq.compiler.fixed_device_text import compiled_fixed
+from kalmanq.compiler.fixed_run import LIBRARY, FixedRun
 from kalmanq.compiler.host import Ran
+from kalmanq.compiler.record import Record
 from kalmanq.compiler.request import MOST_STEPS, Options
 from kalmanq.compiler.simulation import NAME, CompiledFilter, CompiledRun, scored
+from kalmanq.core import names_of
 from kalmanq.errors import KalmanqError
 from kalmanq.formulas.program import Program
 from kalmanq.nonlinear import NonlinearModel
 from kalmanq.nonlinear.formulas import values_of
+
+
+FNV = 2166136261  # where the digest of words begins
 
 
 class EquationRun(CompiledRun):
@@ -87,6 +95,46 @@ class CompiledEquations(CompiledFilter):
         return np.stack([np.broadcast_to(np.asarray(one, float), rows) for one in made], axis=1) if made else np.zeros((rows, 0))
 
 
+class FixedEquations(CompiledEquations):
+    """Over the library in q31, as compile --library --arith q31 writes it: the chip's own words"""
+
+    def __init__(self, model: NonlinearModel):
+        self.model, self.arithmetic, self.method, f = model, "q31", "extended", model.formulas
+        self.product = compiled_fixed(model, NAME)
+        self.programs = [Program(rows) for rows in (f.moved if "f" in model.given else f.change, _flat(f.transition),
+                                                    f.innovation, _flat(f.measurement))]
+        self.restart()
+
+    def restart(self) -> None:
+        self.mean, self.covariance, self.row = np.array(self.model.x0, float), np.array(self.model.P0, float), 0
+        self.begins, self.left, self.events, self.digest = True, np.zeros(self.model.l), 0, FNV
+        self.device = FixedRun(self.product.arithmetic)
+        self._ahead = []
+
+    def __enter__(self) -> CompiledEquations:
+        return self
+
+    def __exit__(self, *given: object) -> None:
+        pass
+
+    def _ran(self, z: np.ndarray, u: Optional[np.ndarray]) -> Ran:
+        z = np.asarray(z, float).reshape(len(z), -1)
+        present = (~np.isnan(z)) @ (1 << np.arange(self.model.m))
+        what = PREDICTS * ((np.arange(len(z)) > 0) | (not self.begins)) + UPDATES * (present > 0)
+        now = np.zeros((len(z), self.model.l)) if u is None else np.asarray(u, float).reshape(len(z), -1)
+        ran = self.device.run(Record(what.astype(np.uint8), present.astype(np.uint32), np.nan_to_num(z),
+                                     self._carried(u, len(z)), now), self.row)
+        for word in ran.reading.astype(np.int64).ravel().tolist():
+            self.digest = (self.digest ^ word & 0xffffffff) * 16777619 & 0xffffffff
+        self.row += len(z)
+        np.bitwise_and(ran.taken, 0x7fffffff, out=ran.taken)  # without that of a refused predict
+        return ran
+
+    def _told(self, events: int) -> list[tuple[str, str]]:
+        own = [(name.lower().replace("_", " "), meaning) for bit, (name, meaning) in enumerate(EVENTS) if events >> bit & 1]
+        return [*own, *((name, "of the library") for name in names_of(events >> LIBRARY))]
+
+
 def _flat(rows: list) -> list:
     return [one for row in rows for one in row]
 
@@ -107,5 +155,5 @@ COMPILED = {f"compiled {name}": partial(_beside, name) for name in ("f32", "f64"
 
 @lru_cache(maxsize=4)
 def _built(model: NonlinearModel, arithmetic: str) -> CompiledEquations:
-    with CompiledEquations(model, arithmetic) as made:
+    with FixedEquations(model) if arithmetic == "q31" else CompiledEquations(model, arithmetic) as made:
         return made  # of a library that is loaded, the folder may go

@@ -40,13 +40,13 @@ class FixedRun:
         if device.predicted:
             lib.kq_process_change_jacobian_q31(self.process, self.A, ffi.NULL)
 
-    def run(self, record: Record) -> Ran:
-        """From where it is"""
+    def run(self, record: Record, first: int = 0) -> Ran:
+        """From where it is; first: the row that the record begins with"""
         device, rows, n, count = self.device, len(record.what), self.device.n, len(self.device.x)
         numbers = (np.zeros((rows, *shape)) for shape in ((count,), (count,), (n, n)))
         made = Ran(*numbers, *(np.zeros(rows, np.uint32) for _ in range(2)))
         for t in range(rows):
-            made.taken[t] = self.row(record, t)
+            made.taken[t] = self.row(record, t, first)
             made.reading[t] = self._words()
             made.mean[t] = np.ldexp(np.array(self.x, float), -np.array(device.x)) if device.has_errors else self.filter.mean
             made.covariance[t] = self.filter.covariance
@@ -54,16 +54,16 @@ class FixedRun:
             self.filter.clear_events()
         return made
 
-    def row(self, record: Record, t: int) -> int:
+    def row(self, record: Record, t: int, first: int = 0) -> int:
         """Bits of what was taken; bit 31: the predict was refused"""
         device, taken = self.device, 0
         u, now = ([] if of is None else device.raws("controls", of[t]) for of in (record.u, record.now))
         z = device.raws("measurements", record.z[t])
-        if record.what[t] & PREDICTS and self.predict(u, t - 1):
+        if record.what[t] & PREDICTS and self.predict(u, first + t - 1):
             taken |= 1 << 31
         for one in device.sensors if record.what[t] & UPDATES else ():
             present = int(record.present[t]) >> one.first & one.all
-            if present and not self.update(one, z, now, t, present):
+            if present and not self.update(one, z, now, first + t, present):
                 taken |= present << one.first
         return taken
 
