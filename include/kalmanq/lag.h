@@ -137,7 +137,7 @@ KQ_NODISCARD kq_status kq_lagged_states_f64(kq_lag_f64 *lag, size_t k, kq_filter
  * lag; kq_lagged costs 3 n^3 multiplications for each of k steps.
  */
 
-/** Declares a lag `name` that takes late measurements, with its static memory: 1 <= L. */
+/** Declares a lag `name` that takes late measurements, with its static memory: 1 <= L, or kq_attach answers KQ_ERR_SIZE. */
 #define KQ_DELAY_F32(name, n, m, L) KQ_PRIVATE_LAG_F32(name, n, m, L, kq_delay_hooks_f32)
 #define KQ_DELAY_F64(name, n, m, L) KQ_PRIVATE_LAG_F64(name, n, m, L, kq_delay_hooks_f64)
 
@@ -159,7 +159,8 @@ KQ_NODISCARD kq_status kq_delay_assign_f64(kq_lag_f64 *lag, int n, int m, size_t
  * m = 2, k = 10 on an M4F (f32) 44 thousand instructions; ten steps of kq_step are 19 thousand.  So where a program can
  * keep its measurements, controls, processes and sensors, to copy an old filter and to replay them is cheaper, in
  * instructions and in RAM; this needs none of them.
- * Events: those of kq_update.
+ * Accuracy: as the filter; of sharp measurements, in the middle, twice its rounding.
+ * Events: those of kq_update.  After KQ_EVENT_OVERFLOW with KQ_EVENT_HISTORY_FULL the lag has ended.
  * KQ_ERR_NULL, KQ_ERR_HISTORY_EMPTY, KQ_ERR_HISTORY_FULL as kq_lagged; KQ_ERR_SIZE (k); KQ_ERR_MISMATCH (not a delay;
  * a sensor of innovations, or of another size); those of kq_update.
  * Source: src/smoother/delayed.h; the joint law is that of Bar-Shalom et al., IEEE Trans. AES 40 (2004), exact here

@@ -304,7 +304,8 @@ static kq_status delay_predict(filter *f, const process *p, const num *u)
 
 static kq_status delay_attach(filter *f, attached *object)
 {
-    return lag_begin((T(kq_lag) *)object, f, &T(kq_delay_hooks), 0, LAG_APART);
+    T(kq_lag) *lag = (T(kq_lag) *)object;
+    return lag->most ? lag_begin(lag, f, &T(kq_delay_hooks), 0, LAG_APART) : KQ_ERR_SIZE;
 }
 
 const hooks T(kq_delay_hooks) = {.attach = delay_attach, .predict = delay_predict, .step = step_attached,

@@ -313,6 +313,14 @@ TEST(what_is_refused_changes_nothing)
     ASSERT_REFUSED(KQ_ERR_MISMATCH, S(update_delayed)(&past, 0, s, z, 1)); /* a lag whose maps are not apart */
 }
 
+/* The macro cannot refuse it. */
+TEST(none_is_of_no_steps)
+{
+    ASSERT_OK(S(delay_assign)(&past, drawn.n, MOST, 1, past_words, COUNT(past_words)));
+    past.most = 0;
+    ASSERT_REFUSED(KQ_ERR_SIZE, S(attach)(&track, &past.attached));
+}
+
 /* More measurements of a step than there is room for end it, as they end a lag. */
 TEST(it_ends_as_a_lag_does)
 {
