@@ -110,6 +110,32 @@ def test_what_is_no_model_is_refused(text, said, tmp_path):
         model_file.read(path)
 
 
+@pytest.mark.parametrize("seed", [1, 2, 3])
+def test_noises_that_move_several_states_are_their_density(seed, tmp_path):
+    """L, n x r, in a call and in a file"""
+    rng = np.random.default_rng(seed)
+    F, L, root = rng.normal(size=(3, 3)), rng.normal(size=(3, 2)), rng.normal(size=(2, 2))
+    of = dict(F=F, H=[1.0, 0, 0], R=1.0, dt=0.5, P0=np.ones(3))
+    whole, made = Model.of_continuous(Qc=L @ root @ root.T @ L.T, **of), Model.of_continuous(Qc=root @ root.T, L=L, **of)
+    np.testing.assert_allclose(made.Q, whole.Q, rtol=1e-13, atol=1e-13 * np.abs(whole.Q).max())
+    path = tmp_path / "a.toml"
+    path.write_text("[model]\n" + "".join(f"{key} = {np.asarray(value).tolist()}\n" for key, value in
+                                          (*of.items(), ("Qc", [2.0]), ("L", L[:, 0]))))
+    np.testing.assert_allclose(model_file.read(path).Q, Model.of_continuous(Qc=2 * np.outer(L[:, 0], L[:, 0]), **of).Q, rtol=1e-12)
+
+
+@pytest.mark.parametrize("text, said", [
+    ("F = [[0.0, 1.0], [0.0, 0.0]]\nL = [0.0, 1.0]\nQc = [1.0, 1.0]\ndt = 1.0", "line 4: Qc: is 2, not 1 x 1, nor 1 variances"),
+    ("F = [[0.0, 1.0], [0.0, 0.0]]\nL = [1.0]\nQc = [1.0]\ndt = 1.0", "line 3: L: is 1 x 1: it has a row for each of 2 states"),
+    ("A = [[1.0, 1.0], [0.0, 1.0]]\nL = [0.0, 1.0]\nQ = [1.0, 1.0]", "line 2: A: is of steps"),
+])
+def test_an_l_that_fits_nothing_is_refused(text, said, tmp_path):
+    path = tmp_path / "a.toml"
+    path.write_text(f"[model]\n{text}\nH = [1.0, 0.0]\nR = 1.0\nP0 = [1.0, 1.0]\n")
+    with pytest.raises(KalmanqError, match=said):
+        model_file.read(path)
+
+
 def test_dt_is_a_number():
     for dt in (0, -1, np.nan, np.inf, "1", True):
         with pytest.raises(ModelError, match="dt"):

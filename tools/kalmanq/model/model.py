@@ -107,9 +107,11 @@ class Model:
 
     @classmethod
     def of_continuous(cls, F: ArrayLike, H: ArrayLike, R: ArrayLike, Qc: ArrayLike, *, dt: float,
-                      B: Optional[ArrayLike] = None, jitter: float = 0.0, time_unit: str = "s", **more: Any) -> Model:
+                      B: Optional[ArrayLike] = None, L: Optional[ArrayLike] = None, jitter: float = 0.0, time_unit: str = "s",
+                      **more: Any) -> Model:
         """Of x' = F x + B u + noise with spectral density Qc (n x n, or n of independent noises; unit^2 / s, where dt is in s),
         in steps of dt, or where rows have times, between those.  Controls stay as they are over a step.
+        L: n x r, where r noises move the states, x' = F x + B u + L w: Qc is of w, r x r, or r of independent noises
         jitter: share of dt, below 1/2, by which a step may be off from a multiple of it, and is taken for that.
         time_unit: of dt, F and Qc, and of `times` that are given: ms, s, min, h, day, week or year (31556952 s)
         more: as in Model"""
@@ -121,7 +123,8 @@ class Model:
             raise ModelError("jitter", "is not a share of dt from 0 to below 0.5")
         if time_unit not in UNITS:
             raise ModelError("time_unit", f"is none of {', '.join(UNITS)}")
-        of = Continuous(F_, _covariance("Qc", Qc, n), None if B is None else _columns("B", B, n), float(dt), float(jitter), time_unit)
+        L_ = np.eye(n) if L is None else _columns("L", L, n)
+        of = Continuous(F_, _fixed(L_ @ _covariance("Qc", Qc, L_.shape[1]) @ L_.T), None if B is None else _columns("B", B, n), float(dt), float(jitter), time_unit)
         A, Q, B_ = of.step(of.dt)
         if not all(np.all(np.isfinite(one)) for one in (A, Q)):
             raise ModelError("dt", "is so long that the model is not representable")

@@ -1,7 +1,8 @@
 """Model files: TOML, one model a file.
 
     [model]         A, B, H, Q (or G), R, x0, P0 as nested arrays, a vector flat; or builder = "..." with its
-                    parameters; or in the place of A and Q: F, Qc and dt of x' = F x + B u + noise, and jitter, a share of dt.
+                    parameters; or in the place of A and Q: F, Qc and dt of x' = F x + B u + noise (or L w, Qc of w),
+                    and jitter, a share of dt.
                     P0 = "unknown", or "unknown" in the place of a state's variance.
     [states], [measurements], [controls]   names, units, ranges, fractions: a list each, one for each of them
     [[sensors]]     in the place of H, R and [measurements], one for each: name, measurements (names), H, R, units, ranges,
@@ -29,7 +30,7 @@ if sys.version_info >= (3, 11):
 else:
     import tomli as tomllib
 
-MATRICES = ("A", "B", "H", "Q", "G", "R", "x0", "P0", "F", "Qc", "dt", "jitter")
+MATRICES = ("A", "B", "H", "Q", "G", "R", "x0", "P0", "F", "L", "Qc", "dt", "jitter")
 ROWS_MAX = 100_000_000  # of a gap, or of a run
 FRACTION_MAX = 1000
 LARGEST, SHOWN = sys.float_info.max, 40
@@ -236,7 +237,7 @@ def _sensor(number: int, given: Mapping[str, Any], states: int) -> tuple[str, Mo
 
 def _needed(made: dict[str, Any]) -> tuple[str, ...]:
     """Keys that there have to be; dt and jitter become numbers"""
-    if not made.keys() & {"F", "Qc", "dt", "jitter"}:
+    if not made.keys() & {"F", "L", "Qc", "dt", "jitter"}:
         return "A", "H", "R"
     for key in ("A", "Q", "G"):
         if key in made:
