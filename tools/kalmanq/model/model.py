@@ -123,8 +123,8 @@ class Model:
             raise ModelError("jitter", "is not a share of dt from 0 to below 0.5")
         if time_unit not in UNITS:
             raise ModelError("time_unit", f"is none of {', '.join(UNITS)}")
-        L_ = np.eye(n) if L is None else _columns("L", L, n)
-        of = Continuous(F_, _fixed(L_ @ _covariance("Qc", Qc, L_.shape[1]) @ L_.T), None if B is None else _columns("B", B, n), float(dt), float(jitter), time_unit)
+        density = _covariance("Qc", Qc, n) if L is None else _density(_columns("L", L, n), Qc)
+        of = Continuous(F_, density, None if B is None else _columns("B", B, n), float(dt), float(jitter), time_unit)
         A, Q, B_ = of.step(of.dt)
         if not all(np.all(np.isfinite(one)) for one in (A, Q)):
             raise ModelError("dt", "is so long that the model is not representable")
@@ -267,6 +267,15 @@ def _covariance(name: str, given: ArrayLike, size: int) -> np.ndarray:
     if np.any(np.diag(array) < 0):
         raise ModelError(name, "has a negative variance")
     return _fixed((array + array.T) / 2)
+
+
+def _density(L: np.ndarray, Qc: ArrayLike) -> np.ndarray:
+    """L Qc L', symmetric where its sums round otherwise, too"""
+    with np.errstate(over="ignore", invalid="ignore"):
+        made = L @ _covariance("Qc", Qc, L.shape[1]) @ L.T
+    if not np.all(np.isfinite(made)):
+        raise ModelError("L", "L Qc L' is not representable")
+    return _fixed((made + made.T) / 2)
 
 
 def _quantities(name: str, given: Quantities, size: int, letter: str) -> tuple[Quantity, ...]:

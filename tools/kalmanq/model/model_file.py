@@ -241,7 +241,7 @@ def _needed(made: dict[str, Any]) -> tuple[str, ...]:
         return "A", "H", "R"
     for key in ("A", "Q", "G"):
         if key in made:
-            raise ModelError(key, "is of steps, F, Qc and dt are of continuous time: give the one or the others")
+            raise ModelError(key, "is of steps, F, L, Qc and dt are of continuous time: give the one or the others")
     for key, what in (("dt", "the time of a row"), ("jitter", "a share of dt")):
         if key in made:
             if made[key].ndim:
