@@ -13,7 +13,7 @@ from rich.console import Console
 from kalmanq.commands.messages import REFUSED, print_json
 from kalmanq.commands.options import ANY_MODEL, JSON, command_of, read_any
 from kalmanq.compiler import settling
-from kalmanq.data import tables
+from kalmanq.data import joining
 from kalmanq.errors import KalmanqError
 from kalmanq.model import Model
 from kalmanq.nonlinear import checks as nonlinear
@@ -45,8 +45,8 @@ def check(options: Options, console: Console) -> None:
 def _rows(options: Options, model: nonlinear.NonlinearModel) -> Optional[nonlinear.Rows]:
     if options.data is None:
         return None
-    z, u = tables.measurements_and_controls(options.data, model)
-    return z, np.zeros((len(z), 0)) if u is None else u
+    z, u, times = joining.record(options.data, model)
+    return z, np.zeros((len(z), 0)) if u is None else u, times
 
 
 command = command_of(Options, check)

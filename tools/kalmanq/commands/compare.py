@@ -51,9 +51,9 @@ def compare_file(options: Options, console: Console) -> None:
     else:
         joining.refuse_several(options.data, model)
         true_states = [f"{name}_true" for name in model.state_names]  # where there is one for each state
-        z, u, truth = tables.measurements_controls_and(options.data[0], model, true_states)
-        errors, figures = arithmetics(model, z, u, BESIDE if options.compiled else {})
-        found = compare_methods(model, z, u, truth)
+        z, u, truth, times = tables.record_and(options.data[0], model, true_states, dt=tables.dt_of(model), cure=tables.cure_of(model))
+        errors, figures = arithmetics(model, z, u, BESIDE if options.compiled else {}, times)
+        found = compare_methods(model, z, u, truth, times)
         _draw(options, errors)
         if options.json:
             return print_json({"arithmetics": figures, "methods": found})

@@ -35,7 +35,7 @@ def report_file(options: Options, console: Console) -> None:
         raise KalmanqError("of error states there is no report; kalmanq simulate --runs judges them")
     refuse_compiled(options.compiled, model, options.arithmetic)
     z, u, times = joining.record(options.data, model, has_to_fit=options.arithmetic == "q31")
-    if options.compiled:
+    if options.compiled and not isinstance(model, NonlinearModel):
         require_steps(model, times, "--compiled")
     study = report.made_of(model, z, u, options.arithmetic, options.compiled, times)
     text = report.page_of(study, options.model, " and ".join(one.name for one in options.data))

@@ -162,10 +162,11 @@ class _FileRun:
                 self.filter = _filter(options, self.model, len(z))
                 if options.compiled:
                     stack.enter_context(self.filter)
-            timed = {} if block.times is None or options.compiled or options.way else {"times": block.times}
+            is_stepped = (options.compiled or options.way) and not self.is_nonlinear
+            timed = {} if block.times is None or is_stepped else {"times": block.times}
             run = self._run(partial(self.filter.run, **given, **timed), z, u, block.place)
             if first == 0 and self.is_nonlinear and options.method not in BY_POINTS:
-                self._warn_of_jacobians(run, u)
+                self._warn_of_jacobians(run, u, block.times)
             yield first, z, run
 
     def _smoothed(self, stack: ExitStack) -> Iterator[tuple[int, np.ndarray, Run]]:
@@ -201,7 +202,7 @@ class _FileRun:
     def _look_at_times(self, times: Optional[np.ndarray]) -> None:
         if times is None:
             return
-        if self.options.compiled or self.options.way:
+        if (self.options.compiled or self.options.way) and not self.is_nonlinear:
             before = [] if self.last_time is None else [self.last_time]
             require_steps(self.model, np.concatenate([before, times]), "--compiled" if self.options.compiled else "--as")
         self.times, self.last_time = times, float(times[-1])
@@ -225,10 +226,11 @@ class _FileRun:
             raise KalmanqError(f"--plot: more than {PLOTTED} rows are no picture")
         return made
 
-    def _warn_of_jacobians(self, run: Run, u: Optional[np.ndarray]) -> None:
+    def _warn_of_jacobians(self, run: Run, u: Optional[np.ndarray], times: Optional[np.ndarray]) -> None:
         """Wrong ones make wrong numbers without a word: the first rows are looked at."""
         controls = np.zeros((len(run), 0)) if u is None else u
-        for entry in wrong_entries(self.model, points_along(run.mean[:LOOKED_AT], controls)):
+        at = self.model.instants(len(run), times)[:None if times is None else -1]  # after the last one no step is known
+        for entry in wrong_entries(self.model, points_along(run.mean[:LOOKED_AT], controls, at)):
             warnings.warn(f"{self.options.model}: {entry}; `kalmanq check` looks at more", KalmanqWarning, stacklevel=2)
 
     def _plot(self, ahead: list[Filter]) -> None:

@@ -69,7 +69,7 @@ def simulate_file(options: Options, console: Console) -> None:
         u = np.zeros((rows, model.l)) if controls is None else controls
         z = _told(model, z, times)
     else:
-        x, z, u = simulate(model, rows, options.seed, controls)
+        x, z, u = simulate(model, rows, options.seed, controls, times)
         if options.gap:
             z[options.gap[0] : options.gap[1]] = np.nan
     columns = {"step": np.arange(rows), **({} if times is None else {tables.time_name(model): times})}
@@ -109,9 +109,9 @@ def controls_of(options: Options, model: AnyModel) -> tuple[int, Optional[np.nda
     if path is not None and not model.l:
         raise KalmanqError(f"--controls {path}: the model has no controls" + ("; --at has times" if dt else ""))
     if at is not None and dt is None:
-        raise KalmanqError(f"--at {at}: of a linear model with F, Qc and dt")
-    unit = model.continuous.seconds if dt else 1.0
-    times = None if at is None else tables.joined(list(tables.read(at, [], dt=dt))).times
+        raise KalmanqError(f"--at {at}: of a linear model with F, Qc and dt, or a nonlinear one whose functions take t or dt")
+    unit = model.continuous.seconds if isinstance(model, Model) and dt else 1.0
+    times = None if at is None else tables.joined(list(tables.read(at, [], dt=dt, cure=tables.cure_of(model)))).times
     if at is not None and times is None:
         raise KalmanqError(f"--at {at}: there is no column of times; --time says which it is")
     if path is not None:
@@ -161,7 +161,8 @@ def _study(options: Options, model: AnyModel, rows: int, u: Optional[np.ndarray]
     if isinstance(model, NonlinearModel):
         is_compiled = options.compiled or model.has_errors
         return Study(model, rows, options.seed, options.arithmetic, False, options.gap, u,
-                     compiled_equations_run if is_compiled else extended_run, rows_of_run, errors_of_run)
+                     partial(compiled_equations_run if is_compiled else extended_run, times=times), partial(rows_of_run, times=times),
+                     errors_of_run)
     return Study(model, rows, options.seed, options.arithmetic, options.smooth and not options.compiled, options.gap, u,
                  compiled_run if options.compiled else partial(filtered, times=times), partial(linear_rows, times=times),
                  times=times)

@@ -67,7 +67,9 @@ class CompiledEquations(CompiledFilter):
         self.digest, self.row = ran.digest, self.row + len(z)
         return ran
 
-    def run(self, z: np.ndarray, u: Optional[np.ndarray] = None, **_: Any) -> CompiledRun:
+    def run(self, z: np.ndarray, u: Optional[np.ndarray] = None, times: Optional[np.ndarray] = None, **_: Any) -> CompiledRun:
+        if times is not None:
+            raise KalmanqError("times: not compiled yet")
         run = super().run(z, u)
         if self.product.given.options.smooth:
             back = self.host.smoothed(PREDICTS * (np.arange(len(run)) > 0))
@@ -139,15 +141,16 @@ def _flat(rows: list) -> list:
     return [one for row in rows for one in row]
 
 
-def compiled_equations_run(model: NonlinearModel, arithmetic: str, z: np.ndarray, u: Optional[np.ndarray]) -> EquationRun:
+def compiled_equations_run(model: NonlinearModel, arithmetic: str, z: np.ndarray, u: Optional[np.ndarray],
+                           times: Optional[np.ndarray] = None) -> EquationRun:
     """From the start.  The C is built once, for as many runs of a model as come one after the other."""
     made = _built(model, arithmetic)
     made.restart()
-    return made.run(z, u)
+    return made.run(z, u, times=times)
 
 
-def _beside(arithmetic: str, model: NonlinearModel, z: np.ndarray, u: Optional[np.ndarray]) -> EquationRun:
-    return compiled_equations_run(model, arithmetic, z, u)
+def _beside(arithmetic: str, model: NonlinearModel, z: np.ndarray, u: Optional[np.ndarray], times: Optional[np.ndarray] = None) -> EquationRun:
+    return compiled_equations_run(model, arithmetic, z, u, times)
 
 
 COMPILED = {f"compiled {name}": partial(_beside, name) for name in ("f32", "f64")}  # for nonlinear.comparison

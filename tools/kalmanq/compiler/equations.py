@@ -41,6 +41,8 @@ class Equations:
 
 def equations(model: NonlinearModel, name: str, options: Options) -> Equations:
     _refuse(options)
+    if model.takes_step or model.Q is None or model.R is None:
+        raise KalmanqError("not compiled yet")
     _refuse_names(model.sensors)
     frame = model.frame
     controls = {"B": np.zeros((model.n, model.l)), "controls": model.controls} if model.l else {}

@@ -39,7 +39,7 @@ def _in_seconds(data: Any, model: Any, rows: int, has_to_fit: bool) -> Iterator[
 
 
 def refuse_several(sources: Sequence[Source], model: Any) -> None:
-    if len(sources) > 1 and dt_of(model) is None:
+    if len(sources) > 1 and (dt_of(model) is None or not isinstance(model, Model)):
         raise KalmanqError(f"{sources[1]}: several files are joined by their times: of a linear model with F, Qc and dt")
 
 

@@ -64,6 +64,11 @@ def times_of(given: Any, model: Model, rows: int, varying: Optional[Varying] = N
         raise KalmanqError("times: the model is of steps that are all alike: give F, Qc and dt (Model.of_continuous)")
     if varying is not None and any(getattr(varying, name) is not None for name in "ABQ"):
         raise KalmanqError("times: A, B and Q are those of the times, and cannot vary otherwise")
+    return rising(given, rows)
+
+
+def rising(given: Any, rows: int) -> np.ndarray:
+    """Times as numbers, each after the one before"""
     try:
         made = numbers_of(given) if np.asarray(given).dtype.kind not in "mM" else None
     except (TypeError, ValueError, OverflowError):

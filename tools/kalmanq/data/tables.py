@@ -48,6 +48,7 @@ class Block:
 
 
 RESAMPLE = "resample the data, with empty rows where there are none"  # where rows are steps, and their times irregular
+BY_STEP = f"let f and Q take dt, as f(x, t, u, dt) does, or {RESAMPLE}"
 CONTINUOUS = f"give F, Qc and dt in the place of A and Q, or {RESAMPLE}"
 
 
@@ -58,7 +59,7 @@ def read(data: AnySource, wanted: Sequence[Union[str, Quantity]], rows: int = 65
     optional    columns that are read, too, where all of them are there
     has_to_fit  a value beyond the range that its quantity declares is refused; otherwise it is warned of
     dt          of a model in continuous time: a column of times is read, too; otherwise it is warned of where it is irregular
-    cure        of that
+    cure        of that; of a model in continuous time none, but where rows have times and steps are all alike
     """
     with opened_table(source_of(data), wanted, optional, has_to_fit, dt, cure) as table:
         yield from table.all_blocks(rows)
@@ -71,7 +72,7 @@ def opened_table(source: Source, wanted: Sequence[Union[str, Quantity]], optiona
     """As `read`; may_lack: it has some of the columns; is_alone: not one of several files that are joined"""
     for option, is_given in (("--sort", source.layout.sort), ("--jitter", source.layout.jitter is not None)):
         if is_given and dt is None:
-            raise KalmanqError(f"{option}: where rows are at their times: of a linear model with F, Qc and dt")
+            raise KalmanqError(f"{option}: where rows are at their times: of a linear model with F, Qc and dt, or functions of t or dt")
     with opened(source) as text:
         yield Table(source, text, [_quantity(one) for one in wanted], optional, has_to_fit, dt, cure, may_lack, is_alone)
 
@@ -101,7 +102,7 @@ class Table:
             self._places += [place_of(source, cells, name, "", self._line) for name in optional]
         place = time_column(source, cells, self._places, [one.name for one in wanted])
         self.times = None if dt is None or place is None else TimeColumn(source, cells[place], place, dt)
-        self._judged = None if place is None or self.times else Times(cells[place], place)
+        self._judged = None if place is None or self.times and not cure else Times(cells[place], place)
         self._line += 1
         self._begun_at = self._line
 
@@ -247,18 +248,22 @@ def joined(blocks: Sequence[Block]) -> Block:
 
 
 def dt_of(model: Any) -> Optional[float]:
-    """In seconds, of a model whose rows may be at their times; None: they are steps"""
-    return model.continuous.dt * model.continuous.seconds if isinstance(model, Model) and model.continuous else None
+    """In seconds, of a model whose rows may be at their times; NaN: not known; None: they are steps"""
+    if not isinstance(model, Model):
+        return model.dt_of_rows
+    return model.continuous.dt * model.continuous.seconds if model.continuous else None
 
 
 def time_name(model: Any) -> str:
     """Of a column that is written of its times"""
-    return "time" if model.continuous.unit == "s" else f"time [{model.continuous.unit}]"
+    return "time" if not isinstance(model, Model) or model.continuous.unit == "s" else f"time [{model.continuous.unit}]"
 
 
 def cure_of(model: Any) -> str:
     """Where its rows are at irregular times, and are steps all the same"""
-    return CONTINUOUS if isinstance(model, Model) and not model.continuous else RESAMPLE
+    if isinstance(model, Model):
+        return "" if model.continuous else CONTINUOUS
+    return "" if model.takes_step else BY_STEP
 
 
 def measurements_and_controls(data: AnySource, model: Any, *,
@@ -271,10 +276,16 @@ def measurements_and_controls(data: AnySource, model: Any, *,
 def measurements_controls_and(data: AnySource, model: Any, others: Sequence[str], has_to_fit: bool = False
                               ) -> tuple[np.ndarray, Optional[np.ndarray], Optional[np.ndarray]]:
     """And the other columns, where all of them are there"""
-    block = joined(list(read(data, [*model.measurements, *model.controls], optional=others, has_to_fit=has_to_fit)))
+    return record_and(data, model, others, has_to_fit=has_to_fit)[:3]
+
+
+def record_and(data: AnySource, model: Any, others: Sequence[str], **how: Any
+               ) -> tuple[np.ndarray, Optional[np.ndarray], Optional[np.ndarray], Optional[np.ndarray]]:
+    """z, u, the other columns, and where `how` has dt and cure, the times"""
+    block = joined(list(read(data, [*model.measurements, *model.controls], optional=others, **how)))
     z, u = split(block, model, data)
     is_there = bool(others) and all(name in block.columns for name in others)
-    return z, u, np.column_stack([block.columns[name] for name in others]) if is_there else None
+    return z, u, np.column_stack([block.columns[name] for name in others]) if is_there else None, block.times
 
 
 def split(block: Block, model: Any, data: Any) -> tuple[np.ndarray, Optional[np.ndarray]]:

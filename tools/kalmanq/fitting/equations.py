@@ -11,7 +11,7 @@ from kalmanq.errors import KalmanqError
 from kalmanq.fitting.equation_program import Likelihood, Parameters
 from kalmanq.fitting.noise import Noise
 from kalmanq.nonlinear import NonlinearFilter, NonlinearModel
-from kalmanq.nonlinear.constants import Numbers
+from kalmanq.nonlinear.constants import Numbers, refuse_unfitted
 from kalmanq.nonlinear.file import free_of, read
 
 ARRAYS = ("Q", "R", "x0", "P0")
@@ -59,6 +59,7 @@ def likelihood_of(model: NonlinearModel, records: Any, arithmetic: str = "f64") 
     pairs = list(zip(records.z, records.u))
     if not model.has_errors:
         return float(sum(np.sum(NonlinearFilter(model, arithmetic).run(*one).log_likelihood) for one in pairs))
+    refuse_unfitted(model)
     made = Likelihood(model, free_of(model, ()), Parameters(model, ()))
     return float(sum(made.at(*one, np.zeros(0), np.zeros(0))[0] for one in pairs))
 

@@ -20,6 +20,7 @@ from kalmanq.fitting.likelihood import likelihood
 from kalmanq.fitting.one_start import Ended, Task, one_start
 from kalmanq.model import Model
 from kalmanq.nonlinear import NonlinearModel
+from kalmanq.nonlinear.constants import refuse_unfitted
 
 METHODS = ("em", "ml", "both")
 IN_OTHER_UNITS = {"H": "+1", "Q": "-2", "x0": "-1", "P0": "-2"}  # per cent
@@ -105,6 +106,8 @@ def fit(model: Union[Model, NonlinearModel], records: Sequence[ArrayLike], free:
     _require_counts(starts=(starts, 1), seed=(seed, 0), iterations=(iterations, 1))
     if not tolerance >= 0:
         raise KalmanqError(f"tolerance: {tolerance} is not at least 0")
+    if isinstance(model, NonlinearModel):
+        refuse_unfitted(model)
     made = Records(model, records, u)
     at_times = _at_times(model, made, times)
     if at_times:
@@ -128,6 +131,9 @@ def _at_times(model: Model, records: Records, times: Optional[Sequence[Optional[
     """The records with their times; empty where all steps are dt"""
     if times is None:
         return []
+    if isinstance(model, NonlinearModel):
+        raise KalmanqError("times: fit takes the rows of a nonlinear model as steps, and a function of it reads t: --time none takes "
+                           "t for the number of the row")
     if len(times) != len(records):
         raise KalmanqError(f"times has {len(times)} records, z has {len(records)}")
     made = [Rows.of(model, z, u, one) for z, u, one in zip(records.z, records.u, times)]

@@ -9,7 +9,20 @@ import numpy as np
 
 from kalmanq.errors import KalmanqError
 
-LEFT_OUT_LAST = ("x", "t", "u")  # a function may take fewer of these
+OF_ROW = ("x", "t", "u")  # a function may take fewer of the last ones
+STEP = "dt"  # one more argument, by its name, of functions of a step
+OF_STEP = ("f", "increment", "A", "Q", "G")
+
+
+class Instant(float):
+    """When a row is, in seconds.  dt: of the step that leaves it; None: of none that is known"""
+
+    dt: Optional[float]
+
+    def __new__(cls, time: float, dt: Optional[float] = None) -> Instant:
+        made = super().__new__(cls, time)
+        made.dt = None if dt is None else float(dt)
+        return made
 
 
 class UserError(KalmanqError):
@@ -17,34 +30,62 @@ class UserError(KalmanqError):
 
 
 class Given:
-    """A function of x, t, u, or of fewer of these; `leading` arguments come before them, as the z of an innovation."""
+    """A function of the numbers that `names` says, or of fewer of the last ones; of a step, of dt by its name, too.  After x
+    they are by name where all are named so: f(x, u).  dt: of rows without times"""
 
-    def __init__(self, name: str, function: Callable[..., Any], leading: int = 0):
+    def __init__(self, name: str, function: Callable[..., Any], names: Sequence[str] = OF_ROW):
         if not callable(function):
             raise UserError(f"{name}: is {type(function).__name__}, not a function")
-        self.name, self.function = name, function
+        self.name, self.function, self.names = name, function, tuple(names)
         code = getattr(function, "__code__", None)
         self.file: Optional[str] = getattr(code, "co_filename", None)
         self.line: Optional[int] = getattr(code, "co_firstlineno", None)
-        self.count = leading + self._arguments(leading)
+        self.dt: Optional[float] = None
+        self.takes = self._arguments()
 
-    def _arguments(self, leading: int) -> int:
+    def _arguments(self) -> list[str]:
+        """Names of what it is given, in its own order"""
+        names = list(self.names)
         try:
             parameters = inspect.signature(self.function).parameters.values()
         except (TypeError, ValueError):
-            return len(LEFT_OUT_LAST)
+            return names
         if any(one.kind == inspect.Parameter.VAR_POSITIONAL for one in parameters):
-            return len(LEFT_OUT_LAST)
+            return names
         kinds = (inspect.Parameter.POSITIONAL_ONLY, inspect.Parameter.POSITIONAL_OR_KEYWORD)
-        names = (["z"] if leading else []) + list(LEFT_OUT_LAST)
         given = [one for one in parameters if one.kind in kinds]
-        filled, rest = given[: len(names)], given[len(names) :]
-        if len(filled) <= leading or any(one.default is inspect.Parameter.empty for one in rest):
-            raise self.error(f"its arguments are {', '.join(names)}, or fewer of the last ones")
-        for one, name in zip(filled, names):
+        plain = [one for one in given if one.name != STEP or "t" not in names]
+        least = names.index("x") + 1 if "x" in names else 1
+        filled, rest = plain[: len(names)], plain[len(names) :]
+        if len(filled) < least or any(one.default is inspect.Parameter.empty for one in rest):
+            step = f", and {STEP} by its name" if self.name in OF_STEP else ""
+            raise self.error(f"its arguments are {', '.join(names)}, or fewer of the last ones{step}")
+        more = [one.name for one in filled[least:]]
+        meant = dict(zip(filled, [*names[:least], *(more if set(more) <= set(names[least:]) else names[least:])]))
+        for one, name in meant.items():
             if one.default is not inspect.Parameter.empty and one.name != name:
                 raise self.error(f"{one.name} has a default, but is in the place of {name}: give it another place")
-        return len(filled) - leading
+        self._look_at_step([one for one in given if one not in plain])
+        return [meant.get(one, STEP) for one in given if one not in rest]
+
+    def _look_at_step(self, given: list[inspect.Parameter]) -> None:
+        if given and self.name not in OF_STEP:
+            raise self.error(f"takes {STEP}, which is of a step: {', '.join(OF_STEP[:-1])} and {OF_STEP[-1]} may take it")
+        if given and given[0].default is not inspect.Parameter.empty:
+            raise self.error(f"{STEP} has a default: leave it out, and {STEP} = ... in the file is the step of rows without times")
+
+    def arguments(self, *values: Any, dt: Any = None) -> list[Any]:
+        """Of values of its `names`, what it takes.  dt: in the place of the step's"""
+        by_name = dict(zip(self.names, values))
+        if STEP in self.takes:
+            by_name[STEP] = self.step(by_name["t"]) if dt is None else dt
+        return [by_name[name] for name in self.takes]
+
+    def step(self, t: Any) -> float:
+        dt = getattr(t, "dt", None)
+        if dt is None and self.dt is None:
+            raise self.error(f"takes {STEP}, but the rows have no times, and the model has no {STEP} = ... (seconds from row to row)")
+        return self.dt if dt is None else dt
 
     def error(self, reason: str) -> UserError:
         place = [] if self.file is None else [f"{self.file}: line {self.line}"]
@@ -52,7 +93,8 @@ class Given:
 
     def raw(self, *arguments: Any) -> np.ndarray:
         """What it answers, as an array of real or complex numbers of any shape."""
-        given = [one.copy() if isinstance(one, np.ndarray) else one for one in arguments[: self.count]]
+        given = [one.copy() if isinstance(one, np.ndarray) else float(one) if isinstance(one, Instant) else one
+                 for one in self.arguments(*arguments)]
         try:
             answer = self.function(*given)
         except (Exception, SystemExit) as problem:

@@ -10,13 +10,14 @@ import numpy as np
 from kalmanq.errors import KalmanqError, KalmanqWarning
 from kalmanq.formulas.tracing import Untraced
 from kalmanq.nonlinear import jacobians
+from kalmanq.nonlinear.calls import Instant
 from kalmanq.nonlinear.filters import NonlinearFilter
 from kalmanq.nonlinear.model import NonlinearModel
 from kalmanq.nonlinear.simulation import simulate
 from kalmanq.run.checks import Finding, prior_finding
 
 DRAWN, SEED = 50, 1  # rows of a simulated run, where there are no data
-Rows = tuple[np.ndarray, np.ndarray]  # z and u
+Rows = tuple[np.ndarray, np.ndarray, Optional[np.ndarray]]  # z, u, times
 
 
 def findings(model: NonlinearModel, rows: Optional[Rows] = None) -> list[Finding]:
@@ -25,9 +26,9 @@ def findings(model: NonlinearModel, rows: Optional[Rows] = None) -> list[Finding
     try:
         if rows is None:
             _, *drawn = simulate(model, DRAWN, SEED)
-            rows = drawn[0], drawn[1]
-        states = _moved(model, rows[1]) if model.has_errors else _run(_without_jacobians(model), rows, "f64").mean
-        points = jacobians.prior_points(model) + jacobians.points_along(states, rows[1])
+            rows = drawn[0], drawn[1], None
+        states = _moved(model, *rows[1:]) if model.has_errors else _run(_without_jacobians(model), rows, "f64").mean
+        points = jacobians.prior_points(model) + jacobians.points_along(states, rows[1], _instants(model, rows[2], len(states)))
     except KalmanqError as problem:
         return [Finding(False, "run", f"{where}: {problem}")]
     made = [_jacobian(model, which, points, f"over the prior and {where}") for which in ("A", "H")]
@@ -42,10 +43,16 @@ def findings(model: NonlinearModel, rows: Optional[Rows] = None) -> list[Finding
     return made
 
 
-def _moved(model: NonlinearModel, u: np.ndarray) -> np.ndarray:
+def _instants(model: NonlinearModel, times: Optional[np.ndarray], rows: int) -> list[float]:
+    """Of rows whose last one has the step before it, too"""
+    at = model.instants(rows, times)
+    return at if times is None or rows < 2 else [*at[:-1], Instant(times[-1], times[-1] - times[-2])]
+
+
+def _moved(model: NonlinearModel, u: np.ndarray, times: Optional[np.ndarray]) -> np.ndarray:
     """Nominal numbers as f moves them"""
     made = [model.x0]
-    for t, of in enumerate(u[:-1]):
+    for t, of in zip(model.instants(len(u), times), u[:-1]):
         made.append(model.moved(made[-1], t, of))
     return np.array(made)
 
@@ -63,7 +70,7 @@ def _without_jacobians(model: NonlinearModel) -> NonlinearModel:
 def _run(model: NonlinearModel, rows: Rows, arithmetic: str):  # type: ignore[no-untyped-def]
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", KalmanqWarning)
-        return NonlinearFilter(model, arithmetic).run(rows[0], rows[1] if model.l else None)
+        return NonlinearFilter(model, arithmetic).run(rows[0], rows[1] if model.l else None, times=rows[2])
 
 
 def _jacobian(model: NonlinearModel, which: str, points: list[jacobians.Point], where: str) -> Finding:

@@ -20,18 +20,18 @@ TRIED = (("extended", 1), ("iterated", 1), ("cubature", 1), ("central", 1), ("po
 ARITHMETICS = (("f32", "extended"), ("f32", "cubature"), ("q31", "extended"))
 
 
-def arithmetics(model: NonlinearModel, z: np.ndarray, u: Optional[np.ndarray],
-                others: Mapping[str, Callable[..., Run]] = {}) -> tuple[dict[str, np.ndarray], dict[str, dict]]:
+def arithmetics(model: NonlinearModel, z: np.ndarray, u: Optional[np.ndarray], others: Mapping[str, Callable[..., Run]] = {},
+                times: Optional[np.ndarray] = None) -> tuple[dict[str, np.ndarray], dict[str, dict]]:
     """As run.comparison.compare, each beside the same method in double.  others: more extended filters, by name"""
     errors, figures = {}, {}
     exact: dict[str, Run] = {}
-    rows = [(f"{name}, {method}", method, lambda name=name, method=method: NonlinearFilter(model, name, method).run(z, u))
+    rows = [(f"{name}, {method}", method, lambda name=name, method=method: NonlinearFilter(model, name, method).run(z, u, times=times))
             for name, method in ARITHMETICS]
-    rows += [(name, "extended", lambda run=run: run(model, z, u)) for name, run in others.items()]
+    rows += [(name, "extended", lambda run=run: run(model, z, u, times=times)) for name, run in others.items()]
     for key, method, run in rows:
         try:
             if method not in exact:
-                exact[method] = NonlinearFilter(model, "f64", method).run(z, u)
+                exact[method] = NonlinearFilter(model, "f64", method).run(z, u, times=times)
             errors[key], figures[key] = beside(run(), exact[method])
         except KalmanqError as problem:
             figures[key] = {"refused": str(problem)}
@@ -39,7 +39,7 @@ def arithmetics(model: NonlinearModel, z: np.ndarray, u: Optional[np.ndarray],
 
 
 def compare_methods(model: NonlinearModel, z: np.ndarray, u: Optional[np.ndarray],
-                    truth: Optional[np.ndarray]) -> dict[str, dict]:
+                    truth: Optional[np.ndarray], times: Optional[np.ndarray] = None) -> dict[str, dict]:
     """What each method finds in double: filtered, and smoothed; errors where the true states are known."""
     made = {}
     for method, passes in TRIED:
@@ -48,7 +48,7 @@ def compare_methods(model: NonlinearModel, z: np.ndarray, u: Optional[np.ndarray
         try:
             with warnings.catch_warnings(record=True) as told:
                 warnings.simplefilter("always", KalmanqWarning)
-                run = smoother.run(z, u, covariance=True)
+                run = smoother.run(z, u, times=times, covariance=True)
         except KalmanqError as problem:
             if len(made) == len(TRIED) - 1 and all("refused" in of for of in made.values()):
                 raise  # the last of them all

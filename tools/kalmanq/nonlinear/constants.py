@@ -19,7 +19,7 @@ from kalmanq.formulas.graph import Node, needed, symbol, using
 from kalmanq.formulas.program import Program
 from kalmanq.formulas.stand_ins import BUILTINS, stand_in_of
 from kalmanq.model.arrays import block_diagonal, numbers_of
-from kalmanq.nonlinear.calls import Given, Stacked
+from kalmanq.nonlinear.calls import STEP, Given, Stacked
 from kalmanq.nonlinear.formulas import Formulas, Rows
 
 PUT = "_kalmanq_put"  # what a file calls for a constant
@@ -152,13 +152,22 @@ class Free:
         return mine & {id(one) for one in needed([one for row in rows for one in row])[0]}
 
 
+def refuse_unfitted(model: Any) -> None:
+    """What the likelihood of a fit does not have"""
+    for one in (*(model.given[key] for key in ("Q", "G") if key in model.given), *model.noises.functions.values()):
+        raise one.error("is a function, and fit takes arrays: give an array of constants, and these may be free")
+    for one in model.functions:
+        if STEP in one.takes:
+            raise one.error(f"takes {STEP}, and fit takes rows as steps that are all alike: give a function of one step")
+
+
 def _given(model: Any, space: Mapping[str, Any]) -> dict[str, Any]:
     """The model's functions, of this space"""
     def of(key: str, had: Any) -> Any:
         if not space:
             return had
         if not isinstance(had, Stacked):
-            return Given(key, space[key], key == "innovation")
+            return Given(key, space[key], had.names)
         at = 0 if key == "h" else 2
         return Stacked([(name, Given(one.name, space["sensors"][name][at]), m) for name, one, m in had.parts])
 

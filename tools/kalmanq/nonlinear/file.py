@@ -1,6 +1,7 @@
 """Nonlinear model files: Python programs of functions and arrays, executed as they are.
 
-    x0, P0, Q (or G), R                     arrays
+    x0, P0, Q (or G), R                     arrays; Q, G and R may be functions of x, t, u
+    dt                                      seconds of a row, where rows have no times: of functions that take dt, f(x, t, u, dt)
     f(x, t, u) or increment(x, t, u); h(x, t, u)
     sensors = {name: (h, R), ...}           in the place of h and R, where there are several
     nominal, plus(x, d), minus(a, b)        where the states are errors of nominal numbers
@@ -67,7 +68,7 @@ def _model(path: Path, source: bytes, constants: Optional[Numbers] = None) -> No
     try:
         space = _executed(path, source, constants)
         _refuse_near(space)
-        made = {key: space[key] for key in (*ARRAYS, *FUNCTIONS) if key in space}
+        made = {key: space[key] for key in (*ARRAYS, *FUNCTIONS, "dt") if key in space}
         if isinstance(space.get("sensors"), dict):
             made["sensors"] = space["sensors"]
         for key in ("x0", "P0", *(() if "sensors" in made else ("R",))):

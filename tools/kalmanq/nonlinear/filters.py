@@ -3,16 +3,17 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any, Optional
+from typing import Any, Callable, Optional
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from kalmanq.core import NOT_A_VALUE, require, warn_of
-from kalmanq.data.rows import index_of, row_of, rows_of
+from kalmanq.data.rows import index_of, rising, row_of, rows_of
 from kalmanq.errors import KalmanqError
 from kalmanq.nonlinear import methods
-from kalmanq.nonlinear.model import NOTHING, NonlinearModel
+from kalmanq.nonlinear.calls import Instant
+from kalmanq.nonlinear.model import NOTHING, NonlinearModel, Sensor
 from kalmanq.nonlinear.steps import Steps
 from kalmanq.run.parts import Parts
 from kalmanq.run.readings import Readable, Results
@@ -25,8 +26,8 @@ class NonlinearFilter(Readable):
     """A filter of a nonlinear model in one arithmetic, before the first measurement.
 
         f = NonlinearFilter(model, "f32", "cubature")
-        f.update(z, u); f.predict(u); ...      one row at a time
-        run = f.run(z, u)                      or a sequence, which may be called again for more
+        f.update(z, u); f.predict(u); ...      one row at a time; f.predict(u, dt=0.3): of rows at their times
+        run = f.run(z, u, times=t)             or a sequence, which may be called again for more
 
     method      "extended": Jacobians at the mean; "iterated": h linearised where the update comes out, too;
                 "cubature", "central": sigma points; "posterior": sigma points of where the update comes out
@@ -45,7 +46,8 @@ class NonlinearFilter(Readable):
         self.method, self.iterations = method, iterations
         self.way = methods.METHODS[method](iterations)
         self.steps = Steps(model, self.parts)
-        self.row, self.begins = 0, True
+        self.row, self.begins, self.is_timed = 0, True, False
+        self.at = model.at_row(0)  # t of this row
         self._left = NOTHING  # controls of the last row
         self._trial: Optional[Readable] = None
         self.parts.init_filter(self._handle)
@@ -66,29 +68,49 @@ class NonlinearFilter(Readable):
 
     # ------------------------------------------------------------------ rows
 
-    def predict(self, u: Optional[ArrayLike] = None) -> None:
-        """To the next row; u: l controls of the row that is left."""
-        self.way.predict(self, self.row, self._controls(u))
-        self.row, self.begins = self.row + 1, False
+    def predict(self, u: Optional[ArrayLike] = None, dt: Optional[float] = None) -> None:
+        """To the next row; u: l controls of the row that is left; dt: seconds to the next row, where rows have times"""
+        if dt is not None and not 0 < dt < np.inf:
+            raise KalmanqError(f"dt: {dt:g} is not a number above 0")
+        self._move(self._controls(u), self.model.dt if dt is None and self.is_timed else dt, None if dt is None else self.at + dt)
+
+    def _move(self, u: np.ndarray, dt: Optional[float], to: Optional[float]) -> None:
+        """to: the time of the next row, if it has one"""
+        if self.is_timed and dt is None:
+            raise KalmanqError("dt is missing: the rows before have times")
+        t = self.at if dt is None else Instant(self.at, dt)
+        if self.model.G is self.model.Q is None:
+            self.steps.take(self.noise("Q", lambda: self.model.process_noise(self.mean, t, u)))
+        self.way.predict(self, t, u)
+        self.row, self.begins, self.is_timed = self.row + 1, False, dt is not None
+        self.at = self.model.at_row(self.row) if dt is None else Instant(self.at + dt if to is None else to)
+
+    def noise(self, key: str, make: Callable[[], Any], sensor: int = 0) -> Any:
+        """Of this row, at the mean; sensor: whose update it is of"""
+        return make()
 
     def update(self, z: ArrayLike, u: Optional[ArrayLike] = None) -> None:
         """Takes m measurements; what is NaN is missing.  u: l controls of this row."""
         self._take(row_of(z, self.model.m, "z")[0], self._controls(u))
 
-    def run(self, z: ArrayLike, u: Optional[ArrayLike] = None, *, covariance: bool = False) -> Run:
+    def run(self, z: ArrayLike, u: Optional[ArrayLike] = None, *, times: Optional[ArrayLike] = None, covariance: bool = False) -> Run:
         """A sequence: the first row ever is taken at the prior's instant, a predict comes before each other one.
 
         z   T x m, or T where m = 1; NaN: missing.  Or a DataFrame with a column for each measurement.
         u   T x l: row t is given to h at row t, and to f from row t to row t + 1
+        times   T: when each row is, in seconds; t is that then, and dt the time to the next row
         A KalmanqError says at which row it stopped.
         """
         rows = rows_of(z, self.model.measurements, "z")
         controls = controls_of(u, self.model, len(rows))
         out, variances = Results(self, len(rows), covariance), np.full((len(rows), self.model.m), np.nan)
+        at = self._times(times, len(rows))
         for row in range(len(rows)):
             try:
                 if not self.begins:
-                    self.predict(self._left)
+                    self._move(self._left, None if at is None else at[row] - self.at, None if at is None else at[row])
+                elif at is not None:
+                    self.at = Instant(at[row])
                 self.begins = False
                 self._left = controls[row]
                 self._record(out, variances, row, self._take(rows[row], controls[row]))
@@ -100,6 +122,17 @@ class NonlinearFilter(Readable):
         warn_of(made.events, f"{self.model.name}, {self.arithmetic.name}")
         self.warn_of_wide()
         return made
+
+    def _times(self, given: Optional[ArrayLike], rows: int) -> Optional[np.ndarray]:
+        if given is not None and not self.begins and not self.is_timed and self.row:
+            raise KalmanqError("times: the rows before had none")
+        at = None if given is None else rising(given, rows)
+        if at is None and self.is_timed:
+            raise KalmanqError("times are missing: the rows before had them")
+        if at is not None and rows and not self.begins and at[0] <= self.at:
+            raise KalmanqError("the time is not after the one before", row=0)
+        self.is_timed = at is not None
+        return at
 
     def _controls(self, u: Optional[ArrayLike]) -> np.ndarray:
         if self.model.l == 0:
@@ -114,18 +147,20 @@ class NonlinearFilter(Readable):
         for sensor in self.model.sensors:
             some = np.full(len(z), np.nan)
             some[sensor.rows] = z[sensor.rows]
-            taken = self._take_of(some, u)
+            taken = self._take_of(some, u, sensor)
             made = made.joined(taken) if made and taken else made or taken
         return made
 
-    def _take_of(self, z: np.ndarray, u: np.ndarray) -> Optional[Taken]:
+    def _take_of(self, z: np.ndarray, u: np.ndarray, sensor: Sensor) -> Optional[Taken]:
         there = ~np.isnan(z)
         if not np.any(there):
             return None
         if self.arithmetic.is_fixed:
             variance = np.ldexp(np.diag(self.covariance), 2 * np.array(self.parts.fractions("states")))
             self._widest = np.fmax(self._widest, variance)
-        prepared = self.way.update(self, z, self.row, u)
+        if self.model.R is None:
+            self.steps.take({"R": self.noise("R", lambda: self.model.measurement_noise(self.mean, self.at, u), sensor.first)})
+        prepared = self.way.update(self, z, self.at, u)
         variances = self._variances(prepared.sensor)
         words = self.steps.update(self._handle, prepared, z)
         lost = NOT_A_VALUE if self.arithmetic.is_fixed else np.nan
@@ -179,9 +214,10 @@ class Taken:
                      self.log_likelihood + other.log_likelihood, self.count + other.count)
 
 
-def extended_run(model: NonlinearModel, arithmetic: str, z: np.ndarray, u: Optional[np.ndarray]) -> Run:
+def extended_run(model: NonlinearModel, arithmetic: str, z: np.ndarray, u: Optional[np.ndarray],
+                 times: Optional[np.ndarray] = None) -> Run:
     """From the start, with covariances"""
-    return NonlinearFilter(model, arithmetic).run(z, u, covariance=True)
+    return NonlinearFilter(model, arithmetic).run(z, u, times=times, covariance=True)
 
 
 def parts_of(model: NonlinearModel, arithmetic: str) -> Parts:

@@ -10,9 +10,12 @@ import numpy as np
 
 from kalmanq.formulas import tracing
 from kalmanq.formulas.calculus import jacobian, less, substituted
+from kalmanq.formulas.functions import value
 from kalmanq.formulas.graph import Graph, Node, add, call, compare, logic, mul, select, sub, symbol, using
 from kalmanq.formulas.program import Program
+from kalmanq.model.arrays import block_diagonal
 from kalmanq.nonlinear.calls import Given, Stacked
+from kalmanq.nonlinear.noises import Noises
 
 Rows = list[list[Node]]
 
@@ -24,22 +27,51 @@ class Formulas:
             moves, n where these are the states; graph: of other symbols that the functions know
     """
 
-    def __init__(self, given: dict[str, Given], count: int, n: int, m: int, l: int, angles: Sequence[int], graph: Optional[Graph] = None):
-        self.given, self.count, self.n, self.m, self.angles = given, count, n, m, angles
+    def __init__(self, given: dict[str, Given], count: int, n: int, m: int, l: int, angles: Sequence[int], graph: Optional[Graph] = None,
+                 noises: Optional[Noises] = None):
+        self.noises, self.given, self.count, self.n, self.m, self.angles = noises, given, count, n, m, angles
         self.graph = graph or tracing.graph_of_formulas()
         with using(self.graph):
             self.x, self.u, self.z, self.d = (tracing.symbols(stem, k) for stem, k in (("x", count), ("u", l), ("z", m), ("d", n)))
-            self.t = symbol("t")
+            self.t, self.dt = symbol("t"), symbol("dt")
+
+    @property
+    def of_rows(self) -> list[Node]:
+        """Of all that is asked of a row or a step, but Jacobians"""
+        noises = [one for rows in (self.noise_of_step or [], self.noise_of_sensors or []) for row in rows for one in row]
+        return [*self.moved, *self.change, *self.innovation, *noises]
 
     def _traced(self, name: str, count: int) -> list[Node]:
         return self._traced_of(self.given[name], count)
 
     def _traced_of(self, given: Given, count: int) -> list[Node]:
-        args = [*([self.z] if given.name == "innovation" else []), self.x, self.t, self.u][:given.count]
-        return self._traced_at(given, args, count)
+        return self._traced_at(given, [*([self.z] if given.name == "innovation" else []), self.x, self.t, self.u], count)
+
+    @cached_property
+    def noise_of_step(self) -> Optional[Rows]:
+        """Q (n x n) or G (n x r), where it is a function"""
+        given = self.given.get("Q", self.given.get("G"))
+        return None if given is None else self._noise(given, self.n)
+
+    @cached_property
+    def noise_of_sensors(self) -> Optional[Rows]:
+        """R of all sensors, where one has a function"""
+        if self.noises is None or not self.noises.functions:
+            return None
+        parts = [self._noise(one, self.noises.sizes[name]) if isinstance(one, Given) else one for name, one in self.noises.parts.items()]
+        return [[value(one) for one in row] for row in block_diagonal([np.array(one, object) for one in parts])]
+
+    def _noise(self, given: Given, size: int) -> Rows:
+        made = tracing.traced(given.function, given.arguments(self.x, self.t, self.u, dt=self.dt), self.graph)
+        columns = len(made) // size
+        if len(made) % size or given.name != "G" and columns not in (1, size):
+            raise given.error(f"answers {len(made)} numbers, not {size} x {size}, nor {size} variances")
+        if columns == 1 and given.name != "G":
+            return [[one if i == k else value(0.0) for k in range(size)] for i, one in enumerate(made)]
+        return [made[i * columns:(i + 1) * columns] for i in range(size)]
 
     def _traced_at(self, given: Given, args: Sequence[Any], count: int) -> list[Node]:
-        made = tracing.traced(given.function, args, self.graph)
+        made = tracing.traced(given.function, given.arguments(*args, dt=self.dt), self.graph)
         if len(made) != count:
             raise given.error(f"answers {len(made)} numbers, not {count}")
         return made
@@ -134,18 +166,21 @@ class Formulas:
 
 
 class Jacobian:
-    """Of a function of the model, in numbers"""
+    """Of a function of the model, in numbers.  dt: of a step, where its instant has none"""
 
-    def __init__(self, rows: Rows):
+    def __init__(self, rows: Rows, dt: Optional[float] = None):
+        self.dt = dt
         self.shape = len(rows), len(rows[0])
         self.program = Program([one for row in rows for one in row])
 
     def at(self, x: np.ndarray, t: float, u: np.ndarray) -> np.ndarray:
-        return np.array(self.program.values(values_of(x, t, u)), float).reshape(self.shape)
+        return np.array(self.program.values(values_of(x, t, u, self.dt)), float).reshape(self.shape)
 
 
-def values_of(x: np.ndarray, t: float, u: np.ndarray) -> dict[str, float]:
-    return {**{f"x{i}": value for i, value in enumerate(x)}, **{f"u{i}": value for i, value in enumerate(u)}, "t": t}
+def values_of(x: np.ndarray, t: float, u: np.ndarray, dt: Optional[float] = None) -> dict[str, float]:
+    """dt: where t has none"""
+    return {**{f"x{i}": value for i, value in enumerate(x)}, **{f"u{i}": value for i, value in enumerate(u)}, "t": t,
+            "dt": dt if getattr(t, "dt", None) is None else t.dt}
 
 
 def _wrapped(angle: Node) -> Node:

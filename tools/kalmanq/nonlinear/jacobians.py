@@ -12,7 +12,7 @@ from kalmanq.formulas.program import Program
 from kalmanq.nonlinear.formulas import values_of
 from kalmanq.nonlinear.model import NonlinearModel
 
-Point = tuple[np.ndarray, int, np.ndarray]  # x, t, u
+Point = tuple[np.ndarray, float, np.ndarray]  # x, t, u
 
 ALLOWED = 1e-6  # of an entry
 FIRST_ORDER = 1e-2  # of its row: of errors a Jacobian need only hold to first order
@@ -36,7 +36,7 @@ class Entry:
     def __str__(self) -> str:
         x, t, _ = self.point
         return (f"{self.which}[{self.row}, {self.column}] is {self.given:.7g}, not {self.right:.7g}, at x = "
-                f"({', '.join(f'{value:.6g}' for value in x)}), t = {t}")
+                f"({', '.join(f'{value:.6g}' for value in x)}), t = {t:g}")
 
 
 def worst_entry(model: NonlinearModel, which: str, points: Sequence[Point]) -> Optional[Entry]:
@@ -67,12 +67,12 @@ def unlike_formula(model: NonlinearModel, points: Sequence[Point]) -> Optional[s
         program = Program(rows)
         for x, t, u in points:
             right = getattr(model, function)(x, t, u)
-            made = np.array(program.values(values_of(x, t, u)), float)
+            made = np.array(program.values(values_of(x, t, u, model.dt)), float)
             off = np.abs(made - right) > ALIKE * (np.abs(right) + np.max(np.abs(x)))
             if np.any(off):
                 i = int(np.argmax(off))
                 return (f"of {names[i]} the formula is {made[i]:.9g} and the function {right[i]:.9g}, at x = "
-                        f"({', '.join(f'{value:.6g}' for value in x)}), t = {t}")
+                        f"({', '.join(f'{value:.6g}' for value in x)}), t = {t:g}")
     return None
 
 
@@ -99,34 +99,34 @@ def unlike_increment(model: NonlinearModel, points: Sequence[Point]) -> Optional
         allowed = 1e-9 * (np.abs(x) + np.abs(f) + np.abs(d))
         i = int(np.argmax(np.abs(f - x - d) - allowed))
         if abs(f[i] - x[i] - d[i]) > allowed[i]:
-            return f"of {model.state_names[i]} it is {d[i]:.7g}, and f(x) - x is {f[i] - x[i]:.7g}, at t = {t}"
+            return f"of {model.state_names[i]} it is {d[i]:.7g}, and f(x) - x is {f[i] - x[i]:.7g}, at t = {t:g}"
     return None
 
 
 def unlike_innovation(model: NonlinearModel, points: Sequence[Point]) -> Optional[str]:
     """Where innovation of z = h(x) + a sigma is not a sigma, in words"""
-    sigma = np.sqrt(np.diag(model.R))
     for x, t, u in points:
+        sigma = np.sqrt(np.diag(model.measurement_noise(x, t, u)))
         h = model.expected(x, t, u)
         e = model.innovation(h + sigma, x, t, u)
         allowed = 1e-6 * sigma + 1e-12 * np.abs(h)
         c = int(np.argmax(np.abs(e - sigma) - allowed))
         if abs(e[c] - sigma[c]) > allowed[c]:
-            return (f"of {model.measurement_names[c]} it is {e[c]:.7g} where z - h(x) is {sigma[c]:.7g}, at t = {t}")
+            return (f"of {model.measurement_names[c]} it is {e[c]:.7g} where z - h(x) is {sigma[c]:.7g}, at t = {t:g}")
     return None
 
 
 def prior_points(model: NonlinearModel) -> list[Point]:
     """The mean before the first measurement, and a sigma each way along each principal axis of P0"""
     values, vectors = np.linalg.eigh(model.P0)
-    u = model.controls_at(0)
-    made = [(model.x0.copy(), 0, u)]
+    u = model.controls_at(model.at_row(0))
+    made = [(model.x0.copy(), model.at_row(0), u)]
     for column, value in zip(vectors.T, values):
         if value > 0:
-            made += [(model.plus(model.x0, sign * np.sqrt(value) * column), 0, u) for sign in (1, -1)]
+            made += [(model.plus(model.x0, sign * np.sqrt(value) * column), model.at_row(0), u) for sign in (1, -1)]
     return made
 
 
-def points_along(states: np.ndarray, u: np.ndarray, first: int = 0) -> list[Point]:
-    """Rows of a run; `first`: the number of the first of them"""
-    return [(x.copy(), first + t, of) for t, (x, of) in enumerate(zip(states, u))]
+def points_along(states: np.ndarray, u: np.ndarray, at: Optional[Sequence[float]] = None) -> list[Point]:
+    """Rows of a run; at: t of each, if not their numbers"""
+    return [(x.copy(), t, of) for x, t, of in zip(states, range(len(u)) if at is None else at, u)]

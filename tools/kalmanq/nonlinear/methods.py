@@ -20,12 +20,12 @@ class Update:
 class Extended:
     """Jacobians at the mean."""
 
-    def predict(self, f: NonlinearFilter, t: int, u: np.ndarray) -> None:
+    def predict(self, f: NonlinearFilter, t: float, u: np.ndarray) -> None:
         x = f.mean
         d = f.model.increment(x, t, u)
         f.steps.predict(f._handle, f.model.transition(x, t, u), d)
 
-    def update(self, f: NonlinearFilter, z: np.ndarray, t: int, u: np.ndarray) -> Update:
+    def update(self, f: NonlinearFilter, z: np.ndarray, t: float, u: np.ndarray) -> Update:
         return jacobian_at(f, f.mean, f.mean, z, t, u)
 
 
@@ -35,7 +35,7 @@ class Iterated(Extended):
     def __init__(self, count: int):
         self.count = count
 
-    def update(self, f: NonlinearFilter, z: np.ndarray, t: int, u: np.ndarray) -> Update:
+    def update(self, f: NonlinearFilter, z: np.ndarray, t: float, u: np.ndarray) -> Update:
         x = c = f.mean
         made = jacobian_at(f, x, c, z, t, u)
         for _ in range(self.count - 1):
@@ -46,7 +46,7 @@ class Iterated(Extended):
         return made
 
 
-def jacobian_at(f: NonlinearFilter, x: np.ndarray, c: np.ndarray, z: np.ndarray, t: int, u: np.ndarray) -> Update:
+def jacobian_at(f: NonlinearFilter, x: np.ndarray, c: np.ndarray, z: np.ndarray, t: float, u: np.ndarray) -> Update:
     """The update of a filter at x with h linearised at c."""
     H = f.model.measurement(c, t, u)
     e = f.model.innovation(z, c, t, u)
@@ -59,10 +59,10 @@ class Points:
     def __init__(self, rule: str):
         self.rule = rule
 
-    def predict(self, f: NonlinearFilter, t: int, u: np.ndarray) -> None:
+    def predict(self, f: NonlinearFilter, t: float, u: np.ndarray) -> None:
         f.steps.predict_points(f._handle, lambda x: f.model.increment(x, t, u), self.rule)
 
-    def update(self, f: NonlinearFilter, z: np.ndarray, t: int, u: np.ndarray) -> Update:
+    def update(self, f: NonlinearFilter, z: np.ndarray, t: float, u: np.ndarray) -> Update:
         made = points_at(f, f._handle, z, t, u, self.rule)
         return Update(made.sensor, made.e, lambda: f.steps.update_points(
             f._handle, innovation_of(f, z, t, u), self.rule))
@@ -75,7 +75,7 @@ class Posterior(Points):
         super().__init__("cubature")
         self.count = count
 
-    def update(self, f: NonlinearFilter, z: np.ndarray, t: int, u: np.ndarray) -> Update:
+    def update(self, f: NonlinearFilter, z: np.ndarray, t: float, u: np.ndarray) -> Update:
         made = points_at(f, f._handle, z, t, u, self.rule)
         for _ in range(self.count - 1):
             f.copy_to(f.trial)
@@ -84,7 +84,7 @@ class Posterior(Points):
         return made
 
 
-def innovation_of(f: NonlinearFilter, z: np.ndarray, t: int, u: np.ndarray) -> Callable[[np.ndarray], np.ndarray]:
+def innovation_of(f: NonlinearFilter, z: np.ndarray, t: float, u: np.ndarray) -> Callable[[np.ndarray], np.ndarray]:
     """The innovation at each sigma point, as the C core asks for it"""
     centre: list[np.ndarray] = []  # the innovation at the mean, which is called first
 
@@ -97,7 +97,7 @@ def innovation_of(f: NonlinearFilter, z: np.ndarray, t: int, u: np.ndarray) -> C
     return innovation
 
 
-def points_at(f: NonlinearFilter, at: Any, z: np.ndarray, t: int, u: np.ndarray, rule: str) -> Update:
+def points_at(f: NonlinearFilter, at: Any, z: np.ndarray, t: float, u: np.ndarray, rule: str) -> Update:
     """The update of f with h linearised over the density `at`, itself or another one."""
     e, J = f.steps.linearise(at, innovation_of(f, z, t, u), f.model.m, rule)
     return Update(f.steps.measure_at(-J), e + J @ (f.number_of_mean(f._handle) - f.number_of_mean(at)))
@@ -109,13 +109,13 @@ class AtMeans:
     def __init__(self, means: np.ndarray):
         self.means = means
 
-    def predict(self, f: NonlinearFilter, t: int, u: np.ndarray) -> None:
-        x, c = f.mean, self.means[t]
+    def predict(self, f: NonlinearFilter, t: float, u: np.ndarray) -> None:
+        x, c = f.mean, self.means[f.row]
         A = f.model.transition(c, t, u)
         f.steps.predict(f._handle, A, f.model.increment(c, t, u) + (A - np.eye(len(c))) @ (x - c))
 
-    def update(self, f: NonlinearFilter, z: np.ndarray, t: int, u: np.ndarray) -> Update:
-        return jacobian_at(f, f.mean, self.means[t], z, t, u)
+    def update(self, f: NonlinearFilter, z: np.ndarray, t: float, u: np.ndarray) -> Update:
+        return jacobian_at(f, f.mean, self.means[f.row], z, t, u)
 
 
 class AtDensities:
@@ -124,14 +124,14 @@ class AtDensities:
     def __init__(self, densities: list[Any], rule: str):
         self.densities, self.rule = densities, rule
 
-    def predict(self, f: NonlinearFilter, t: int, u: np.ndarray) -> None:
-        at = self.densities[t]
+    def predict(self, f: NonlinearFilter, t: float, u: np.ndarray) -> None:
+        at = self.densities[f.row]
         y, J = f.steps.linearise(at, lambda x: f.model.increment(x, t, u), f.model.n, self.rule)
         d = y + J @ (f.number_of_mean(f._handle) - f.number_of_mean(at))
         f.steps.predict_at(f._handle, J + np.eye(f.model.n), d)
 
-    def update(self, f: NonlinearFilter, z: np.ndarray, t: int, u: np.ndarray) -> Update:
-        return points_at(f, self.densities[t], z, t, u, self.rule)
+    def update(self, f: NonlinearFilter, z: np.ndarray, t: float, u: np.ndarray) -> Update:
+        return points_at(f, self.densities[f.row], z, t, u, self.rule)
 
 
 # By name, of how often an update is linearised

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cached_property
 from pathlib import Path
 from typing import Any, Callable, Mapping, Optional, Sequence, Union
 
@@ -10,14 +11,18 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from kalmanq.errors import ModelError
+from kalmanq.formulas.graph import needed
 from kalmanq.formulas.tracing import Untraced
-from kalmanq.model import SIZE_MAX, Model, Quantities
-from kalmanq.model.arrays import block_diagonal, numbers_of
-from kalmanq.nonlinear.calls import Given, Stacked
+from kalmanq.model import Model, Quantities
+from kalmanq.model.arrays import numbers_of
+from kalmanq.nonlinear.calls import OF_ROW, OF_STEP, STEP, Given, Instant, Stacked
 from kalmanq.nonlinear.formulas import Formulas, Jacobian
+from kalmanq.nonlinear.noises import Noises, length, looked_at
 
 Function = Callable[..., Any]
+Noise = Union[ArrayLike, Function, None]
 NOTHING = np.zeros(0)  # u where there are no controls
+NAMES = {"innovation": ("z", *OF_ROW), "plus": ("x", "d"), "minus": ("a", "b"), "simulated_controls": ("t",)}  # of arguments
 
 
 @dataclass(frozen=True)
@@ -47,17 +52,20 @@ class NonlinearModel:
 
         x[t+1] = f(x[t], t, u[t]) + w[t],  w ~ N(0, Q)        z[t] = h(x[t], t, u[t]) + v[t],  v ~ N(0, R)
 
-    f          n numbers of x (n), t (the row, from 0) and u (l controls); a function may take x alone, or x and t
+    f          n numbers of x (n), t (the row, from 0; seconds where rows have times) and u (l controls); a function may take fewer
+               of these, and f, increment, A, Q and G the step `dt`, too, by its name
     h          m numbers of the same
     increment  f(x) - x, in the place of f or beside it: of x' = x + v dt it is v dt, whose bits f(x) - x has lost
     innovation z - h(x) of z, x, t, u, where it is not that difference; angles are wrapped afterwards
     A, H       Jacobians of f and h, n x n and m x n; what is not given is derived from the formulas of f and h
     x0, P0     mean and covariance before the first measurement; P0 may be n variances
-    Q, R       covariances, or variances; G in the place of Q, with Q = G G'
+    Q, R       covariances, or variances; G in the place of Q, with Q = G G'.  Each may be a function of x, t, u, worked out at the
+               mean before the step, or before the update of its sensor
+    dt         seconds of a step, where rows have no times: of functions that take it
     sensors    in the place of h and R where there are several: {name: (h, R) or (h, R, H), ...}.  Their measurements follow one another;
                an update takes the sensors in this order, each at what the one before has left
     angles     the measurements, by name or number, that are angles in rad: their innovations are wrapped
-    controls   names of the controls; their columns are u.  A time step that varies is one of them.
+    controls   names of the controls; their columns are u
     A measurement's range, for fixed point, is that of its innovation (extended.h).
     simulated_controls   l numbers of t: u where measurements are simulated
 
@@ -69,7 +77,7 @@ class NonlinearModel:
     """
 
     def __init__(self, f: Optional[Function] = None, h: Optional[Function] = None, *, x0: ArrayLike, P0: ArrayLike,
-                 R: Optional[ArrayLike] = None, Q: Optional[ArrayLike] = None, G: Optional[ArrayLike] = None,
+                 R: Noise = None, Q: Noise = None, G: Noise = None, dt: Optional[float] = None,
                  increment: Optional[Function] = None, innovation: Optional[Function] = None,
                  A: Optional[Function] = None, H: Optional[Function] = None, states: Quantities = None,
                  measurements: Quantities = None, controls: Quantities = None, angles: Sequence[Union[int, str]] = (),
@@ -78,40 +86,49 @@ class NonlinearModel:
                  name: str = "model"):
         if f is None and increment is None:
             raise ModelError("f", "is missing: f(x, t, u), or increment(x, t, u)")
-        stack = _stacked(sensors, h, R, H) if sensors else None
-        if stack:
-            R = stack[1]
-        elif h is None or R is None:
+        if not sensors and (h is None or R is None):
             raise ModelError(*(("R", "is missing") if h else ("h", "is missing: h(x, t, u)")))
         if P0 is None or isinstance(P0, str):
             raise ModelError("P0", "has to be known: a matrix or variances")
         if nominal is not None and (plus is None or minus is None or f is None):
             raise ModelError("nominal", "needs f(x, t, u), plus(x, d) and minus(a, b), too")
-        n, m = _length("x0" if nominal is None else "P0", x0 if nominal is None else P0), _length("R", R)
-        self.frame = Model(np.eye(n), np.zeros((m, n)), R, Q, G=G, x0=x0 if nominal is None else np.zeros(n), P0=P0,
-                           states=states, measurements=measurements, name=name)
+        self.carried = () if nominal is None else _nominal(nominal, x0)
+        self.controls = () if controls is None else _controls(controls)
+        self.l = len(self.controls)
+        self.given = {key: Given(key, function, NAMES.get(key, OF_ROW)) for key, function in (
+            ("f", f), ("increment", increment), ("h", h), ("innovation", innovation), ("A", A), ("H", H),
+            ("plus", plus), ("minus", minus), ("simulated_controls", simulated_controls), *(
+                (key, one) for key, one in (("Q", Q), ("G", G)) if callable(one))) if function is not None}
+        n = length("x0" if nominal is None else "P0", x0 if nominal is None else P0)
+        self.noises = _sensor_parts(sensors, h, R, H) if sensors else Noises({"": R})
+        m = self.noises.measured(lambda: (np.array(numbers_of(x0), float).ravel(), 0, self.controls_at(0)), measurements)
+        if (Q is None) == (G is None):
+            raise ModelError("Q", "give either Q or G, with Q = G G'")
+        varies = self.given.keys() & {"Q", "G"}
+        self.frame = Model(np.eye(n), np.zeros((m, n)), self.noises.start, np.zeros((n, n)) if varies else Q, G=None if varies else G,
+                           x0=x0 if nominal is None else np.zeros(n), P0=P0, states=states, measurements=measurements, name=name)
         self.name, self.n, self.m = name, n, m
         self.path: Optional[Path] = None  # of its file
         self.free: tuple[str, ...] = ()  # what its file says that a fit estimates
         self.constants: dict[str, float] = {}  # of its file, that were estimated
-        self.x0, self.P0, self.Q, self.G, self.R = (getattr(self.frame, key) for key in ("x0", "P0", "Q", "G", "R"))
-        self.states, self.measurements = self.frame.states, self.frame.measurements
-        self.carried = self.states if nominal is None else _nominal(nominal, x0)
-        if nominal is not None:
-            self.x0 = np.array(x0, float)
-        self.controls = () if controls is None else _controls(controls)
-        self.l = len(self.controls)
+        self.P0, self.states, self.measurements = self.frame.P0, self.frame.states, self.frame.measurements
+        self.Q, self.G = (None, None) if varies else (self.frame.Q, self.frame.G)  # None: functions
+        self.R = None if self.noises.functions else self.frame.R
+        self.x0 = self.frame.x0 if nominal is None else np.array(x0, float)
+        self.carried = self.carried or self.states
         self.angles = self._angles(angles)
-        self.given = {key: Given(key, function, key == "innovation") for key, function in (
-            ("f", f), ("increment", increment), ("h", h), ("innovation", innovation), ("A", A), ("H", H),
-            ("plus", plus), ("minus", minus), ("simulated_controls", simulated_controls)) if function is not None}
+        self._R = R
         self.sensors = [Sensor("", 0, m)]
-        if stack:
-            self.given["h"], self._sensors = stack[0], sensors
-            self.given.update({} if stack[2] is None else {"H": stack[2]})
-            first = np.cumsum([0, *(count for _, _, count in stack[0].parts)])
-            self.sensors = [Sensor(name, int(at), count) for at, (name, _, count) in zip(first, stack[0].parts)]
-        self.formulas = Formulas(self.given, len(self.carried), n, m, self.l, self.angles)
+        if sensors:
+            self._sensors, sizes = sensors, self.noises.sizes
+            self.given.update(_stacked(sensors, sizes))
+            first = np.cumsum([0, *sizes.values()])
+            self.sensors = [Sensor(name, int(at), count) for at, (name, count) in zip(first, sizes.items())]
+        self.takes_step = any(STEP in one.takes for one in self.given.values() if isinstance(one, Given))
+        self.dt = _step(dt) if self.takes_step and dt is not None else None
+        for key in self.given.keys() & set(OF_STEP):
+            self.given[key].dt = self.dt
+        self.formulas = Formulas(self.given, len(self.carried), n, m, self.l, self.angles, noises=self.noises)
         self._derived: dict[str, Jacobian] = {}
 
     def _angles(self, given: Sequence[Union[int, str]]) -> list[int]:
@@ -143,12 +160,47 @@ class NonlinearModel:
             given = 2 if other.pop("H", "") is None else 3
             made["sensors"] = {name: one[:given] for name, one in self._sensors.items()}
         else:
-            made["R"] = self.R
-        if not {"Q", "G"} & set(other):
+            made["R"] = self._R
+        if {"Q", "G"} & set(other):
+            made.update(Q=None, G=None)
+        elif not {"Q", "G"} & set(made):
             made.update({"G": self.G} if self.G is not None else {"Q": self.Q})
-        made.update(x0=self.x0, P0=self.P0, states=self.states, measurements=self.measurements, controls=self.controls,
+        made.update(dt=self.dt, x0=self.x0, P0=self.P0, states=self.states, measurements=self.measurements, controls=self.controls,
                     angles=self.angles, name=self.name)
         return NonlinearModel(**{**made, **other})
+
+    # ------------------------------------------------------------------ rows at their times
+
+    @cached_property
+    def reads_times(self) -> bool:
+        """Does a function read t, or take the step?"""
+        f = self.formulas
+        try:
+            return self.takes_step or any(one.op == "symbol" and one.args[0] == "t" for one in needed(f.of_rows)[0])
+        except Untraced:
+            return any("t" in one.takes for one in self.functions)
+
+    @property
+    def functions(self) -> list[Given]:
+        """Of a row and of a step"""
+        given = [one for key, one in self.given.items() if key not in ("plus", "minus", "simulated_controls")]
+        parts = [part for one in given for part in ([of for _, of, _ in one.parts] if isinstance(one, Stacked) else [one])]
+        return [*parts, *self.noises.functions.values()]
+
+    @property
+    def dt_of_rows(self) -> Optional[float]:
+        """Of data, whose times are read then: NaN if no step is known; None: rows are steps"""
+        return (self.dt or np.nan) if self.reads_times else None
+
+    def at_row(self, row: int) -> float:
+        """t of a row without a time"""
+        return row if self.dt is None else Instant(row * self.dt, self.dt)
+
+    def instants(self, rows: int, times: Optional[np.ndarray] = None) -> list[float]:
+        """t of each row; the last one has the model's step"""
+        if times is None:
+            return [self.at_row(row) for row in range(rows)]
+        return [Instant(*one) for one in zip(times, [*np.diff(times), self.dt])]
 
     # ------------------------------------------------------------------ the functions, checked
 
@@ -184,26 +236,26 @@ class NonlinearModel:
     def measurement_names(self) -> list[str]:
         return [one.name for one in self.measurements]
 
-    def moved(self, x: np.ndarray, t: int, u: np.ndarray = NOTHING) -> np.ndarray:
+    def moved(self, x: np.ndarray, t: float, u: np.ndarray = NOTHING) -> np.ndarray:
         """f(x)"""
         if "f" not in self.given:
             return x + self.increment(x, t, u)
         f = self.given["f"]
         return f.finite(f.numbers((len(self.carried),), x, t, u), [self.carried_names], x)
 
-    def increment(self, x: np.ndarray, t: int, u: np.ndarray = NOTHING) -> np.ndarray:
+    def increment(self, x: np.ndarray, t: float, u: np.ndarray = NOTHING) -> np.ndarray:
         """f(x) - x"""
         if "increment" not in self.given:
             return self.moved(x, t, u) - x
         d = self.given["increment"]
         return d.finite(d.numbers((self.n,), x, t, u), [self.state_names], x)
 
-    def expected(self, x: np.ndarray, t: int, u: np.ndarray = NOTHING) -> np.ndarray:
+    def expected(self, x: np.ndarray, t: float, u: np.ndarray = NOTHING) -> np.ndarray:
         """h(x)"""
         h = self.given["h"]
         return h.finite(h.numbers((self.m,), x, t, u), [self.measurement_names], x)
 
-    def innovation(self, z: np.ndarray, x: np.ndarray, t: int, u: np.ndarray = NOTHING,
+    def innovation(self, z: np.ndarray, x: np.ndarray, t: float, u: np.ndarray = NOTHING,
                    near: Optional[np.ndarray] = None) -> np.ndarray:
         """z - h(x), of what is NaN in z: 0.  Angles are within half a turn of `near`, or of 0."""
         there = ~np.isnan(z)
@@ -215,25 +267,25 @@ class NonlinearModel:
         e = np.where(there, e, 0.0)
         return unwrapped(e, self.angles) if near is None else near + unwrapped(e - near, self.angles)
 
-    def transition(self, x: np.ndarray, t: int, u: np.ndarray = NOTHING) -> np.ndarray:
+    def transition(self, x: np.ndarray, t: float, u: np.ndarray = NOTHING) -> np.ndarray:
         """A = df/dx, n x n"""
         if "A" in self.given:
             A = self.given["A"]
             return A.finite(A.numbers((self.n, self.n), x, t, u), [self.state_names, self.state_names], x)
         return self.found_transition(x, t, u)
 
-    def measurement(self, x: np.ndarray, t: int, u: np.ndarray = NOTHING) -> np.ndarray:
+    def measurement(self, x: np.ndarray, t: float, u: np.ndarray = NOTHING) -> np.ndarray:
         """H = dh/dx, m x n"""
         if "H" in self.given:
             H = self.given["H"]
             return H.finite(H.numbers((self.m, self.n), x, t, u), [self.measurement_names, self.state_names], x)
         return self.found_measurement(x, t, u)
 
-    def found_transition(self, x: np.ndarray, t: int, u: np.ndarray = NOTHING) -> np.ndarray:
+    def found_transition(self, x: np.ndarray, t: float, u: np.ndarray = NOTHING) -> np.ndarray:
         """A, derived from the formulas of f.  KalmanqError says what of f has no formula."""
         return self._finite("A", self._derive("A").at(x, t, u), self.state_names, x)
 
-    def found_measurement(self, x: np.ndarray, t: int, u: np.ndarray = NOTHING) -> np.ndarray:
+    def found_measurement(self, x: np.ndarray, t: float, u: np.ndarray = NOTHING) -> np.ndarray:
         return self._finite("H", self._derive("H").at(x, t, u), self.measurement_names, x)
 
     def _derive(self, which: str) -> Jacobian:
@@ -242,14 +294,25 @@ class NonlinearModel:
                 rows = self.formulas.derived_transition if which == "A" else self.formulas.derived_measurement
             except Untraced as problem:
                 raise Untraced(f"{problem}.  Or give its Jacobian {which}(x, t, u)") from None
-            self._derived[which] = Jacobian(rows)
+            self._derived[which] = Jacobian(rows, self.dt)
         return self._derived[which]
 
     def _finite(self, which: str, J: np.ndarray, rows: list[str], x: np.ndarray) -> np.ndarray:
         of = self.given["h" if which == "H" else "increment" if "increment" in self.given else "f"]
         return of.finite(J, [[f"its derivative of {one}" for one in rows], [f"by {one}" for one in self.state_names]], x)
 
-    def controls_at(self, t: int) -> np.ndarray:
+    def process_noise(self, x: np.ndarray, t: float, u: np.ndarray = NOTHING) -> dict[str, np.ndarray]:
+        """Q, or G, of the step that begins here, by name"""
+        for key in ("Q", "G"):
+            if key in self.given:
+                return {key: looked_at(self.given[key], (x, t, u), self.n)}
+        return {"Q": self.Q} if self.G is None else {"G": self.G}
+
+    def measurement_noise(self, x: np.ndarray, t: float, u: np.ndarray = NOTHING) -> np.ndarray:
+        """R of all sensors"""
+        return self.R if self.R is not None else self.noises.at((x, t, u))
+
+    def controls_at(self, t: float) -> np.ndarray:
         if not self.l:
             return NOTHING
         if "simulated_controls" not in self.given:
@@ -270,36 +333,36 @@ def unwrapped(change: np.ndarray, angles: Sequence[int]) -> np.ndarray:
 
 
 def _nominal(names: Any, x0: ArrayLike) -> Any:
-    count = _length("x0", x0)
+    count = length("x0", x0)
     made = Model(np.eye(count), np.zeros((1, count)), 1.0, np.eye(count), P0=np.zeros(count), states=names).states
     return made
 
 
-def _stacked(sensors: Mapping[str, tuple], h: Any, R: Any, H: Any) -> tuple[Stacked, np.ndarray, Optional[Stacked]]:
-    """Their h, R and H"""
+def _sensor_parts(sensors: Mapping[str, tuple], h: Any, R: Any, H: Any) -> Noises:
+    """R of each"""
     if any(one is not None for one in (h, R, H)):
         raise ModelError("sensors", "is in the place of h, R and H: leave these out")
-    parts, matrices, slopes = [], [], []
     for name, given in sensors.items():
         if not isinstance(name, str) or not name.isidentifier() or not isinstance(given, (tuple, list)) or len(given) not in (2, 3):
             raise ModelError("sensors", 'is {"name": (h, R), ...} or with (h, R, H), and names of letters, digits and _')
-        m = _length(f"R of {name}", given[1])
-        matrices.append(Model([[1.0]], np.zeros((m, 1)), given[1], [[0.0]], P0=[0.0]).R)
-        parts.append((name, Given(name, given[0]), m))
-        slopes += [(name, Given(f"H of {name}", given[2]), m)] if len(given) == 3 else []
-    if slopes and len(slopes) < len(parts):
+    counts = [len(given) for given in sensors.values()]
+    if max(counts) > min(counts):
         raise ModelError("sensors", "either each gives its Jacobian H, or none does")
-    return Stacked(parts), block_diagonal(matrices), Stacked(slopes) if slopes else None
+    return Noises({name: given[1] for name, given in sensors.items()})
 
 
-def _length(key: str, given: ArrayLike) -> int:
-    try:
-        length = len(np.atleast_1d(numbers_of(given)))
-    except (TypeError, ValueError, OverflowError):
-        raise ModelError(key, "not an array of numbers, with rows of one length") from None
-    if not 1 <= length <= SIZE_MAX:
-        raise ModelError(key, f"has {length} rows; there are 1 to {SIZE_MAX}")
-    return length
+def _stacked(sensors: Mapping[str, tuple], sizes: Mapping[str, int]) -> dict[str, Stacked]:
+    """Their h and H"""
+    made = {"h": Stacked([(name, Given(name, given[0]), sizes[name]) for name, given in sensors.items()])}
+    if all(len(given) == 3 for given in sensors.values()):
+        made["H"] = Stacked([(name, Given(f"H of {name}", given[2]), sizes[name]) for name, given in sensors.items()])
+    return made
+
+
+def _step(dt: Any) -> float:
+    if isinstance(dt, bool) or not isinstance(dt, (int, float, np.integer, np.floating)) or not 0 < dt < np.inf:
+        raise ModelError("dt", "is not a number above 0: the seconds from row to row")
+    return float(dt)
 
 
 def _controls(given: Any) -> Any:

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import Any, Mapping, Optional, Sequence
+
 import numpy as np
 
 from kalmanq.nonlinear.model import NonlinearModel
@@ -25,22 +27,34 @@ class Noise:
         return self.unit * (self.vectors @ along), float(np.sum(along**2 / self.values))
 
 
-def objective(model: NonlinearModel, states: np.ndarray, z: np.ndarray, u: np.ndarray) -> float:
+def objective(model: NonlinearModel, states: np.ndarray, z: np.ndarray, u: np.ndarray, at: Sequence[float],
+              noises: Mapping[tuple[str, int, int], Any]) -> float:
     """sum e' R^-1 e + sum w' Q^-1 w + (x0's), at the run nearest to `states` that the noises can make.
 
     Where Q is singular, smoothed states of a linearised model are not exactly a run of the nonlinear one: each step's
     noise is the part of what is needed that Q has, and the run is what comes of it.
+    at: t of each row; noises: Q or G, and R, of a row and the first number of a sensor, where they are functions
     """
-    P0, Q = Noise(model.P0), Noise(model.Q)
+    P0, Q = Noise(model.P0), None if model.Q is None else Noise(model.Q)
     moved, sum_ = P0.split(states[0] - model.x0)
     x = model.x0 + moved
     for t in range(len(states)):
         if t:
-            f = model.moved(x, t - 1, u[t - 1])
-            w, cost = Q.split(states[t] - f)
+            f = model.moved(x, at[t - 1], u[t - 1])
+            w, cost = (Q or Noise(_covariance(noises["Q", t - 1, 0]))).split(states[t] - f)
             x, sum_ = f + w, sum_ + cost
-        there = ~np.isnan(z[t])
-        if np.any(there):
-            e = model.innovation(z[t], x, t, u[t])[there]
-            sum_ += float(e @ np.linalg.pinv(model.R[np.ix_(there, there)], hermitian=True) @ e)
+        if not np.all(np.isnan(z[t])):
+            e = model.innovation(z[t], x, at[t], u[t])
+            sum_ += sum(_of_sensor(z[t], e, one.rows, model.R if model.R is not None else noises.get(("R", t, one.first)))
+                        for one in model.sensors)
     return sum_
+
+
+def _of_sensor(z: np.ndarray, e: np.ndarray, own: slice, R: Optional[np.ndarray]) -> float:
+    """e' R^-1 e of its numbers that are there"""
+    there = np.flatnonzero(~np.isnan(z[own])) + own.start
+    return float(e[there] @ np.linalg.pinv(R[np.ix_(there, there)], hermitian=True) @ e[there]) if len(there) else 0.0
+
+
+def _covariance(noise: Mapping[str, np.ndarray]) -> np.ndarray:
+    return noise["Q"] if "Q" in noise else noise["G"] @ noise["G"].T

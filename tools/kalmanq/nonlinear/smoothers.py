@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 import warnings
-from typing import Any, Optional
+from typing import Any, Callable, Optional
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from kalmanq.core import ffi, lib, require, warn_of
-from kalmanq.data.rows import index_of, rows_of
+from kalmanq.data.rows import index_of, rising, rows_of
 from kalmanq.errors import KalmanqError, KalmanqWarning
 from kalmanq.nonlinear import methods
 from kalmanq.nonlinear.filters import ITERATIONS, NonlinearFilter, controls_of, parts_of, refuse_method
@@ -34,7 +34,7 @@ class NonlinearSmoother:
 
     passes  1: the Rauch-Tung-Striebel smoother of the filter's linearisations.  More: each further pass linearises
             f and h at the smoothed states of the last one, by Jacobians ("extended", "iterated") or by sigma points
-            of the smoothed densities (sigma_points.h, with its step rule).
+            of the smoothed densities (sigma_points.h, with its step rule).  Noises that are functions stay as in the first.
     After a run: `passes_done`, `is_settled` (no mean moved by more than 0.01 sigma), `objectives` (one for each pass),
     `halvings`.  What the run says of the filter is that of the first pass.
     """
@@ -50,12 +50,13 @@ class NonlinearSmoother:
         self.passes_done, self.halvings, self.is_settled = 0, 0, False
         self.objectives: list[float] = []
 
-    def run(self, z: ArrayLike, u: Optional[ArrayLike] = None, *, covariance: bool = False) -> Run:
+    def run(self, z: ArrayLike, u: Optional[ArrayLike] = None, *, times: Optional[ArrayLike] = None, covariance: bool = False) -> Run:
         """As NonlinearFilter.run.  `covariance`: those of all rows, too."""
         rows = rows_of(z, self.model.measurements, "z")
         controls = controls_of(u, self.model, len(rows))
+        self._times, self._noises = None if times is None else rising(times, len(rows)), {}
         recording = self._recording(len(rows), None)
-        run = recording.run(rows, controls if self.model.l else None, covariance=covariance)
+        run = recording.run(rows, controls if self.model.l else None, times=self._times, covariance=covariance)
         run.index, self.last = index_of(z, u), recording
         self.passes_done, self.halvings, self.is_settled, self.objectives = 1, 0, self.passes == 1, []
         if len(rows):
@@ -65,7 +66,7 @@ class NonlinearSmoother:
         return run
 
     def _recording(self, rows: int, way: Any) -> _Recording:
-        return _Recording(self.model, self.parts, self.method, self.iterations, rows, way)
+        return _Recording(self.model, self.parts, self.method, self.iterations, rows, way, self._noises)
 
     def _iterate(self, run: Run, recording: _Recording, z: np.ndarray, u: np.ndarray, covariance: bool) -> None:
         """Passes until the states settle; `run` has the smoothed states of the best one."""
@@ -93,7 +94,7 @@ class NonlinearSmoother:
         recording = self._recording(len(z), at.way())
         with warnings.catch_warnings():
             warnings.simplefilter("ignore", KalmanqWarning)  # told once, of the pass that is kept
-            made = recording.run(z, u if self.model.l else None)
+            made = recording.run(z, u if self.model.l else None, times=self._times)
         recording.smooth(made, covariance)
         self.passes_done += 1
         return made, Densities(recording, made, self.method)
@@ -113,7 +114,7 @@ class NonlinearSmoother:
         """Infinite where the functions cannot be evaluated"""
         with np.errstate(all="ignore"):
             try:
-                value = objective(self.model, means, z, u)
+                value = objective(self.model, means, z, u, self.model.instants(len(z), self._times), self._noises)
             except KalmanqError:
                 return float("inf")
         return value if np.isfinite(value) else float("inf")
@@ -133,11 +134,13 @@ def keep_smoothed(run: Run, made: Run) -> None:
 
 
 class _Recording(NonlinearFilter):
-    """A filter with a history of so many rows.  `way`: how it linearises, where that is not its method's."""
+    """A filter with a history of so many rows.  `way`: how it linearises, where that is not its method's; noises: of rows of
+    passes before, which stay"""
 
-    def __init__(self, model: NonlinearModel, parts: Parts, method: str, iterations: int, rows: int, way: Any):
+    def __init__(self, model: NonlinearModel, parts: Parts, method: str, iterations: int, rows: int, way: Any,
+                 noises: dict[tuple[str, int, int], Any]):
         super().__init__(model, parts.arithmetic.name, method, iterations, parts=parts)
-        self.way = way or self.way
+        self.way, self.noises = way or self.way, noises
         n, m, rows = model.n, model.m, max(rows, 1)
         self._history = self._object("history", n, sizes=(n, m, rows, rows))
         a = self.arithmetic
@@ -148,6 +151,11 @@ class _Recording(NonlinearFilter):
         require(a.function("jacobians_assign")(self._jacobians, self._history, n, self._processes, rows,
                                                self._pointer(memory), memory.size), "jacobians")
         self._attach(self._jacobians, "history")
+
+    def noise(self, key: str, make: Callable[[], Any], sensor: int = 0) -> Any:
+        at = key, self.row, sensor
+        self.noises[at] = self.noises[at] if at in self.noises else make()
+        return self.noises[at]
 
     def _jacobian_words(self, rows: int) -> int:
         """KQ_JACOBIANS_LEN, with another noise at each predict"""

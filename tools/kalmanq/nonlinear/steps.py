@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-from typing import Any, Callable
+from typing import Any, Callable, Mapping
 
 import numpy as np
 
 from kalmanq.core import ffi, lib, nearest, require
 from kalmanq.data.rows import present_of
-from kalmanq.errors import KalmanqError
+from kalmanq.errors import KalmanqError, ModelError
 from kalmanq.nonlinear.callbacks import Answer
 from kalmanq.nonlinear.model import NonlinearModel
 from kalmanq.run.parts import Parts, doubles
@@ -24,6 +24,8 @@ class Steps:
         a, n, m = self.arithmetic, model.n, model.m
         self._A, self._H = (self._table(rows * n) for rows in (n, m))
         parts.take_innovations()
+        self.noise = parts  # process and sensor with the noises of the row
+        self._before = parts  # what the last process or sensor refers to stays
         if not a.is_fixed:
             self._y, self._J, self._E = a.empty(max(n, m)), a.empty(max(n, m) * n), a.empty(max(n, m) * n)
             self._R = a.empty(m, m)
@@ -41,11 +43,20 @@ class Steps:
         require(self.arithmetic.function(f"{stem}_assign")(made, *sizes, *self.parts.memory(length)), stem)
         return made
 
+    def take(self, noises: Mapping[str, np.ndarray]) -> None:
+        """Q, G or R of this row"""
+        try:
+            made = Parts(self.noise.model.changed(**noises), self.arithmetic.name)
+            made.take_innovations()
+        except ModelError as problem:
+            raise KalmanqError(str(problem), problem.status) from problem
+        self.noise, self._before = made, self.noise
+
     # ------------------------------------------------------------------ steps that are linear in x
 
     def predict(self, filter_: Any, A: np.ndarray, d: np.ndarray) -> None:
         """x <- x + d, P <- A P A' + Q"""
-        process = self.parts.process
+        process = self.noise.process
         if self.arithmetic.is_fixed:
             self._fixed_table(self._A, A, "states", "A", lib.kq_process_change_jacobian_q31, process)
         else:
@@ -54,7 +65,7 @@ class Steps:
         require(self._function("predict_extended")(filter_, process, self._pointer(self._states(d))), "predict")
 
     def measure(self, H: np.ndarray) -> Any:
-        sensor = self.parts.sensor
+        sensor = self.noise.sensor
         if self.arithmetic.is_fixed:
             self._fixed_table(self._H, H, "measurements", "H", lib.kq_sensor_change_measurement_q31, sensor)
         else:
@@ -81,13 +92,13 @@ class Steps:
     def predict_points(self, filter_: Any, increment: Callable[[np.ndarray], np.ndarray], rule: str) -> None:
         answer = Answer(self.arithmetic, self.model.n, self.model.n, increment)
         answer.require(self._function("predict_sigma_points")(
-            filter_, self.parts.process, answer.function, answer.context, RULES[rule], self._pointer(self._work)),
+            filter_, self.noise.process, answer.function, answer.context, RULES[rule], self._pointer(self._work)),
             "predict")
 
     def update_points(self, filter_: Any, innovation: Callable[[np.ndarray], np.ndarray], rule: str) -> None:
         answer = Answer(self.arithmetic, self.model.n, self.model.m, innovation)
         answer.require(self._function("update_sigma_points")(
-            filter_, self.parts.sensor, answer.function, answer.context, RULES[rule], self._pointer(self._work)),
+            filter_, self.noise.sensor, answer.function, answer.context, RULES[rule], self._pointer(self._work)),
             "update")
 
     def linearise(self, at: Any, g: Callable[[np.ndarray], np.ndarray], rows: int,
@@ -103,7 +114,7 @@ class Steps:
     def predict_at(self, filter_: Any, A: np.ndarray, d: np.ndarray) -> None:
         """As predict, with the noise that the last linearise has left, too."""
         self._fill(self._A, A, "A")
-        require(self._function("process_linearise")(self.process, self.parts.process, self._pointer(self._A),
+        require(self._function("process_linearise")(self.process, self.noise.process, self._pointer(self._A),
                                                     self._pointer(self._E)), "A")
         require(self._function("predict_extended")(filter_, self.process, self._pointer(self._states(d))), "predict")
 
@@ -111,7 +122,7 @@ class Steps:
         """As measure, with the noise that the last linearise has left, too."""
         self._fill(self._H, H, "H")
         require(self._function("sensor_linearise")(
-            self.sensor, self.parts.sensor, *map(self._pointer, (self._H, self._E, self._R))), "H")
+            self.sensor, self.noise.sensor, *map(self._pointer, (self._H, self._E, self._R))), "H")
         return self.sensor
 
     # ------------------------------------------------------------------ numbers

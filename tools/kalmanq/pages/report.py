@@ -74,7 +74,7 @@ LEFT_OUT = f"left out: smoothed states and sigmas; {NO_SMOOTHER}"
 def made_of(model: AnyModel, z: np.ndarray, u: Optional[np.ndarray], arithmetic: str, is_compiled: bool = False,
             times: Optional[np.ndarray] = None) -> Study:
     """is_compiled: of what the emitted C estimates"""
-    of = _nonlinear_of if isinstance(model, NonlinearModel) else partial(_linear_of, times=times)
+    of = partial(_nonlinear_of if isinstance(model, NonlinearModel) else _linear_of, times=times)
     with warnings.catch_warnings():
         warnings.simplefilter("ignore")  # the page has the events, of each arithmetic
         run, compared, wider = of(model, z, u, arithmetic, is_compiled)
@@ -92,9 +92,10 @@ def _linear_of(model: Model, z: np.ndarray, u: Optional[np.ndarray], arithmetic:
 
 
 def _nonlinear_of(model: NonlinearModel, z: np.ndarray, u: Optional[np.ndarray], arithmetic: str,
-                  is_compiled: bool) -> tuple[Run, dict[str, dict], list[str]]:
-    run = compiled_equations_run(model, arithmetic, z, u) if is_compiled else NonlinearSmoother(model, arithmetic).run(z, u)
-    _, compared = arithmetics(model, z, u, COMPILED if is_compiled else {})
+                  is_compiled: bool, times: Optional[np.ndarray]) -> tuple[Run, dict[str, dict], list[str]]:
+    run = compiled_equations_run(model, arithmetic, z, u, times) if is_compiled else \
+        NonlinearSmoother(model, arithmetic).run(z, u, times=times)
+    _, compared = arithmetics(model, z, u, COMPILED if is_compiled else {}, times)
     return run, compared, []
 
 

@@ -1,0 +1,321 @@
+"""Rows at their times and noises that are functions: beside an extended filter and smoother in NumPy, in C, and as a user has them."""
+
+from __future__ import annotations
+
+import warnings
+from pathlib import Path
+from types import SimpleNamespace
+from typing import Any
+
+import numpy as np
+import pytest
+
+from kalmanq import KalmanqError, KalmanqWarning
+from kalmanq.nonlinear import NonlinearFilter, NonlinearModel, NonlinearSmoother, read, simulate
+from kalmanq.nonlinear.objective import objective
+from test_nonlinear import kalmanq, refused
+
+ROWS, SEEDS = 120, (1, 2, 3)
+VEHICLE = """
+import numpy as np
+states = {"names": ["east", "north", "speed", "heading"], "ranges": [4000, 4000, 60, 60]}
+measurements = {"names": ["gps_east", "gps_north"], "ranges": [4000, 4000]}
+controls = ["yaw_rate"]
+dt = 1.0
+x0, P0, R = [0, 0, 15, 0], [25, 25, 1, 0.1], [4, 4]
+def f(x, u, dt): return [x[0] + x[2] * np.cos(x[3]) * dt, x[1] + x[2] * np.sin(x[3]) * dt, x[2], x[3] + u[0] * dt]
+def A(x, u, dt):
+    c, s = np.cos(x[3]) * dt, np.sin(x[3]) * dt
+    return [[1, 0, c, -x[2] * s], [0, 1, s, x[2] * c], [0, 0, 1, 0], [0, 0, 0, 1]]
+def Q(x, t, u, dt): return np.diag([0, 0, 0.02, 1e-4]) * dt + 1e-3 * u[0]**2 * np.array(
+    [[dt**3 / 3, 0, 0, 0], [0, dt**3 / 3, 0, dt**2 / 2], [0, 0, 0, 0], [0, dt**2 / 2, 0, dt]])
+def h(x): return x[:2]
+def H(x): return np.eye(2, 4)
+def simulated_controls(t): return [0.3 * np.sin(0.2 * t)]
+"""
+RADAR = """
+import numpy as np
+states = {"names": ["east", "north", "v_east", "v_north"], "ranges": [8000, 8000, 100, 100]}
+measurements = {"names": ["range", "bearing", "gps"], "ranges": [8000, 64, 8000]}
+angles = ["bearing"]
+dt = 0.5
+x0, P0 = [300, 150, -2, 1], [100, 100, 4, 4]
+def increment(x, dt): return [dt * x[2], dt * x[3], 0, 0]
+def A(x, dt): return np.eye(4) + dt * np.eye(4, k=2)
+def G(x, t, u, dt): return 0.3 * np.array([[dt * dt / 2, 0], [0, dt * dt / 2], [dt, 0], [0, dt]])
+def h_radar(x): return [np.hypot(x[0], x[1]), np.arctan2(x[1], x[0])]
+def H_radar(x):
+    r = np.hypot(x[0], x[1])
+    return [[x[0] / r, x[1] / r, 0, 0], [-x[1] / r**2, x[0] / r**2, 0, 0]]
+def R_radar(x): return [(0.5 + 0.01 * np.hypot(x[0], x[1]))**2, (0.01 + 1e-5 * np.hypot(x[0], x[1]))**2]
+sensors = {"radar": (h_radar, R_radar, H_radar), "gps": (lambda x: x[0], 9.0, lambda x: np.eye(1, 4))}
+"""
+BATTERY = """
+import numpy as np
+states = {"names": ["charge", "polarisation"], "ranges": [4, 4]}
+measurements = {"names": ["voltage"], "ranges": [16]}
+controls = ["current"]
+x0, P0 = [0.8, 0.0], [0.01, 1e-4]
+def Q(x, t, u): return [1e-8 + 1e-7 * u[0]**2, 1e-7 + 1e-6 * u[0]**2]
+def R(x, t, u): return 1e-4 + 1e-4 * u[0]**2 * (2 - x[0]) * (1 + 0.5 * np.sin(t))
+def increment(x, t, u): return [-u[0] / 900, -0.15 * x[1] + 0.003 * u[0]]
+def A(x): return [[1, 0], [0, 0.85]]
+def h(x, t, u): return 3.3 + 0.9 * x[0] - 0.15 * np.exp(-20 * x[0]) - x[1] - 0.03 * u[0]
+def H(x): return [0.9 + 3 * np.exp(-20 * x[0]), -1]
+def simulated_controls(t): return [2 + np.sin(0.1 * t)]
+"""
+FILES = {"vehicle": VEHICLE, "radar": RADAR, "battery": BATTERY}
+
+
+@pytest.fixture(params=FILES)
+def made(request, tmp_path) -> SimpleNamespace:
+    path = tmp_path / f"{request.param}.py"
+    path.write_text(FILES[request.param])
+    return SimpleNamespace(path=path, name=request.param, model=read(path), space=_space(FILES[request.param]))
+
+
+def _space(text: str) -> dict[str, Any]:
+    space: dict[str, Any] = {}
+    exec(text, space)
+    return space
+
+
+def drawn(model: NonlinearModel, seed: int, rows: int = ROWS) -> SimpleNamespace:
+    """Exponential intervals, some of the measurements missing; of a model that takes no dt no times"""
+    random = np.random.default_rng(seed)
+    times = np.cumsum([0, *random.exponential(0.8, rows - 1)]) if model.takes_step else None
+    x, z, u = simulate(model, rows, seed, times=times)
+    z[random.random(z.shape) < 0.1] = np.nan
+    return SimpleNamespace(x=x, z=z, u=u if model.l else None, times=times)
+
+
+def by_hand(name: str, of: dict[str, Any], data: SimpleNamespace) -> SimpleNamespace:
+    """The textbook's extended filter and Rauch-Tung-Striebel smoother, with A(dt), Q(dt) and R(x)"""
+    n, x, P = len(of["x0"]), np.array(of["x0"], float), np.diag(of["P0"]).astype(float)
+    made: dict[str, list] = {key: [] for key in ("mean", "covariance", "predicted", "ahead", "A", "log_likelihood")}
+    for k, z in enumerate(data.z):
+        u = None if data.u is None else data.u[k]
+        if k:
+            before, t = (None if data.u is None else data.u[k - 1]), float(k - 1)
+            dt = None if data.times is None else data.times[k] - data.times[k - 1]
+            if name == "vehicle":
+                A, Q, x = np.array(of["A"](x, before, dt)), of["Q"](x, t, before, dt), np.array(of["f"](x, before, dt))
+            elif name == "radar":
+                G = of["G"](x, t, None, dt)
+                A, Q, x = of["A"](x, dt), G @ G.T, x + of["increment"](x, dt)
+            else:
+                A, Q, x = np.array(of["A"](x)), np.diag(of["Q"](x, t, before)), x + of["increment"](x, t, before)
+            P = A @ P @ A.T + Q
+            made["A"].append(A), made["predicted"].append(x), made["ahead"].append(P)
+        likelihood = 0.0
+        for first, h, H, R in sensors_by_hand(name, of, float(k), u):
+            there = ~np.isnan(z[first:first + len(np.atleast_1d(h(x)))])
+            if not there.any():
+                continue
+            S_x, e = np.atleast_2d(H(x))[there], np.atleast_1d(z[first:first + len(there)] - h(x))
+            e[1:] = (e[1:] + np.pi) % (2 * np.pi) - np.pi if name == "radar" else e[1:]
+            S = S_x @ P @ S_x.T + np.diag(np.atleast_1d(R(x)))[np.ix_(there, there)]
+            K, e = P @ S_x.T @ np.linalg.inv(S), e[there]
+            likelihood -= (e @ np.linalg.solve(S, e) + np.linalg.slogdet(2 * np.pi * S)[1]) / 2
+            x, P = x + K @ e, (np.eye(n) - K @ S_x) @ P
+        made["mean"].append(x), made["covariance"].append(P), made["log_likelihood"].append(likelihood)
+    return SimpleNamespace(**{key: np.array(one) for key, one in made.items()})
+
+
+def sensors_by_hand(name: str, of: dict[str, Any], t: float, u: Any) -> list[tuple]:
+    if name == "vehicle":
+        return [(0, lambda x: np.array(of["h"](x)), of["H"], lambda x: of["R"])]
+    if name == "radar":
+        return [(0, lambda x: np.array(of["h_radar"](x)), of["H_radar"], of["R_radar"]),
+                (2, lambda x: x[:1], lambda x: np.eye(1, 4), lambda x: 9.0)]
+    return [(0, lambda x: of["h"](x, t, u), of["H"], lambda x: of["R"](x, t, u))]
+
+
+def smoothed_by_hand(of: SimpleNamespace) -> np.ndarray:
+    made = [of.mean[-1]]
+    for k in range(len(of.mean) - 2, -1, -1):
+        C = of.covariance[k] @ of.A[k].T @ np.linalg.inv(of.ahead[k])
+        made.append(of.mean[k] + C @ (made[-1] - of.predicted[k]))
+    return np.array(made[::-1])
+
+
+def apart(run, by: SimpleNamespace) -> float:
+    """Of means in sigma, of covariances in sigma_i sigma_j, of the log-likelihood of a row"""
+    sigma = np.sqrt(np.einsum("tii->ti", by.covariance))
+    return max(np.abs((run.mean - by.mean) / sigma).max(), np.abs(run.log_likelihood - by.log_likelihood).max(),
+               np.abs((run.covariance - by.covariance) / (sigma[:, :, None] * sigma[:, None])).max())
+
+
+@pytest.mark.parametrize("seed", SEEDS)
+def test_the_filter_and_smoother_are_those_of_the_textbook(made, seed):
+    data = drawn(made.model, seed)
+    by = by_hand(made.name, made.space, data)
+    given = {"times": data.times, "covariance": True}
+    run = NonlinearFilter(made.model).run(data.z, data.u, **given)
+    assert apart(run, by) < 1e-10
+    assert apart(NonlinearFilter(made.model.without_jacobians()).run(data.z, data.u, **given), by) < 1e-10
+    smoothed = NonlinearSmoother(made.model).run(data.z, data.u, **given).smoothed
+    sigma = np.sqrt(np.einsum("tii->ti", by.covariance))
+    assert np.abs((smoothed - smoothed_by_hand(by)) / sigma).max() < 1e-8  # the inverse of P+ in NumPy
+    by_f32 = NonlinearFilter(made.model, "f32").run(data.z, data.u, **given)
+    by_q31 = NonlinearFilter(made.model, "q31").run(data.z, data.u, **given)
+    assert apart(by_f32, by) < 2e-3 and np.abs((by_q31.mean - by.mean) / sigma).max() < 0.02
+
+
+def test_row_by_row_and_in_blocks_are_as_at_once(made):
+    data = drawn(made.model, 4)
+    whole = NonlinearFilter(made.model).run(data.z, data.u, times=data.times)
+    rows, blocks = NonlinearFilter(made.model), NonlinearFilter(made.model)
+    for k in range(ROWS):
+        u = None if data.u is None else data.u[k]
+        rows.update(data.z[k], u)
+        assert np.allclose(rows.mean, whole.mean[k], 1e-12, 1e-12)
+        rows.predict(u, None if data.times is None or k + 1 == ROWS else data.times[k + 1] - data.times[k])
+    for some in (slice(0, 50), slice(50, 51), slice(51, ROWS)):
+        run = blocks.run(data.z[some], *(None if one is None else one[some] for one in (data.u,)),
+                         times=None if data.times is None else data.times[some])
+        assert np.array_equal(run.mean, whole.mean[some])
+
+
+def test_passes_keep_the_noises_of_the_first_and_settle(made):
+    """At the smoothed states the objective with these noises is flat"""
+    data = drawn(made.model, 5)
+    smoother = NonlinearSmoother(made.model, passes=20)
+    run = smoother.run(data.z, data.u, times=data.times)
+    assert smoother.is_settled
+    u = np.zeros((ROWS, 0)) if data.u is None else data.u
+
+    def value(states: np.ndarray) -> float:
+        return objective(made.model, states, data.z, u, made.model.instants(ROWS, data.times), smoother._noises)
+
+    least = value(run.smoothed)
+    direction = np.random.default_rng(1).standard_normal(run.smoothed.shape) * run.smoothed_sigma
+    assert least <= smoother.objectives[0] + 1e-9 and all(value(run.smoothed + a * direction) > least for a in (-0.3, 0.3))
+
+
+FORMS = ("def f(x, u, dt): return x + u[0] * dt", "def f(x, t, u, dt): return x + u[0] * dt", "def f(x, dt, u): return x + u[0] * dt",
+         "def f(state, time, control, dt): return state + control[0] * dt")
+WALK = """
+controls, measurements, states, dt = ["v"], ["z"], ["x"], 0.25
+x0, P0, R = 0, 1, 1
+{}
+def Q(x, dt): return dt
+def h(x, t): return x + {}
+"""
+
+
+@pytest.mark.parametrize("form", FORMS)
+def test_arguments_are_taken_by_their_names(form, tmp_path):
+    (tmp_path / "walk.py").write_text(WALK.format(form, "0 * t"))
+    model = read(tmp_path / "walk.py")
+    z, u = np.random.default_rng(1).standard_normal((2, 40, 1))
+    run = NonlinearFilter(model).run(z, u)
+    x, P = 0.0, 1.0
+    for k in range(40):
+        x, P = (x + 0.25 * u[k - 1, 0], P + 0.25) if k else (x, P)
+        x, P = x + P / (P + 1) * (z[k, 0] - x), P / (P + 1)
+        assert abs(run.mean[k, 0] - x) < 1e-12
+    assert model.formulas.change[0].op != "constant"
+
+
+def test_t_is_seconds_where_rows_have_times_or_a_step(tmp_path):
+    (tmp_path / "walk.py").write_text(WALK.format(FORMS[0], "t"))
+    for times, at in ((None, 0.25 * np.arange(5)), (np.array([0, 0.3, 1, 5, 5.5]),) * 2):
+        run = NonlinearFilter(read(tmp_path / "walk.py")).run(np.zeros((5, 1)), np.zeros((5, 1)), times=times)
+        assert np.allclose(run.mean[0] + run.innovation[0], [0]) and np.allclose(
+            run.innovation[1:, 0], -at[1:] - run.mean[:-1, 0])
+
+
+def csv_of(folder: Path, times: np.ndarray, z: np.ndarray, name: str = "t [ms]") -> Path:
+    path = folder / "data.csv"
+    path.write_text("\n".join([f"{name},z", *(f"{1000 * t:.17g},{v:.17g}" for t, v in zip(times, z))]) + "\n")
+    return path
+
+
+FIXED = """
+states, measurements, x0, P0, R = ["x", "v"], ["z"], [0, 0], [1, 1], 0.01
+def f(x): return [x[0] + x[1], x[1]]
+Q = [[1/3, 1/2], [1/2, 1]]
+def h(x): return x[0]
+"""
+AT_TIMES = FIXED.replace("f(x)", "f(x, dt)").replace("+ x[1],", "+ x[1] * dt,").replace(
+    "Q = [[1/3, 1/2], [1/2, 1]]", "def Q(x, t, u, dt): return [[dt**3/3, dt**2/2], [dt**2/2, dt]]")
+
+
+@pytest.mark.parametrize("seed", SEEDS)
+def test_a_column_of_times_makes_the_nis_right(seed, tmp_path):
+    """Exponential intervals of 1 s on average: of steps that are all alike the NIS is far off"""
+    (tmp_path / "right.py").write_text(AT_TIMES), (tmp_path / "fixed.py").write_text(FIXED)
+    times = np.cumsum(np.random.default_rng(seed).exponential(1.0, 1000))
+    z = simulate(read(tmp_path / "right.py"), 1000, seed, times=times)[1][:, 0]
+    data = csv_of(tmp_path, times, z)
+    made = {}
+    for name in ("right", "fixed"):
+        done = kalmanq("run", tmp_path / f"{name}.py", data, "--out", tmp_path / f"{name}.csv")
+        assert done.returncode == 0 and ("are irregular" in done.stderr) == (name == "fixed"), done
+        made[name] = float(done.stdout.split("NIS ")[1].split()[0])
+    assert abs(made["right"] - 1) < 4 * np.sqrt(2 / 1000) < 1 < abs(made["fixed"] - 1)
+    told = np.genfromtxt(tmp_path / "right.csv", delimiter=",", names=True)
+    assert np.allclose(told["time"], times - times[0]) and np.allclose(
+        told["x_mean"], NonlinearFilter(read(tmp_path / "right.py")).run(z, times=times - times[0]).mean[:, 0], 1e-9, 1e-9)
+
+
+OF_FILE = {  # a change of AT_TIMES
+    "line 5: h: takes dt, which is of a step: f, increment, A, Q and G may take it": ("h(x)", "h(x, dt)"),
+    "line 3: f: dt has a default: leave it out, and dt = ... in the file": ("f(x, dt)", "f(x, dt=1.0)"),
+    "line 3: f: its arguments are x, t, u, or fewer of the last ones, and dt by its name": ("f(x, dt)", "f(x, t, u, v, dt)"),
+    "line 4: Q: is not symmetric, at x = (": ("[dt**2/2, dt]]", "[dt, dt]]"),
+    "line 4: Q: has a negative variance, at x = (": ("dt**2/2, dt]]", "dt**2/2, -dt]]"),
+    "line 4: Q: is no covariance: it is not positive semidefinite, at x = (": ("dt**3/3", "dt**3/5"),
+    "line 4: Q: is 1 x 3, not 2 x 2, nor 2 variances, at x = (": ("[[dt**3/3, dt**2/2], [dt**2/2, dt]]", "[[1, dt, 1]]"),
+    "line 4: Q: has an entry that is not finite, at x = (": ("[dt**2/2, dt]]", "[dt**2/2, float('inf')]]"),
+    "line 4: Q: ZeroDivisionError": ("return [[", "return [[1 / (dt - dt) + "),
+    "line 4: dt: is not a number above 0": ("def Q(x", "dt = 'now'\ndef Q(x"),
+    "line 5: R: is 1 x 2, not 1 x 1, nor 1 variances": ("def h", "R = lambda x: [[1, 2]]\ndef h"),
+}
+OF_DATA = {  # times in ms; what is said
+    "0,20,10,30": "data.csv: row 4, column t [ms]: the time goes back, from 20 to 10: --sort sorts the rows",
+    "0,20,20,30": "data.csv: row 4, column t [ms]: 20 is the time of the row before, too: join the two, or leave one out",
+    "0,20,,30": "data.csv: row 4, column t [ms]: the time is missing",
+}
+
+
+@pytest.mark.parametrize("said", OF_FILE)
+def test_a_bad_file_is_refused_in_one_line(said, tmp_path):
+    data = csv_of(tmp_path, np.arange(5.0), np.zeros(5))
+    (tmp_path / "m.py").write_text(AT_TIMES.replace(*OF_FILE[said]))
+    refused(kalmanq("run", tmp_path / "m.py", data, "--out", tmp_path / "out.csv"), f"m.py: {said}", tmp_path)
+
+
+@pytest.mark.parametrize("times", OF_DATA)
+def test_bad_times_are_refused_in_one_line(times, tmp_path):
+    data = tmp_path / "data.csv"
+    data.write_text("t [ms],z\n" + "".join(f"{one},0\n" for one in times.split(",")))
+    (tmp_path / "m.py").write_text(AT_TIMES)
+    for command in (["run", "--out", tmp_path / "out.csv"], ["compare"], ["check"], ["report", "-o", tmp_path / "out.html"]):
+        refused(kalmanq(command[0], tmp_path / "m.py", data, *command[1:]), OF_DATA[times], tmp_path)
+    if OF_DATA[times].endswith("--sort sorts the rows"):
+        assert kalmanq("run", tmp_path / "m.py", data, "--sort").returncode == 0
+
+
+def test_what_has_no_step_or_no_times_is_refused_in_one_line(tmp_path):
+    (tmp_path / "m.py").write_text(AT_TIMES)
+    (tmp_path / "no_times.csv").write_text("z\n0\n1\n")
+    needs = "takes dt, but the rows have no times, and the model has no dt = ... (seconds from row to row)"
+    data = csv_of(tmp_path, np.arange(4.0), np.zeros(4))
+    for said, given in ((f"no_times.csv: row 3: {tmp_path}/m.py: line 4: Q: {needs}", ["run", "no_times.csv"]), (f"m.py: line 4: Q: {needs}", ["simulate", "-n", 5]),
+                        ("m.py: line 4: Q: is a function, and fit takes arrays", ["fit", "data.csv"]),
+                        ("data.csv: several files are joined by their times: of a linear model", ["run", "data.csv", "data.csv"])):
+        command, *more = given
+        refused(kalmanq(command, tmp_path / "m.py", *(tmp_path / one if str(one).endswith("csv") else one for one in more)), said, tmp_path)
+    model = read(tmp_path / "m.py")
+    for said, do in (("dt is missing: the rows before have times", lambda f: (f.predict(dt=1.0), f.predict())),
+                     ("row 0: the time is not after the one before", lambda f: (f.run([0, 0], times=[0, 1]), f.run([0], times=[1]))),
+                     ("times are missing", lambda f: (f.run([0, 0], times=[0, 1]), f.run([0]))),
+                     ("dt: 0 is not a number above 0", lambda f: f.predict(dt=0))):
+        with pytest.raises(KalmanqError, match=said):
+            do(NonlinearFilter(model))
+    (tmp_path / "m.py").write_text(AT_TIMES.replace("def Q(x, t, u, dt): return [[dt**3/3, dt**2/2], [dt**2/2, dt]]", "Q = [1, 1]"))
+    refused(kalmanq("fit", tmp_path / "m.py", data), "line 3: f: takes dt, and fit takes rows as steps that are all alike", tmp_path)
+    (tmp_path / "m.py").write_text(FIXED.replace("h(x): return", "h(x, t): return t +"))
+    refused(kalmanq("fit", tmp_path / "m.py", data), "--time none takes t for the number of the row", tmp_path)
