@@ -17,7 +17,7 @@ import numpy as np
 
 from kalmanq.compiler.emit import PREDICTS, UPDATES
 from kalmanq.compiler.equation_product import compiled_equations
-from kalmanq.compiler.host import build, driver
+from kalmanq.compiler.host import build, driver, numbered
 from kalmanq.compiler.product import Product
 from kalmanq.compiler.request import Options
 from kalmanq.data.files import own_folder
@@ -128,10 +128,10 @@ class Library:
         what = PREDICTS * (np.arange(rows) > 0) + UPDATES * (present > 0)
         mean, least, covariance = np.zeros((rows, of.n)), np.zeros((rows, of.n)), np.zeros((rows, of.n, of.n))
         taken, events, digest = np.zeros(rows, np.uint32), np.zeros(rows, np.uint32), np.zeros(1, np.uint32)
-        given = [what.astype(np.uint8), present.astype(np.uint32), np.nan_to_num(z), np.zeros(1), np.zeros(1)]
+        given = [what.astype(np.uint8), present.astype(np.uint32), np.nan_to_num(z), np.zeros(1), np.zeros(1), numbered(rows)]
         arrays = [*given, mean, least, covariance, taken, events, digest]
         getattr(self.library, f"{self.products[k].given.name}_run")(
-            rows, 0, 0, *(ctypes.c_void_p(one.ctypes.data) for one in arrays))
+            rows, 0, *(ctypes.c_void_p(one.ctypes.data) for one in arrays))
         bits = int(np.bitwise_or.reduce(events))
         return Of(mean, covariance, least, {one for b, one in enumerate(self.products[k].events) if bits >> b & 1})
 

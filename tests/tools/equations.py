@@ -50,7 +50,7 @@ def rows_of(product: Product, model: NonlinearModel, rows: int, seed: int) -> tu
 
 
 def ran(host: Host, record: Any) -> Ran:
-    return host.run(record.z, record.u, record.present, record.what, now=record.now)
+    return host.run_record(record)
 
 
 def by_library(model: NonlinearModel, z: np.ndarray, now: np.ndarray, iterate: int = 1) -> Any:

@@ -23,9 +23,9 @@ from kalmanq.compiler import equation_report
 from kalmanq.compiler.emit import PREDICTS, UPDATES, Row
 from kalmanq.compiler.equation_device_text import compiled_device, in_whole_groups
 from kalmanq.compiler.equation_product import compiled_equations
-from kalmanq.compiler.host import Host
+from kalmanq.compiler.host import Host, numbered
 from kalmanq.compiler.product import Product
-from kalmanq.compiler.record import Record
+from kalmanq.compiler.record import Record, times_of
 from kalmanq.compiler.request import Options
 from kalmanq.nonlinear import NonlinearModel, NonlinearSmoother, read
 from whole import first
@@ -33,6 +33,7 @@ from whole import first
 ROOT, OWN = Path(__file__).resolve().parents[2], Path(__file__).parent / "equations"
 EXAMPLES = Path(kalmanq_package.__file__).parent / "examples"
 MODELS = [EXAMPLES / "battery.py", EXAMPLES / "range_bearing.py", OWN / "attitude.py", OWN / "drift.py"]
+TIMED = [OWN / "timed" / f"{name}.py" for name in ("battery", "correlated", "radar", "vehicle")]  # of noises that are functions
 DEVICES = {"attitude": (), "battery": (), "gps_imu": (), "range_bearing": ("--iterate", 4)}  # of tools/examples, with their options
 MOST = {"f32": 1e-3, "f64": 1e-9}  # sigma
 ITERATIONS = 3
@@ -51,13 +52,13 @@ static int has_read({name}_device *of, double *mean, double *P)
     for (int k = 0; k < {n} * {n}; k++) P[k] = (double)covariance[k];
     return 1;
 }}
-void run(int rows, const unsigned char *what, const unsigned *present, const double *z, const double *u, const double *now,
+void run(int rows, const unsigned char *what, const unsigned *present, const double *z, const double *u, const double *now, const double *clock,
          double *mean, double *P, unsigned *taken);
-void run(int rows, const unsigned char *what, const unsigned *present, const double *z, const double *u, const double *now,
+void run(int rows, const unsigned char *what, const unsigned *present, const double *z, const double *u, const double *now, const double *clock,
          double *mean, double *P, unsigned *taken)
 {{
     if ({starts}) return;
-    for (int t = 0; t < rows; t++, z += {m}, u += {l}, now += {l}, mean += {carried}, P += {n} * {n}) {{
+    for (int t = 0; t < rows; t++, z += {m}, u += {l}, now += {l}, clock += 3, mean += {carried}, P += {n} * {n}) {{
         {type} v[{m}], w[{l} + 1], at[{l} + 1];
         (void)w, (void)at;
         for (int k = 0; k < {m}; k++) v[k] = ({type})z[k];
@@ -106,9 +107,9 @@ class Program:
         self.given, self.smooths, name, a = product.given, smooths, product.given.name, product.arithmetic
         made = [f"if (what[t] & {one} && {call}) return;" for one, call in zip((PREDICTS, UPDATES), calls)]
         made = [*made, "taken[t] = present[t];"] if calls else \
-            product.text.row(Row("what[t]", "present[t]", "v", "w", "at", f"(({a.type})t)", "taken[t]"))
+            product.text.row(Row("what[t]", "present[t]", "v", "w", "at", *(f"clock[{k}]" for k in range(3)), "taken[t]"))
         history = re.findall(r"^ \*     (KQ_\w+\(.*|kq_attach.*);$", product.header, re.M) if smooths else []  # as NAME.h has it
-        noises = "STEPS, STEPS)" if "sigma_points" in "".join(calls) else "STEPS, 1)"  # as it says there, too
+        noises = "STEPS, STEPS)" if a.Q or "sigma_points" in "".join(calls) else "STEPS, 1)"  # as it says there, too
         uses = [*(f"{one};".replace("STEPS, 1)", noises) for one in history if one[0] == "K"), uses]
         starts = [f"{name}_start(&s)", start or f"{name}_start(&f)", *(one for one in history if one[0] == "k")]
         sizes = {"name": name, "T": a.T, "type": a.type, "n": self.given.of.n, "m": self.given.of.m, "l": self.given.of.l,
@@ -131,7 +132,8 @@ class Program:
         rows, n = len(record.what), self.given.of.n
         made = [np.full((rows * (1 + self.smooths), *shape), np.nan) for shape in ((len(self.given.carried),), (n, n))]
         taken = np.zeros(rows, np.uint32)
-        arrays = [np.ascontiguousarray(one) for one in (record.what, record.present, record.z, record.u, record.now)]
+        arrays = [np.ascontiguousarray(one) for one in (record.what, record.present, record.z, record.u, record.now,
+                                                            numbered(rows) if record.clock is None else record.clock)]
         self.library.run(rows, *(ctypes.c_void_p(one.ctypes.data) for one in (*arrays, *made, taken)))
         return [*(one[:rows] for one in made), taken, *(one[rows:] for one in made)]
 
@@ -149,7 +151,7 @@ def apart(model: NonlinearModel, made: Sequence[np.ndarray], mean: np.ndarray, P
 
 
 @pytest.mark.parametrize("arithmetic", ["f32", "f64"])
-@pytest.mark.parametrize("path, iterate", [*((path, 1) for path in MODELS), (MODELS[1], 4), (MODELS[3], 3)],
+@pytest.mark.parametrize("path, iterate", [*((path, 1) for path in (*MODELS, *TIMED)), (MODELS[1], 4), (MODELS[3], 3), (TIMED[0], 3)],
                          ids=lambda one: getattr(one, "stem", one))
 def test_it_comes_to_what_straight_lines_in_double_come_to(path, iterate, arithmetic, library, tmp_path):
     model, options = read(path), Options(iterate=iterate)
@@ -159,7 +161,7 @@ def test_it_comes_to_what_straight_lines_in_double_come_to(path, iterate, arithm
         for seed in SEEDS:
             record = in_whole_groups(equation_report.drawn(model, ROWS, seed)[0], program.given.together)
             assert np.any(record.present != 2**model.m - 1)
-            exact, other = (one.run(record.z, record.u, record.present, record.what, now=record.now) for one in (straight, same))
+            exact, other = (one.run_record(record) for one in (straight, same))
             made = program.run(record)
             errors, spread = apart(model, made, exact.mean, exact.covariance)
             theirs, _ = apart(model, (other.mean, other.covariance), exact.mean, exact.covariance)
@@ -175,13 +177,13 @@ POINTS = {"battery": ("device_predict(&f, w)", "{update} &(device_row){{v, at}},
           "gps_imu": ("{predict} &(device_row){{w}}, {rule}", "device_update(&f, v)"),
           "drift": ("{predict} &(device_row){{v, w}}, {rule}",
                     "(device_update_mark(&f, v) || {update} &(device_row){{v + 1, w}}, {rule})")}
-METHODS = [("extended", "drift"), ("iterated", "range_bearing"), ("central", "battery"), ("cubature", "bearing_only"),
+METHODS = [("extended", "drift"), ("extended", "timed/radar"), ("extended", "timed/vehicle"), ("iterated", "timed/correlated"), ("iterated", "range_bearing"), ("central", "battery"), ("cubature", "bearing_only"),
            ("extended", "range_bearing"), ("iterated", "battery"), ("cubature", "range_bearing"), ("cubature", "gps_imu"),
            ("cubature", "drift")]
 
 
 @pytest.mark.parametrize("arithmetic", ["f32", "f64"])
-@pytest.mark.parametrize("method, name", first(4, METHODS))
+@pytest.mark.parametrize("method, name", first(7, METHODS))
 def test_filters_and_smoothers_are_the_library_s_on_the_host(method, name, arithmetic, library, tmp_path):
     model, by_points = read(path_of(name)), method in ("cubature", "central")
     product = compiled_device(model, "device", Options(arithmetic, iterate=ITERATIONS if method == "iterated" else 1))
@@ -196,7 +198,7 @@ def test_filters_and_smoothers_are_the_library_s_on_the_host(method, name, arith
         record = equation_report.drawn(model, NEAR, seed)[0]
         record = in_whole_groups(record, [2**model.m - 1] if by_points else product.given.together)
         u = record.now if model.l else None
-        run = NonlinearSmoother(model, "f64", method, ITERATIONS).run(seen(record), u, covariance=True)
+        run = NonlinearSmoother(model, "f64", method, ITERATIONS).run(seen(record), u, times=times_of(record), covariance=True)
         mean, P, _, smoothed, smoothed_P = program.run(record)
         for one, *other in (((mean, P), run.mean, run.covariance), ((smoothed, smoothed_P), run.smoothed, run.smoothed_covariance)):
             errors, spread = apart(model, one, *other)
@@ -234,7 +236,7 @@ def test_smoothed_error_states_are_those_of_a_textbook(path, arithmetic, library
     with Host(compiled_equations(model, "straight", Options("f64", smooth=NEAR))) as straight:
         for seed in SEEDS:
             record = in_whole_groups(equation_report.drawn(model, NEAR, seed)[0], program.given.together)
-            straight.run(record.z, record.u, record.present, record.what, now=record.now)
+            straight.run_record(record)
             exact = bryson_frazier(model, seen(record), record.now), straight.smoothed(record.what).covariance
             errors, spread = apart(model, program.run(record)[3:], *exact)
             assert errors.max() < MOST[arithmetic] and spread < MOST[arithmetic]
@@ -259,7 +261,7 @@ def test_robust_updates_are_those_of_straight_lines(name, arithmetic, library, t
         for seed in SEEDS:
             record = equation_report.drawn(model, NEAR, seed)[0]
             record.z[5::17] += 20 * np.sqrt(np.diag(model.R))
-            exact, other = (one.run(record.z, record.u, record.present, record.what, now=record.now) for one in (straight, plain))
+            exact, other = (one.run_record(record) for one in (straight, plain))
             errors, spread = apart(model, program.run(record), exact.mean, exact.covariance)
             moved, _ = apart(model, (other.mean, other.covariance), exact.mean, exact.covariance)
             assert errors.max() < MOST[arithmetic] and spread < MOST[arithmetic] and moved.max() > 5

@@ -17,7 +17,7 @@ from command import kalmanq
 from kalmanq.compiler import exact
 from kalmanq.compiler.equation_product import compiled_equations
 from kalmanq.compiler.equation_report import drawn
-from kalmanq.compiler.host import PREDICTS, UPDATES, Host, Ran, Smoothed
+from kalmanq.compiler.host import PREDICTS, UPDATES, Host, Ran, Smoothed, numbered
 from kalmanq.compiler.product import Product
 from kalmanq.compiler.record import Record
 from kalmanq.compiler.request import Options
@@ -232,7 +232,7 @@ def test_fixed_lag_while_rows_come() -> None:
     record, z = drawn(model, 60, 2)
     with Host(product_of(model, "f64", smooth=steps), ("-O0",)) as host:
         for t in range(60):
-            run_of(host, record, slice(t, t + 1), goes_on=t > 0, first=t)
+            run_of(host, record, slice(t, t + 1), goes_on=t > 0, clock=numbered(1, t))
             back = host.smoothed(np.full(min(t, steps) + 1, PREDICTS))
             if t % 20 == 19:
                 expected = by_library(model, z[:t + 1], record.now[:t + 1])

@@ -83,7 +83,7 @@ def both(name: str, seed: int, rows: int):
     model, product = compiled(name)
     record = drawn(model, product, rows, seed)
     with Host(compiled_equations(model, "exact", Options("f64"))) as exact:
-        return FixedRun(product.arithmetic).run(record), exact.run(record.z, record.u, record.present, record.what, now=record.now)
+        return FixedRun(product.arithmetic).run(record), exact.run_record(record)
 
 
 def sigmas(ran) -> np.ndarray:

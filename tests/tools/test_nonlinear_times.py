@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-import warnings
+import runpy
+import subprocess
 from pathlib import Path
 from types import SimpleNamespace
 from typing import Any
@@ -10,74 +11,22 @@ from typing import Any
 import numpy as np
 import pytest
 
-from kalmanq import KalmanqError, KalmanqWarning
+from kalmanq import KalmanqError
+from kalmanq.compiler.equation_run import CompiledEquations
+from kalmanq.compiler.host import compiler
 from kalmanq.nonlinear import NonlinearFilter, NonlinearModel, NonlinearSmoother, read, simulate
 from kalmanq.nonlinear.objective import objective
 from test_nonlinear import kalmanq, refused
 
 ROWS, SEEDS = 120, (1, 2, 3)
-VEHICLE = """
-import numpy as np
-states = {"names": ["east", "north", "speed", "heading"], "ranges": [4000, 4000, 60, 60]}
-measurements = {"names": ["gps_east", "gps_north"], "ranges": [4000, 4000]}
-controls = ["yaw_rate"]
-dt = 1.0
-x0, P0, R = [0, 0, 15, 0], [25, 25, 1, 0.1], [4, 4]
-def f(x, u, dt): return [x[0] + x[2] * np.cos(x[3]) * dt, x[1] + x[2] * np.sin(x[3]) * dt, x[2], x[3] + u[0] * dt]
-def A(x, u, dt):
-    c, s = np.cos(x[3]) * dt, np.sin(x[3]) * dt
-    return [[1, 0, c, -x[2] * s], [0, 1, s, x[2] * c], [0, 0, 1, 0], [0, 0, 0, 1]]
-def Q(x, t, u, dt): return np.diag([0, 0, 0.02, 1e-4]) * dt + 1e-3 * u[0]**2 * np.array(
-    [[dt**3 / 3, 0, 0, 0], [0, dt**3 / 3, 0, dt**2 / 2], [0, 0, 0, 0], [0, dt**2 / 2, 0, dt]])
-def h(x): return x[:2]
-def H(x): return np.eye(2, 4)
-def simulated_controls(t): return [0.3 * np.sin(0.2 * t)]
-"""
-RADAR = """
-import numpy as np
-states = {"names": ["east", "north", "v_east", "v_north"], "ranges": [8000, 8000, 100, 100]}
-measurements = {"names": ["range", "bearing", "gps"], "ranges": [8000, 64, 8000]}
-angles = ["bearing"]
-dt = 0.5
-x0, P0 = [300, 150, -2, 1], [100, 100, 4, 4]
-def increment(x, dt): return [dt * x[2], dt * x[3], 0, 0]
-def A(x, dt): return np.eye(4) + dt * np.eye(4, k=2)
-def G(x, t, u, dt): return 0.3 * np.array([[dt * dt / 2, 0], [0, dt * dt / 2], [dt, 0], [0, dt]])
-def h_radar(x): return [np.hypot(x[0], x[1]), np.arctan2(x[1], x[0])]
-def H_radar(x):
-    r = np.hypot(x[0], x[1])
-    return [[x[0] / r, x[1] / r, 0, 0], [-x[1] / r**2, x[0] / r**2, 0, 0]]
-def R_radar(x): return [(0.5 + 0.01 * np.hypot(x[0], x[1]))**2, (0.01 + 1e-5 * np.hypot(x[0], x[1]))**2]
-sensors = {"radar": (h_radar, R_radar, H_radar), "gps": (lambda x: x[0], 9.0, lambda x: np.eye(1, 4))}
-"""
-BATTERY = """
-import numpy as np
-states = {"names": ["charge", "polarisation"], "ranges": [4, 4]}
-measurements = {"names": ["voltage"], "ranges": [16]}
-controls = ["current"]
-x0, P0 = [0.8, 0.0], [0.01, 1e-4]
-def Q(x, t, u): return [1e-8 + 1e-7 * u[0]**2, 1e-7 + 1e-6 * u[0]**2]
-def R(x, t, u): return 1e-4 + 1e-4 * u[0]**2 * (2 - x[0]) * (1 + 0.5 * np.sin(t))
-def increment(x, t, u): return [-u[0] / 900, -0.15 * x[1] + 0.003 * u[0]]
-def A(x): return [[1, 0], [0, 0.85]]
-def h(x, t, u): return 3.3 + 0.9 * x[0] - 0.15 * np.exp(-20 * x[0]) - x[1] - 0.03 * u[0]
-def H(x): return [0.9 + 3 * np.exp(-20 * x[0]), -1]
-def simulated_controls(t): return [2 + np.sin(0.1 * t)]
-"""
-FILES = {"vehicle": VEHICLE, "radar": RADAR, "battery": BATTERY}
+TIMED = Path(__file__).parent / "equations" / "timed"
+NAMES = ("vehicle", "radar", "battery")
 
 
-@pytest.fixture(params=FILES)
-def made(request, tmp_path) -> SimpleNamespace:
-    path = tmp_path / f"{request.param}.py"
-    path.write_text(FILES[request.param])
-    return SimpleNamespace(path=path, name=request.param, model=read(path), space=_space(FILES[request.param]))
-
-
-def _space(text: str) -> dict[str, Any]:
-    space: dict[str, Any] = {}
-    exec(text, space)
-    return space
+@pytest.fixture(params=NAMES)
+def made(request) -> SimpleNamespace:
+    path = TIMED / f"{request.param}.py"
+    return SimpleNamespace(name=request.param, model=read(path), space=runpy.run_path(str(path)))
 
 
 def drawn(model: NonlinearModel, seed: int, rows: int = ROWS) -> SimpleNamespace:
@@ -319,3 +268,97 @@ def test_what_has_no_step_or_no_times_is_refused_in_one_line(tmp_path):
     refused(kalmanq("fit", tmp_path / "m.py", data), "line 3: f: takes dt, and fit takes rows as steps that are all alike", tmp_path)
     (tmp_path / "m.py").write_text(FIXED.replace("h(x): return", "h(x, t): return t +"))
     refused(kalmanq("fit", tmp_path / "m.py", data), "--time none takes t for the number of the row", tmp_path)
+
+
+
+
+@pytest.mark.parametrize("name", (*NAMES, "correlated"))
+def test_the_c_is_the_host(name, tmp_path):
+    """Without measurements missing in part, as correlated ones are taken together"""
+    path = TIMED / f"{name}.py"
+    model = read(path)
+    for seed in SEEDS:
+        data = drawn(model, seed)
+        data.z[np.isnan(data.z).any(axis=1)] = np.nan
+        wanted = NonlinearSmoother(model, "f64").run(data.z, data.u, times=data.times, covariance=True)
+        with CompiledEquations(model, "f64", smooths=ROWS) as c:
+            run = c.run(data.z, data.u, data.times)
+        assert np.abs((run.mean - wanted.mean) / wanted.sigma).max() < 1e-10
+        assert np.allclose(run.sigma, wanted.sigma, 1e-9, 0)
+        assert np.abs((run.smoothed - wanted.smoothed) / wanted.sigma).max() < 1e-9
+        assert np.allclose(run.smoothed_sigma, wanted.smoothed_sigma, 1e-7, 0)
+        if len(model.sensors) == 1:
+            assert np.allclose(run.log_likelihood, wanted.log_likelihood, 1e-8, 1e-8)
+        with CompiledEquations(model, "f32") as c:
+            parts = [c.run(data.z[some], None if data.u is None else data.u[some], None if data.times is None else data.times[some])
+                     for some in (slice(0, 40), slice(40, ROWS))]
+        assert np.abs((np.vstack([one.mean for one in parts]) - wanted.mean) / wanted.sigma).max() < 5e-3
+    out = tmp_path / "c" / f"{name}.c"
+    out.parent.mkdir()
+    for options in ([], ["--smooth", 5, "--loops"], ["--iterate", 3, "--nis"], ["--student", 4], ["--arith", "f64", "--gate", 4]):
+        done = kalmanq("compile", path, "-o", out, *options)
+        assert done.returncode == 0, done.stderr
+        assert "OK" in built(out.parent, name)
+    takes = ", const float u[1]" if model.l else ""
+    assert f"void {name}_predict({name}_filter *f{takes}{', float dt' if model.takes_step else ''})" in out.with_suffix(".h").read_text() \
+        .replace("double", "float")
+
+
+def built(folder: Path, name: str) -> str:
+    """What NAME_test prints, of C without a warning"""
+    flags = ["-std=c11", "-Wall", "-Wextra", "-Wpedantic", "-Wconversion", "-Wdouble-promotion", "-Werror", "-O1"]
+    subprocess.run([compiler(), *flags, folder / f"{name}.c", folder / f"{name}_test.c", "-lm", "-o", folder / "t"], check=True)
+    return subprocess.run([folder / "t"], capture_output=True, text=True).stdout
+
+
+def test_the_c_refuses_a_noise_that_is_none(tmp_path):
+    """Mean and covariance stay as they were, and an event says so; the host refuses the row"""
+    (tmp_path / "m.py").write_text(AT_TIMES.replace("[dt**2/2, dt]]", "[dt**2/2, dt]] if x[0] < 1 else [[-1, 0], [0, 1]]").replace(
+        "[1, 1], 0.01", "[1, 1], lambda x: 0.01 if x[0] < 2 else -1"))
+    model = read(tmp_path / "m.py")
+    z, times = np.array([0, 5.0, 5.0, 5.0]), np.array([0.0, 0.5, 1, 2])
+    with CompiledEquations(model, "f32") as c:
+        run = c.run(z, None, times)
+    assert "not finite" in run.event_names and np.array_equal(run.mean[2:], run.mean[[1, 1]]) and run.taken[2] == 0
+    with pytest.raises(KalmanqError, match="row 2: .*Q: has a negative variance"):
+        NonlinearFilter(model).run(z, times=times)
+
+
+def test_what_is_not_compiled_is_refused_in_one_line(tmp_path):
+    (tmp_path / "m.py").write_text(AT_TIMES)
+    data, out = csv_of(tmp_path, np.arange(4.0), np.zeros(4)), ("-o", tmp_path / "out.c")
+    needs = "m.py: line 3: f: takes dt, but the rows have no times, and the model has no dt"
+    q31 = "m.py: line 4: Q: is a function, and q31 has arrays of noises: give an array, or take f32 or f64"
+    (tmp_path / "t.py").write_text(FIXED.replace("h(x): return", "h(x, t): return 0 * t +").replace("[1, 1], 0.01", "[1, 1], 0.01\nstates, "
+                                   "measurements = [{'names': ['x', 'v'], 'ranges': [9, 9]}, {'names': ['z'], 'ranges': [9]}]"
+                                   ).replace("0 * t", "t"))
+    steps = AT_TIMES.replace("def Q(x, t, u, dt): return [[dt**3/3, dt**2/2], [dt**2/2, dt]]", "Q, dt = [1, 1], 1.0")
+    for text, said, given in ((AT_TIMES, needs, ["compile", *out]), (AT_TIMES, needs, ["compile", *out, "--library"]),
+                              (AT_TIMES, q31, ["compile", *out, "--library", "--arith", "q31"]),
+                              (AT_TIMES, q31, ["run", data, "--compiled", "--arith", "q31"]),
+                              (steps, "m.py: line 3: f: takes dt, and in q31 the rows are steps that are all alike",
+                               ["compile", *out, "--library", "--arith", "q31"])):
+        (tmp_path / "m.py").write_text(text)
+        refused(kalmanq(given[0], tmp_path / "m.py", *given[1:]), said, tmp_path)
+    refused(kalmanq("run", tmp_path / "t.py", data, "--compiled", "--arith", "q31"), "--time none takes rows so", tmp_path)
+
+
+def test_commands_take_the_times(tmp_path):
+    """run --compiled, report and compare see what run sees; simulate --at draws at them"""
+    path, at, data = TIMED / "vehicle.py", tmp_path / "at.csv", tmp_path / "data.csv"
+    at.write_text("time [s]\n" + "".join(f"{t}\n" for t in np.cumsum([0, *np.random.default_rng(1).exponential(0.8, 99)])))
+    assert kalmanq("simulate", path, "--at", at, "--truth", "--out", data).returncode == 0
+    said = {}
+    for name, given in (("host", ()), ("c", ("--compiled",))):
+        done = kalmanq("run", path, data, "--smooth", *given, "--out", tmp_path / f"{name}.csv")
+        assert done.returncode == 0 and not done.stderr, done.stderr
+        said[name] = np.genfromtxt(tmp_path / f"{name}.csv", delimiter=",", names=True)
+    assert all(np.allclose(said["host"][one], said["c"][one], 1e-8, 1e-8) for one in said["host"].dtype.names)
+    assert np.allclose(said["c"]["time"], np.genfromtxt(at, skip_header=1))
+    for given in (["compare", path, data, "--compiled"], ["report", path, data, "-o", tmp_path / "r.html", "--compiled"],
+                  ["check", path, data], ["simulate", path, "--at", at, "--runs", 2, "--out", tmp_path / "runs.csv", "--workers", 1],
+                  ["simulate", path, "--at", at, "--runs", 2, "--out", tmp_path / "runs2.csv", "--workers", 1, "--compiled"]):
+        done = kalmanq(*given)
+        assert done.returncode == 0 and not done.stderr, (given, done.stderr)
+    runs = [np.genfromtxt(tmp_path / f"{name}.csv", delimiter=",", names=True)["nis"] for name in ("runs", "runs2")]
+    assert np.allclose(*runs, 1e-6)

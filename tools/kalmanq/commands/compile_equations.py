@@ -75,7 +75,7 @@ def _device_tried(model: NonlinearModel, product: Product, record: Record) -> tu
     straight = compiled_equations(model, name, wanted)
     with Host(straight) as host, Host(compiled_equations(model, name, replace(wanted, arithmetic="f64"))) as exact:
         found = equation_report.findings(model, straight, host)
-        ran = exact.run(record.z, record.u, record.present, record.what, now=record.now)
+        ran = exact.run_record(record)
     return ran, [*product.arithmetic.told(), *equation_report.warned(found)]
 
 
@@ -94,5 +94,5 @@ def _told(product: Any, found: equation_report.Findings, written: list[Path]) ->
 
 
 def _arguments(text: str) -> list[str]:
-    """z, u and t, as far as they are there"""
-    return re.findall(r"\b[zut]\b", text)
+    """z, u, t and dt, as far as they are there"""
+    return re.findall(r"\b(?:[zut]|dt)\b", text)

@@ -21,7 +21,7 @@ def lines(a: EquationFilter, off: Sequence[Node], refused: Sequence[str]) -> tup
     n, type_, body = a.of.n, a.type, Body(a.words)
     A = [part for row in a.coefficients.A for part in row]
     body.lines += a.unless_finite_step(body, refused)
-    body.name_shared([*A, *off])
+    body.name_shared([*A, *off, *_noise(a)])
     made = [
         *body.lines,
         f"const {type_} A[{n * n}] = {{{', '.join(map(body.text, A))}}};",
@@ -46,7 +46,7 @@ def _noise(a: EquationFilter) -> list[Node]:
     """Row c: 0 in the part of x, then the noise's column of state c, with its weight in the place of its 1"""
     n, zero = a.of.n, constant(0)
     made = [[zero] * (2 * n) for _ in range(n)]
-    for column in a.coefficients.noise():
+    for column in ud.by_state(a.coefficients.noise(), a.form, n):
         c = max(i for i, one in enumerate(column.entries) if not one.equals(0))
         made[c] = [zero] * n + [column.weight if i == c else one for i, one in enumerate(column.entries)]
     return [one for row in made for one in row]

@@ -34,13 +34,15 @@ PREDICTS, UPDATES = 1, 2  # of a row
 @dataclass(frozen=True)
 class Row:
     """What a row of a record is called in C.  what: PREDICTS and UPDATES; present: bits; u: controls of the step to the row;
-    now: of the row itself; t: its number; taken: gets bits"""
+    now: of the row itself; left: t of the row before, step: the time between them; t: of the row; taken: gets bits"""
 
     what: str
     present: str
     z: str
     u: str
     now: str
+    left: str
+    step: str
     t: str
     taken: str
 

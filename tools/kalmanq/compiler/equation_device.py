@@ -2,7 +2,8 @@
 
 A predict that is A x + B u is a plain kq_predict; others take the increment and A (kq_predict_extended).  A sensor that is H x
 is a plain one; others take innovations.  Entries of A and H that are constant are written once, in NAME_start.  What is not
-linear is a function of x for sigma points, too, but of error states.
+linear is a function of x for sigma points, too, but of error states.  Q, G and R that are functions are worked out in each
+predict and innovation, and process or sensor are initialised with them; sigma points are left out there.
 """
 
 from __future__ import annotations
@@ -63,11 +64,13 @@ class Device(Arithmetic):
         self.has_errors, f = of.model.has_errors, of.model.formulas
         self.A, self.H, self.e, self.change, self.moved = f.transition, list(f.measurement), f.innovation, f.change, f.moved
         self.corrected = f.corrected if self.has_errors else []
-        self.B = self._controlled()
+        self.Q, self.R, self.is_root = f.noise_of_step, f.noise_of_sensors, "G" in of.model.given  # None: constant
+        self.B = None if self.Q else self._controlled()
         self.plain = [one for one in self.sensors if self._is_plain(one)]
         self.bent = [one for one in self.sensors if one not in self.plain]
         self.iterates = given.options.iterate > 1 and bool(self.bent)
-        self.moves_points, self.measures_points = not self.has_errors and self.B is None, [] if self.has_errors else self.bent
+        self.moves_points = not self.has_errors and self.B is None and not self.Q
+        self.measures_points = [] if self.has_errors else [one for one in self.bent if not self.varies(one)]
         has_points = self.moves_points or self.measures_points
         self.includes = [f"#include <kalmanq/{'sigma_points' if has_points else 'extended'}.h>"]
 
@@ -85,12 +88,30 @@ class Device(Arithmetic):
     def _is_plain(self, sensor: Sensor) -> bool:
         """Is it H x?"""
         f, own = self.nonlinear.formulas, range(sensor.first, sensor.first + sensor.m)
-        if self.has_errors or "innovation" in f.given or any(j in own for j in f.angles):
+        if self.has_errors or self.varies(sensor) or "innovation" in f.given or any(j in own for j in f.angles):
             return False
         slopes = _linear([f.expected[j] for j in own], list(f.x))
         for j in own if slopes is not None else ():
             self.H[j] = [node(float(one)) for one in slopes[j - sensor.first]]
         return slopes is not None
+
+    def varies(self, sensor: Sensor) -> bool:
+        """Is R a function?"""
+        return bool(self.spreads(sensor)) and not all(one.is_constant for one in self.spreads(sensor))
+
+    def spreads(self, sensor: Sensor) -> list[Node]:
+        """Formulas of R, or of its variances; empty: all sensors' are constant"""
+        own = range(sensor.first, sensor.first + sensor.m) if self.R else ()
+        if self.is_diagonal(sensor):
+            return [self.R[j][j] for j in own]
+        return [self.R[min(j, k)][max(j, k)] for j in own for k in own]
+
+    @property
+    def noises(self) -> list[Node]:
+        """Formulas of Q, or of G"""
+        rows = self.Q or []
+        return [one for row in rows for one in row] if self.is_root else \
+            [rows[min(i, k)][max(i, k)] for i in range(len(rows)) for k in range(len(rows))]
 
     def rows_of(self, sensor: Sensor) -> list[Node]:
         """Of H"""
@@ -103,16 +124,17 @@ class Device(Arithmetic):
     # ---- what the text of the straight-line filter asks for
 
     def predicts_by(self, which: str) -> bool:
-        return _reads(which, [*(self.moved if self.has_errors else self.change), *self.transition])
+        return _reads(which, [*(self.moved if self.has_errors else self.change), *self.transition, *self.noises])
 
     def updates_by(self, sensor: Sensor, which: str) -> bool:
-        return _reads(which, [*self.innovations(sensor), *self.rows_of(sensor)])
+        return _reads(which, [*self.innovations(sensor), *self.rows_of(sensor), *self.spreads(sensor)])
 
     def row_fields(self) -> list[tuple[str, str]]:
         """What the functions for sigma points read of a row: declarations and names"""
         rows = self.change if self.moves_points else []
         rows = [*rows, *(one for sensor in self.measures_points for one in self.innovations(sensor))]
-        return [(f"{self.type} t" if name == "t" else f"const {self.type} *{name}", name) for name in "zut" if _reads(name, rows)]
+        return [(f"{self.type} {name}" if "t" in name else f"const {self.type} *{name}", name) for name in ("z", "u", "t", "dt")
+                if _reads(name, rows)]
 
     def innovations(self, sensor: Sensor) -> list[Node]:
         return list(self.e[sensor.first:sensor.first + sensor.m])
@@ -145,6 +167,7 @@ class Device(Arithmetic):
         trial = [f"kq_filter_{T} trial; /* where an update comes out */",
                  f"{self.type} trial_memory[KQ_FILTER_LEN_{capital}({n})];"]
         lines += trial if self.iterates else []
+        lines += [f"{self.type} R{one.suffix}[{len(self.spreads(one))}];" for one in self.sensors if self.varies(one)]
         lines += [f"{self.type} A[{n * n}];"] if _varies(self.transition) else []
         lines += [f"{self.type} H{one.suffix}[{one.m * n}];" for one in self.sensors if _varies(self.rows_of(one))]
         return lines + ([f"{self.type} x[{len(self.given.carried)}]; /* what the states are errors of */"] if self.has_errors else [])
@@ -154,9 +177,12 @@ class Device(Arithmetic):
 
     def noise(self, sensor: Sensor) -> np.ndarray:
         own = slice(sensor.first, sensor.first + sensor.m)
-        return np.asarray(self.nonlinear.R)[own, own]
+        return np.asarray(self.nonlinear.frame.R)[own, own]
 
     def is_diagonal(self, sensor: Sensor) -> bool:
+        own = range(sensor.first, sensor.first + sensor.m)
+        if self.R:
+            return all(self.R[j][k].equals(0) for j in own for k in own if j != k)
         R = self.noise(sensor)
         return bool(np.all(R == np.diag(np.diag(R))))
 
@@ -164,11 +190,12 @@ class Device(Arithmetic):
         """Tables"""
         model = self.nonlinear
         made = [("A", self.transition), *([("B", self.B.ravel())] if self.B is not None and self.B.size else []),
-                ("F" if model.G is not None else "Q", np.ravel(model.Q if model.G is None else model.G)),
+                *([] if self.Q else [("F" if model.G is not None else "Q", np.ravel(model.Q if model.G is None else model.G))]),
                 ("first", model.x0), ("P0", np.ravel(model.P0))]
         for one in self.sensors:
             R = self.noise(one)
-            made += [(f"H{one.suffix}", self.rows_of(one)), (f"R{one.suffix}", np.diag(R) if self.is_diagonal(one) else R.ravel())]
+            made += [(f"H{one.suffix}", self.rows_of(one))]
+            made += [] if self.varies(one) else [(f"R{one.suffix}", np.diag(R) if self.is_diagonal(one) else R.ravel())]
         lines = (f"static const {self.type} {name}[] = {{{', '.join(map(self._entry, values))}}};" for name, values in made)
         return "\n".join(textwrap.fill(one, 128, subsequent_indent="    ") for one in lines) + "\n\n"
 

@@ -68,19 +68,24 @@ class DeviceText(EquationText):
             calls.append(f"kq_filter_assign_{T}(&f->trial, {n}, f->trial_memory, KQ_FILTER_LEN_{T.upper()}({n}))")
         A, B = "f->A" if self._varies_A else "A", "B" if self._l else "NULL"
         G = a.nonlinear.G
-        calls.append(f"kq_process_init_{T}(&f->process, {A}, {B}, Q)" if G is None else
-                     f"kq_process_init_factor_{T}(&f->process, {A}, {B}, F, {np.atleast_2d(G).shape[1]})")
+        if a.Q:
+            calls.append(f"kq_process_init_factor_{T}(&f->process, {A}, NULL, NULL, 0)")  # none before the first predict
+        else:
+            calls.append(f"kq_process_init_{T}(&f->process, {A}, {B}, Q)" if G is None else
+                         f"kq_process_init_factor_{T}(&f->process, {A}, {B}, F, {np.atleast_2d(G).shape[1]})")
         for one in a.sensors:
             kind = ("_diagonal" if a.is_diagonal(one) else "") + ("" if one in a.plain else "_extended")
-            calls.append(f"kq_sensor_init{kind}_{T}(&f->{field(one)}, {self._H(one)}, R{one.suffix})")
+            calls.append(f"kq_sensor_init{kind}_{T}(&f->{field(one)}, {self._H(one)}, {'f->' if a.varies(one) else ''}R{one.suffix})")
         mean = "none" if a.has_errors else "first"
         calls.append(f"kq_filter_init_{T}(&f->filter, {mean}, P0)")
         copies = [("A", "A", n * n)] if self._varies_A else []
         copies += [(f"H{one.suffix}", f"H{one.suffix}", one.m * n) for one in a.sensors if self._H(one).startswith("f->")]
+        ones = [f"for (int i = 0; i < {len(a.spreads(one))}; i++) f->R{one.suffix}[i] = {self._unit(one)}; /* until the first innovation */"
+                for one in a.sensors if a.varies(one)]
         copies += [("x", "first", len(self.given.carried))] if a.has_errors else []
         lines = [f"static const {a.type} none[{n}] = {{0}};"] if a.has_errors else []
         lines += [f"for (int i = 0; i < {size}; i++) f->{to}[i] = {of}[i];" for to, of, size in copies]
-        return function(f"kq_status {self.given.name}_start({self.filter})", [*lines, *self._calls(*calls), "return status;"])
+        return function(f"kq_status {self.given.name}_start({self.filter})", [*lines, *ones, *self._calls(*calls), "return status;"])
 
     def _start_at(self) -> list[str]:
         a, carried = self.of, len(self.given.carried)
@@ -132,14 +137,19 @@ class DeviceText(EquationText):
             return function(head, [f"return kq_predict_{T}(&f->filter, &f->process, {'u' if self._l else 'NULL'});"])
         body, given = Body(a.words), "d"
         if a.has_errors:
-            body.name_shared([*a.moved, *a.transition])
+            body.name_shared([*a.moved, *a.transition, *a.noises])
             self._unless_finite(body, a.moved)
             body.lines.append(f"static const {a.type} d[{a.n}] = {{0}};")
         else:
-            body.name_shared([*a.change, *a.transition])
+            body.name_shared([*a.change, *a.transition, *a.noises])
             body.lines.append(f"const {a.type} d[{a.n}] = {{{', '.join(body.text(one) for one in a.change)}}};")
         changed = self._written(body, "A", a.transition)
         calls = [f"kq_process_change_transition_{T}(&f->process, f->A)"] if changed else []
+        if a.Q:
+            name, columns = "F" if a.is_root else "Q", f", {len(a.Q[0])}" if a.is_root else ""
+            body.lines.append(f"const {a.type} {name}[{len(a.noises)}] = {{{', '.join(body.text(one) for one in a.noises)}}};")
+            calls = [f"kq_process_init{'_factor' if a.is_root else ''}_{T}(&f->process, {'f->A' if self._varies_A else 'A'}, NULL, "
+                     f"{name}{columns})"]
         last = [*self._calls(*calls, f"kq_predict_extended_{T}(&f->filter, &f->process, {given})")]
         if a.has_errors:
             last += self._replaced(body, a.moved)
@@ -175,9 +185,11 @@ class DeviceText(EquationText):
     def _e_and_H(self, sensor: Sensor, at: str = "filter") -> list[str]:
         a = self.of
         e, rows, body = a.innovations(sensor), a.rows_of(sensor), Body(a.words)
-        body.name_shared([*e, *rows])
+        spreads = a.spreads(sensor) if a.varies(sensor) and at == "filter" else []
+        body.name_shared([*e, *rows, *spreads])
         body.assign([(f"e[{j}]", one) for j, one in enumerate(e)])
         self._written(body, f"H{sensor.suffix}", rows)
+        body.assign([(f"f->R{sensor.suffix}[{k}]", one) for k, one in enumerate(spreads)])
         return within(self._places(at), body.lines)
 
     def _changed(self, sensor: Sensor) -> str:
@@ -189,10 +201,23 @@ class DeviceText(EquationText):
         if sensor in a.plain:
             return []
         if not a.iterates:
-            return function(self.innovation_head(sensor), [*self._e_and_H(sensor), self._changed(sensor)])
+            return function(self.innovation_head(sensor), [*self._e_and_H(sensor), f"return {self._spread(sensor)};" if a.varies(sensor) else
+                                                           self._changed(sensor)])
+        spread = [*self._e_and_H(sensor), *self._calls(self._spread(sensor))] if a.varies(sensor) else []
+        copied = f"kq_filter_copy_{a.T}(&f->trial, &f->filter)"
         return function(self.innovation_head(sensor), [
-            *self._calls(f"kq_filter_copy_{a.T}(&f->trial, &f->filter)"),
+            *spread, *(self._then([copied]) if spread else self._calls(copied)),
             f"return status ? status : linearise{sensor.suffix}(f{self._same(self.update_arguments(sensor))}, e);"])
+
+    def _spread(self, sensor: Sensor) -> str:
+        """The sensor with R of this mean, and its H"""
+        kind = "_diagonal" if self.of.is_diagonal(sensor) else ""
+        return f"kq_sensor_init{kind}_extended_{self.of.T}(&f->{field(sensor)}, {self._H(sensor)}, f->R{sensor.suffix})"
+
+    def _unit(self, sensor: Sensor) -> str:
+        """Of its R, the identity in the place of what is not known yet"""
+        one, none = self.of.number(1), self.of.number(0)
+        return one if self.of.is_diagonal(sensor) or sensor.m == 1 else f"i % {sensor.m + 1} ? {none} : {one}"
 
     def innovation_head(self, sensor: Sensor, name: str = "") -> str:
         return (f"kq_status {name or f'{self.given.name}_innovation'}{sensor.suffix}({self.filter}{self.update_arguments(sensor)}, "
@@ -232,7 +257,7 @@ class DeviceText(EquationText):
         """Of x, with what else is read in the row"""
         a, body = self.of, Body(self.of.words)
         body.assign([(f"{target}[{k}]", one) for k, one in enumerate(rows)])
-        places = [(a.type, f"x{i}", f"x[{i}]") for i in range(a.n)] + [(a.type, "t", "row->t")]
+        places = [(a.type, f"x{i}", f"x[{i}]") for i in range(a.n)] + [(a.type, one, f"row->{one}") for one in ("t", "dt")]
         places += [(a.type, f"u{k}", f"row->u[{k}]") for k in range(self.given.of.l)]
         places += [(a.type, f"z{first + j}", f"row->z[{j}]") for j in range(len(rows))]
         lines = within(places, body.lines)
@@ -261,7 +286,7 @@ class DeviceHeader(EquationHeader):
         if a.B is not None:
             lines += [f"    {tape}0);", f"    kq_attach_{T}({self.name}_filter(&f), &tape.attached);"]
         else:
-            lines += [f"    {tape}STEPS);", f"    KQ_JACOBIANS_{T.upper()}(jacobians, tape, {n}, STEPS, 1);",
+            lines += [f"    {tape}STEPS);", f"    KQ_JACOBIANS_{T.upper()}(jacobians, tape, {n}, STEPS, {'STEPS' if a.Q else 1});",
                       f"    kq_attach_{T}({self.name}_filter(&f), &jacobians.attached);"]
         if a.has_errors:
             lines += ["", "A smoothed mean is the error of what f.x was when the next predict began: keep f.x of each step.",

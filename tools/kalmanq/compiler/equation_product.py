@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import re
+
 from kalmanq.compiler.equation_text import EquationText
 from kalmanq.compiler.equations import EquationFilter, equations
 from kalmanq.compiler.head import Header
@@ -51,5 +53,7 @@ class EquationHeader(Header):
 
 
 def _said(arguments: str, u: str, t: str) -> str:
-    """Of the arguments u and t, where there are any"""
-    return (f"  u: {u}." if " u[" in arguments else "") + (f"  t: number {t}." if arguments.endswith(" t") else "")
+    """Of the arguments u, t and dt, where there are any"""
+    made = f"  u: {u}." if " u[" in arguments else ""
+    made += f"  t: time or number {t}." if re.search(r" t\b", arguments) else ""
+    return made + ("  dt: time to it." if re.search(r" dt\b", arguments) else "")

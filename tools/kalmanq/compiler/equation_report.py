@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Sequence
+from typing import Optional, Sequence
 
 import numpy as np
 
@@ -12,7 +12,7 @@ from kalmanq.compiler.equation_product import compiled_equations
 from kalmanq.compiler.host import Host, Ran
 from kalmanq.compiler.lint import Lossy, lossy_formulas
 from kalmanq.compiler.product import Product
-from kalmanq.compiler.record import Record
+from kalmanq.compiler.record import Record, clock_of, times_of
 from kalmanq.compiler.request import Options
 from kalmanq.errors import KalmanqError
 from kalmanq.nonlinear import NonlinearModel, NonlinearFilter, prior_points, simulate, wrong_entries
@@ -42,19 +42,30 @@ class Findings:
 
 def drawn(model: NonlinearModel, rows: int, seed: int) -> tuple[Record, np.ndarray]:
     """A record, and its measurements with NaN where they are missing"""
-    _, z, u = simulate(model, rows, seed)
+    times = irregular(model, rows, seed)
+    _, z, u = simulate(model, rows, seed, times=times)
     z, u = (one.astype(np.float32).astype(float) for one in (z, u))
     z[np.random.default_rng(seed).random(z.shape) < MISSING] = np.nan
-    return recorded(model, z, u)
+    return recorded(model, z, u, times)
 
 
-def recorded(model: NonlinearModel, z: np.ndarray, u: np.ndarray) -> tuple[Record, np.ndarray]:
-    """Of measurements, NaN where they are missing, and controls"""
+def irregular(model: NonlinearModel, rows: int, seed: int) -> Optional[np.ndarray]:
+    """Of a model whose functions take the step: half of it to one and a half, each a float"""
+    if not model.takes_step:
+        return None
+    if model.dt is None:
+        raise model.step_error()
+    steps = (model.dt * np.random.default_rng(seed + 1000).uniform(0.5, 1.5, rows - 1)).astype(np.float32)
+    return np.concatenate([[0], np.cumsum(steps.astype(float))])
+
+
+def recorded(model: NonlinearModel, z: np.ndarray, u: np.ndarray, times: Optional[np.ndarray] = None) -> tuple[Record, np.ndarray]:
+    """Of measurements, NaN where they are missing, and controls; times: of the rows, if they have any"""
     rows = len(z)
     present = (~np.isnan(z)) @ (1 << np.arange(model.m))
     what = PREDICTS * (np.arange(rows) > 0) + UPDATES * (present > 0)
     carried = np.vstack([np.zeros((1, model.l)), u[:-1]])
-    return Record(what.astype(np.uint8), present.astype(np.uint32), np.nan_to_num(z), carried, u), z
+    return Record(what.astype(np.uint8), present.astype(np.uint32), np.nan_to_num(z), carried, u, None if times is None else clock_of(times)), z
 
 
 def findings(model: NonlinearModel, product: Product, host: Host) -> Findings:
@@ -71,10 +82,10 @@ def _findings(model: NonlinearModel, product: Product, host: Host) -> Findings:
     with Host(exact) as reference:
         for seed in SEEDS:
             record, z = drawn(model, ROWS, seed)
-            runs = [one.run(record.z, record.u, record.present, record.what, now=record.now) for one in (host, reference)]
+            runs = [one.run_record(record) for one in (host, reference)]
             tried.append((*_apart(model, *runs), _lost(product, runs[0]),
                           *_library(model, options, _whole_groups(product, z), record, runs[1])))
-            points.append((runs[1].mean, _sigma(runs[1]), record.now))
+            points.append((runs[1].mean, _sigma(runs[1]), record.now, record.clock))
     mean, covariance, lost, beside, least = (np.array(column) for column in zip(*tried))
     return Findings(float(mean.max()), float(covariance.max()), float(beside.max()), float(least.min()), int(lost.sum()),
                     lossy_formulas(model, points) if options.arithmetic == "f32" else ())
@@ -108,8 +119,10 @@ def _library(model: NonlinearModel, options: Options, z: np.ndarray, record: Rec
     if model.has_errors:
         return 0.0, np.nan
     method = "iterated" if options.iterate > 1 else "extended"
-    run = NonlinearFilter(model, "f64", method, options.iterate).run(z, record.now if model.l else None)
-    shares = np.diag(model.R) / run.innovation_sigma**2
+    run = NonlinearFilter(model, "f64", method, options.iterate).run(z, record.now if model.l else None, times=times_of(record))
+    R = np.diag(model.R) if model.R is not None else np.array([np.diag(model.measurement_noise(x, t, u)) for x, t, u in zip(
+        run.mean, model.instants(len(z), times_of(record)), record.now)])
+    shares = R / run.innovation_sigma**2
     is_same = options.gate is None and options.student is None
     return float((np.abs(run.mean - exact.mean) / run.sigma).max()) if is_same else 0.0, float(np.nanmin(shares, initial=1))
 
@@ -117,7 +130,7 @@ def _library(model: NonlinearModel, options: Options, z: np.ndarray, record: Rec
 def refuse_wrong(model: NonlinearModel) -> None:
     """Jacobians of the model's own that are not those of its functions"""
     x, _, u = simulate(model, 50, SEEDS[0])
-    for one in wrong_entries(model, prior_points(model) + points_along(x, u)):
+    for one in wrong_entries(model, prior_points(model) + points_along(x, u, model.instants(len(x)))):
         raise KalmanqError(f"{one}: correct it, or leave {one.which} out, and it is derived")
 
 

@@ -16,11 +16,12 @@ from kalmanq.compiler.equation_product import compiled_equations
 from kalmanq.compiler.fixed_device import EVENTS
 from kalmanq.compiler.fixed_device_text import compiled_fixed
 from kalmanq.compiler.fixed_run import LIBRARY, FixedRun
-from kalmanq.compiler.host import Ran
-from kalmanq.compiler.record import Record
+from kalmanq.compiler.host import Ran, numbered
+from kalmanq.compiler.record import Record, clock_of
 from kalmanq.compiler.request import MOST_STEPS, Options
 from kalmanq.compiler.simulation import NAME, CompiledFilter, CompiledRun, scored
 from kalmanq.core import names_of
+from kalmanq.data.rows import rising
 from kalmanq.errors import KalmanqError
 from kalmanq.formulas.program import Program
 from kalmanq.nonlinear import NonlinearModel
@@ -54,22 +55,32 @@ class CompiledEquations(CompiledFilter):
                 "" if model.has_errors else ": without --compiled there is no limit"))
         options = Options(arithmetic, iterate=iterate, smooth=smooths)
         super().__init__(model, arithmetic, compiled_equations(model, NAME, options))
-        self.method, f = "iterated" if iterate > 1 else "extended", model.formulas
-        self.programs = [Program(rows) for rows in (f.moved if "f" in model.given else f.change, _flat(f.transition),
-                                                    f.innovation, _flat(f.measurement))]
+        self.method, self.programs = "iterated" if iterate > 1 else "extended", _programs(model)
 
     def restart(self) -> None:
         super().restart()
-        self.mean, self.row = np.array(self.model.x0), 0
+        self.mean, self.row, self.last = np.array(self.model.x0), 0, None
+
+    def _see(self, times: Optional[np.ndarray], rows: int) -> None:
+        """The clock of the rows; last: the time of the last one before them"""
+        if self.row and (times is None) != (self.last is None):
+            raise KalmanqError("times: of all rows, or of none")
+        if times is None and self.model.takes_step and self.model.dt is None:
+            raise self.model.step_error()
+        if times is None and self.model.dt is None:
+            self.clock = numbered(rows, self.row)
+        else:
+            at = self.model.dt * np.arange(self.row, self.row + rows) if times is None else times
+            self.clock = clock_of(at, self.model.dt or np.nan) if self.last is None or times is None else clock_of(np.append(self.last, at))[1:]
+            self.last = self.last if times is None or not rows else float(times[-1])
 
     def _ran(self, z: np.ndarray, u: Optional[np.ndarray]) -> Ran:
-        ran = self.host.run(z, self._carried(u, len(z)), goes_on=not self.begins, now=u, first=self.row)
+        ran = self.host.run(z, self._carried(u, len(z)), goes_on=not self.begins, now=u, clock=self.clock)
         self.digest, self.row = ran.digest, self.row + len(z)
         return ran
 
     def run(self, z: np.ndarray, u: Optional[np.ndarray] = None, times: Optional[np.ndarray] = None, **_: Any) -> CompiledRun:
-        if times is not None:
-            raise KalmanqError("times: not compiled yet")
+        self._see(rising(times, len(z)) if times is not None else None, len(z))
         run = super().run(z, u)
         if self.product.given.options.smooth:
             back = self.host.smoothed(PREDICTS * (np.arange(len(run)) > 0))
@@ -79,18 +90,25 @@ class CompiledEquations(CompiledFilter):
 
     def _explain(self, run: Any, z: np.ndarray, u: Optional[np.ndarray], ran: Ran) -> None:
         model, rows = self.model, len(z)
-        t = np.arange(self.row - rows, self.row, dtype=float)
+        left, step, t = self.clock.T
         before, P = np.vstack([self.mean[None], ran.mean[:-1]]), np.concatenate([self.covariance[None], ran.covariance[:-1]])
-        at = values_of(before.T, t - 1, self._carried(u, rows).T)
+        at = values_of(before.T, left, self._carried(u, rows).T, step)
         x = self._values(0, at, rows) + (0 if "f" in model.given else before)
         A = self._values(1, at, rows).reshape(rows, model.n, model.n)
-        P = A @ P @ A.transpose(0, 2, 1) + model.Q
+        P = A @ P @ A.transpose(0, 2, 1) + self._noise(model.Q, 4, at, rows)
         if self.begins:
             x[0], P[0] = self.mean, self.covariance
         now = values_of(x.T, t, (np.zeros((rows, model.l)) if u is None else np.asarray(u, float).reshape(rows, -1)).T)
         e = self._values(2, {**now, **{f"z{c}": column for c, column in enumerate(z.T)}}, rows)
         H = self._values(3, now, rows).reshape(rows, model.m, model.n)
-        scored(run, np.where(np.isnan(z), np.nan, e), H @ P @ H.transpose(0, 2, 1) + model.R, ran)
+        scored(run, np.where(np.isnan(z), np.nan, e), H @ P @ H.transpose(0, 2, 1) + self._noise(model.R, 5, now, rows), ran)
+
+    def _noise(self, constant: Optional[np.ndarray], which: int, given: dict[str, Any], rows: int) -> np.ndarray:
+        """Q or R of each row"""
+        if constant is not None:
+            return constant
+        made = self._values(which, given, rows).reshape(rows, self.model.n if which == 4 else self.model.m, -1)
+        return made @ made.transpose(0, 2, 1) if "G" in self.model.given and which == 4 else made
 
     def _values(self, which: int, given: dict[str, Any], rows: int) -> np.ndarray:
         made = self.programs[which].values(given)
@@ -101,15 +119,13 @@ class FixedEquations(CompiledEquations):
     """Over the library in q31, as compile --library --arith q31 writes it: the chip's own words"""
 
     def __init__(self, model: NonlinearModel):
-        self.model, self.arithmetic, self.method, f = model, "q31", "extended", model.formulas
-        self.product = compiled_fixed(model, NAME)
-        self.programs = [Program(rows) for rows in (f.moved if "f" in model.given else f.change, _flat(f.transition),
-                                                    f.innovation, _flat(f.measurement))]
+        self.model, self.arithmetic, self.method = model, "q31", "extended"
+        self.product, self.programs = compiled_fixed(model, NAME), _programs(model)
         self.restart()
 
     def restart(self) -> None:
         self.mean, self.covariance, self.row = np.array(self.model.x0, float), np.array(self.model.P0, float), 0
-        self.begins, self.left, self.events, self.digest = True, np.zeros(self.model.l), 0, FNV
+        self.last, self.begins, self.left, self.events, self.digest = None, True, np.zeros(self.model.l), 0, FNV
         self.device = FixedRun(self.product.arithmetic)
         self._ahead = []
 
@@ -120,6 +136,8 @@ class FixedEquations(CompiledEquations):
         pass
 
     def _ran(self, z: np.ndarray, u: Optional[np.ndarray]) -> Ran:
+        if self.last is not None:
+            raise KalmanqError("--arith q31: t is the number of the row in its C: --time none takes rows so, f32 and f64 take times")
         z = np.asarray(z, float).reshape(len(z), -1)
         present = (~np.isnan(z)) @ (1 << np.arange(self.model.m))
         what = PREDICTS * ((np.arange(len(z)) > 0) | (not self.begins)) + UPDATES * (present > 0)
@@ -135,6 +153,13 @@ class FixedEquations(CompiledEquations):
     def _told(self, events: int) -> list[tuple[str, str]]:
         own = [(name.lower().replace("_", " "), meaning) for bit, (name, meaning) in enumerate(EVENTS) if events >> bit & 1]
         return [*own, *((name, "of the library") for name in names_of(events >> LIBRARY))]
+
+
+def _programs(model: NonlinearModel) -> list[Program]:
+    """Of f or its increment, A, innovations, H, Q or G, R"""
+    f = model.formulas
+    return [Program(rows) for rows in (f.moved if "f" in model.given else f.change, _flat(f.transition), f.innovation,
+                                       _flat(f.measurement), _flat(f.noise_of_step or []), _flat(f.noise_of_sensors or []))]
 
 
 def _flat(rows: list) -> list:

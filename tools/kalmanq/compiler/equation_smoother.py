@@ -35,12 +35,16 @@ class Smoother:
         n, type_ = len(self.given.carried), self.a.type
         return [f"{type_} x[{n}], low[{n}], P[{max(len(self.a.live), 1)}];",
                 *([f"{type_} u[{self.a.of.l}];"] if self.a.predicts_by("u") else []),
-                *([f"{type_} t;"] if self.a.predicts_by("t") else [])]
+                *(f"{type_} {one};" for one in self.times)]
+
+    @property
+    def times(self) -> list[str]:
+        return [one for one in ("t", "dt") if self.a.predicts_by(one)]
 
     @property
     def record_size(self) -> int:
         """Bytes"""
-        numbers = 2 * len(self.given.carried) + max(len(self.a.live), 1) + self.a.predicts_by("t")
+        numbers = 2 * len(self.given.carried) + max(len(self.a.live), 1) + len(self.times)
         numbers += self.a.of.l if self.a.predicts_by("u") else 0
         return (4 if self.a.type == "float" else 8) * numbers
 
@@ -120,7 +124,7 @@ class Smoother:
         lines = [f"for (int i = 0; i < {len(self.given.carried)}; i++) {{", "    r->x[i] = f->x[i];", "    r->low[i] = f->low[i];", "}",
                  f"for (int i = 0; i < {max(len(self.a.live), 1)}; i++) r->P[i] = f->P[i];"]
         lines += [f"for (int i = 0; i < {self.a.of.l}; i++) r->u[i] = u[i];"] if self.a.predicts_by("u") else []
-        return lines + (["r->t = t;"] if self.a.predicts_by("t") else [])
+        return [*lines, *(f"r->{one} = {one};" for one in self.times)]
 
     # ---- the step back
 
@@ -130,7 +134,7 @@ class Smoother:
         lines = within([(type_, local, field.replace("f->", "r->")) for type_, local, field in self.a.places()], lines)
         controls = [line for k, line in enumerate(self.controls) if re.search(rf"\bu{k}\b", text)]
         given = [*([f"const {self.a.type} *const u = r->u;"] if controls else []), *controls]
-        given += [f"const {self.a.type} t = r->t;"] if self.a.predicts_by("t") else []
+        given += [f"const {self.a.type} {one} = r->{one};" for one in self.times if re.search(rf"\b{one}\b", text)]
         head = f"static void step_back({self.given.type} *restrict f, const {self.name}_record *restrict r, int is_whole)"
         return [*helpers, function(head, [*given, *lines, *self.a.overflow([f"f->P[{k}]" for k in range(len(self.a.live))])],
                                    "f goes back to the step of the record.  is_whole: its covariance, too")]

@@ -28,18 +28,20 @@ class EquationText(Text):
     # ---- arguments
 
     def predict_arguments(self) -> str:
-        return (self.u if self.given.of.l else "") + self._time(self.of.predicts_by("t"))
+        return (self.u if self.given.of.l else "") + "".join(
+            self._time(self.of.predicts_by(one), one) for one in ("t", "dt"))
 
     def update_arguments(self, sensor: Sensor) -> str:
         return f", const {self.a.type} z[{sensor.m}]" + (self.u if self.of.updates_by(sensor, "u") else "") \
             + self._time(self.of.updates_by(sensor, "t"))
 
-    def _time(self, is_read: bool) -> str:
-        return f", {self.a.type} t" if is_read else ""
+    def _time(self, is_read: bool, name: str = "t") -> str:
+        return f", {self.a.type} {name}" if is_read else ""
 
     def row(self, of: Row) -> list[str]:
         name, lines = self.given.name, []
-        before = self._given(self.predict_arguments(), {"u": of.u, "t": f"({self.a.type})({of.t} - 1)"})
+        before = self._given(self.predict_arguments(), {
+            "u": of.u, "t": f"({self.a.type})({of.left})", "dt": f"({self.a.type})({of.step})"})
         predict = f"{name}_predict_recorded(&f, &history" if self.smoother else f"{name}_predict(&f"
         lines = [f"if ({of.what} & {PREDICTS}) {predict}{before});"]
         for sensor in self.of.sensors:
@@ -52,7 +54,7 @@ class EquationText(Text):
         return lines
 
     def _same(self, arguments: str) -> str:
-        return self._given(arguments, {name: name for name in "zut"})
+        return self._given(arguments, {name: name for name in ("z", "u", "t", "dt")})
 
     @staticmethod
     def _given(arguments: str, values: Mapping[str, str]) -> str:

@@ -16,10 +16,10 @@ from kalmanq.compiler.coefficients import Constant
 from kalmanq.compiler.floats import MOST, FloatFilter, Mean, carried, entry
 from kalmanq.compiler.printing import Body, Target, indented
 from kalmanq.compiler.names import named
-from kalmanq.compiler.request import FLOATS, Options, Request, request
+from kalmanq.compiler.request import FLOATS, Options, Request, groups, request
 from kalmanq.errors import KalmanqError
 from kalmanq.formulas.calculus import substituted, without
-from kalmanq.formulas.graph import Node, add, constant, dot, make, mul, needed, symbol
+from kalmanq.formulas.graph import Node, add, constant, dot, make, mul, needed, node, select, symbol
 from kalmanq.model import Model
 from kalmanq.nonlinear import NonlinearModel
 from kalmanq.nonlinear.model import Sensor
@@ -41,15 +41,16 @@ class Equations:
 
 def equations(model: NonlinearModel, name: str, options: Options) -> Equations:
     _refuse(options)
-    if model.takes_step or model.Q is None or model.R is None:
-        raise KalmanqError("not compiled yet")
     _refuse_names(model.sensors)
     frame = model.frame
     controls = {"B": np.zeros((model.n, model.l)), "controls": model.controls} if model.l else {}
     _refuse_numbers(model, options)
-    whole = Model(frame.A, frame.H, frame.R, frame.Q, x0=frame.x0, P0=frame.P0, states=frame.states,
+    R = np.eye(model.m) if model.R is None else frame.R  # in the place of what is worked out in each call
+    whole = Model(frame.A, frame.H, R, frame.Q, x0=frame.x0, P0=frame.P0, states=frame.states,
                   measurements=frame.measurements, name=model.name, **controls)
     given = request(whole, name, options)
+    if model.R is None:
+        given = replace(given, together=groups(np.array([[not one.equals(0) for one in row] for row in model.formulas.noise_of_sensors])))
     if not model.has_errors:
         return Equations(model, given, model.sensors)
     if options.iterate > 1:
@@ -83,6 +84,8 @@ def _refuse_numbers(model: NonlinearModel, options: Options) -> None:
     names = {"f": (model.carried, [[one] for one in f.change]), "A": (model.states, f.transition),
              "h": (model.measurements, [[one, *row] for one, row in zip(f.innovation, f.measurement)]),
              "plus": (model.carried, [[one] for one in f.corrected])}
+    names.update({} if f.noise_of_step is None else {"G" if "G" in model.given else "Q": (model.states, f.noise_of_step)})
+    names.update({} if f.noise_of_sensors is None else {"R": (model.measurements, f.noise_of_sensors)})
     for which, (of, rows) in names.items():
         for quantity, formulas in zip(of, rows):
             for one in needed(formulas)[0]:
@@ -99,7 +102,11 @@ def _cure(value: float, most: float, is_by_errors: bool) -> str:
 
 
 class Formulas(Constant):
-    """A, h, H and R of the model where the C has its mean, x0 + l0, ..."""
+    """A, h, H, and what varies of Q or G and R, of the model where the C has its mean, x0 + l0, ...
+
+    step    formulas of Q or G; None: constant.  improper: what is very large where Q is no covariance
+    spread  variances of R where they vary: r0, r1, ... are named so
+    """
 
     def __init__(self, of: Equations):
         super().__init__(of.given)
@@ -108,6 +115,12 @@ class Formulas(Constant):
         self.change = [substituted(one, mean, memo) for one in formulas.change]
         self.moved = [substituted(one, mean, memo) for one in formulas.moved]
         self.A = [[substituted(one, mean, memo) for one in row] for row in formulas.transition]
+        self.step, own = ([[substituted(one, mean, memo) for one in row] for row in rows] if rows else None
+                          for rows in (formulas.noise_of_step, formulas.noise_of_sensors))
+        self.is_root, self.type = "G" in of.model.given, FLOATS[of.given.options.arithmetic]
+        self.mixing, self.spread = (of.given.mixing.tolist(), None) if own is None else ud.lower(own)
+        if self.spread:
+            self.R = [one if one.is_constant else symbol(f"r{j}") for j, one in enumerate(self.spread)]
         errors = {f"d{k}": symbol(f"c{k}") for k in range(of.model.n)}
         self.corrected = [substituted(one, {**mean, **errors}, {}) for one in formulas.corrected] if of.model.has_errors else []
         if of.given.options.iterate > 1:
@@ -117,8 +130,22 @@ class Formulas(Constant):
 
     def _mixed(self, made: Sequence[Sequence[Node]]) -> list[list[Node]]:
         """Of what has independent noises"""
-        return [[dot((w, made[k][c]) for k, w in enumerate(mixing) if w) for c in range(len(made[0]))]
-                for mixing in self.given.mixing]
+        return [[dot((w, made[k][c]) for k, w in enumerate(mixing) if not node(w).equals(0)) for c in range(len(made[0]))]
+                for mixing in self.mixing]
+
+    def noise(self) -> list[ud.Column]:
+        if self.step is None:
+            return super().noise()
+        if self.is_root:
+            return [ud.Column(node(1.0), list(column)) for column in zip(*self.step)]
+        return self._factored()[0]
+
+    def improper(self) -> list[Node]:
+        return [] if self.step is None or self.is_root else self._factored()[1]
+
+    def _factored(self) -> tuple[list[ud.Column], list[Node]]:
+        is_single = self.type is np.float32
+        return ud.factored(self.step, 1e-6 if is_single else 1e-14, 10 * MOST["float" if is_single else "double"])
 
 
 class EquationFilter(FloatFilter):
@@ -129,13 +156,13 @@ class EquationFilter(FloatFilter):
         super().__init__(of.given, None)
         bends = of.given.options.iterate > 1 or bool(of.given.nominal)
         self.linear = [] if bends else [one for one in of.sensors if self._is_linear_sensor(one)]
-        self.events = (("NOT_FINITE", "a function of the model or a derivative was not finite: mean and covariance stay as they were"),
+        self.events = (("NOT_FINITE", "a function of the model or a derivative was not finite, or Q or R no covariance: mean and covariance stay as they were"),
                        ("OVERFLOW", "a variance is infinite: start again"))
         self.code_includes = ["#include <math.h>"]
 
     def _is_linear_sensor(self, sensor: Sensor) -> bool:
         c = self.coefficients
-        return all(_is_linear(c.e[j][0], c.H[j]) for j in range(sensor.first, sensor.first + sensor.m))
+        return all(_is_linear(c.e[j][0], c.H[j]) and c.R[j].is_constant for j in range(sensor.first, sensor.first + sensor.m))
 
     def made_coefficients(self) -> Formulas:
         return Formulas(self.equations)
@@ -146,11 +173,11 @@ class EquationFilter(FloatFilter):
     def predicts_by(self, which: str) -> bool:
         """Does f read u, or t?"""
         c = self.coefficients
-        return self._reads(which, [*c.change, *(one for row in c.A for one in row)])
+        return self._reads(which, [*c.change, *(one for rows in (c.A, c.step or []) for row in rows for one in row)])
 
     def updates_by(self, sensor: Sensor, which: str) -> bool:
         c, some = self.coefficients, range(sensor.first, sensor.first + sensor.m)
-        return self._reads(which, [one for j in some for one in (*c.e[j], *c.H[j])])
+        return self._reads(which, [one for j in some for one in (*c.e[j], *c.H[j], *([c.spread[j]] if c.spread else []))])
 
     def sensor_of(self, j: int) -> Sensor:
         return next(one for one in self.sensors if one.first <= j < one.first + one.m)
@@ -217,7 +244,9 @@ class EquationFilter(FloatFilter):
     def unless_finite_step(self, body: Body, refused: Sequence[str]) -> list[str]:
         """`refused` where f or A is not finite"""
         c = self.coefficients
-        return self._unless_finite(body, [one for f, row in zip(c.change, c.A) for one in self._doubtful(f, row)], refused)
+        noises = [one for row in c.step or [] for one in row if not one.is_constant]
+        return self._unless_finite(body, [*(one for f, row in zip(c.change, c.A) for one in self._doubtful(f, row)), *noises,
+                                          *c.improper()], refused)
 
     def moved_mean(self) -> Mean:
         return self._moved(self.mean)
@@ -244,6 +273,7 @@ class EquationFilter(FloatFilter):
         if sensor in self.linear:
             return []
         for j in range(sensor.first, sensor.first + sensor.m):
+            made += [] if c.R[j].is_constant else [(f"r{j}", c.spread[j])]
             made += [(f"e{j}", c.e[j][0]), *((f"h{j}_{i}", one) for i, one in enumerate(c.H[j]) if not one.is_constant)]
         body.name_shared([one for _, one in made])
         return [*body.lines, *(f"const {self.type} {name} = {body.text(one)};" for name, one in made),
@@ -259,7 +289,8 @@ class EquationFilter(FloatFilter):
         names = {id(c.e[j][0]): symbol(f"e{j}"), **{id(one): name for one, name in zip(c.H[j], self.row(j))}}
         if self.sensor_of(j) in self.linear:
             names[id(c.e[j][0])] = c.e[j][0]
-        check = self._unless_finite(body, [names[id(one)] for one in self._doubtful(c.e[j][0], c.H[j])], refused)
+        spread = [] if c.R[j].is_constant else [select(node(0.0) < c.R[j], 0.0, 10 * MOST[self.type])]
+        check = self._unless_finite(body, [*(names[id(one)] for one in self._doubtful(c.e[j][0], c.H[j])), *spread], refused)
         return [*body.lines, *check, *self.update(j, refused)]
 
     def finished(self, sensor: Sensor) -> list[str]:

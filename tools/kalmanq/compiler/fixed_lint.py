@@ -18,7 +18,7 @@ POINTS = 600
 
 def lossy_formulas(model: NonlinearModel, device: FixedDevice, visited: Sequence[Visited]) -> list[Lossy]:
     """All formulas, the worst one first; what an event tells is left out"""
-    x, sigma, t, u = points(model, visited)
+    x, sigma, t, u, _ = points(model, visited)
     some = np.random.default_rng(1).permutation(len(x))[:POINTS]
     words = {**_words(device, "carried", "x", x[some]), **_words(device, "controls", "u", u[some]), "t": t[some].astype(int)}
     given = values_of(_values(words, "x", device.x), t[some], _values(words, "u", device.u))

@@ -46,7 +46,7 @@ def seen(model: NonlinearModel, records: Sequence[tuple[Record, np.ndarray]], gi
     before, at = [], []
     with Host(compiled_equations(model, "exact", Options("f64"))) as exact:
         for record, z in records:
-            ran = exact.run(record.z, record.u, record.present, record.what, now=record.now)
+            ran = exact.run_record(record)
             now = np.zeros((len(z), model.l)) if record.now is None else record.now
             made = _points(model, ran.mean, z, now)
             before.append(made[0])

@@ -60,9 +60,9 @@ def tried(model: NonlinearModel, product: Product) -> Tried:
         with Host(compiled_equations(model, "exact", Options("f64"))) as exact:
             for seed in SEEDS:
                 record = in_whole_groups(drawn(model, ROWS, seed)[0], product.given.together)
-                ran = exact.run(record.z, record.u, record.present, record.what, now=record.now)
+                ran = exact.run_record(record)
                 made.add(model, FixedRun(product.arithmetic).run(record), ran)
-                visited.append((ran.mean, np.sqrt(np.einsum("tii->ti", ran.covariance)), record.now))
+                visited.append((ran.mean, np.sqrt(np.einsum("tii->ti", ran.covariance)), record.now, record.clock))
         made.lossy = lossy_formulas(model, product.arithmetic, visited)
     except KalmanqError as problem:
         made.why_not = str(problem)

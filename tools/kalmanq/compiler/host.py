@@ -8,7 +8,7 @@ import shutil
 import subprocess
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Mapping, Optional, Sequence
+from typing import Any, Mapping, Optional, Sequence
 
 import numpy as np
 
@@ -32,20 +32,20 @@ static uint32_t hash(uint32_t h, const void *field, unsigned size)
 
 static {name}_filter f;
 {smooths}
-void run(int rows, int goes_on, int first, const unsigned char *what, const unsigned *present, const double *z, const double *u,
-         const double *now, double *mean, double *reading, double *covariance, unsigned *taken, unsigned *events, unsigned *digest);
+void run(int rows, int goes_on, const unsigned char *what, const unsigned *present, const double *z, const double *u,
+         const double *now, const double *clock, double *mean, double *reading, double *covariance, unsigned *taken, unsigned *events, unsigned *digest);
 
-void run(int rows, int goes_on, int first, const unsigned char *what, const unsigned *present, const double *z, const double *u,
-         const double *now, double *mean, double *reading, double *covariance, unsigned *taken, unsigned *events, unsigned *digest)
+void run(int rows, int goes_on, const unsigned char *what, const unsigned *present, const double *z, const double *u,
+         const double *now, const double *clock, double *mean, double *reading, double *covariance, unsigned *taken, unsigned *events, unsigned *digest)
 {{
     uint32_t h = UINT32_C(2166136261);
     if (!goes_on) {{
 {start}
     }}
 {lag}
-    for (int t = 0; t < rows; t++, z += {m}, u += {l}, now += {l}) {{
+    for (int t = 0; t < rows; t++, z += {m}, u += {l}, now += {l}, clock += 3) {{
         {type} v[{m}], w[{l} + 1], at[{l} + 1];
-        (void)w, (void)at, (void)first;
+        (void)w, (void)at;
 {given}
         taken[t] = 0;
 {calls}
@@ -59,6 +59,12 @@ void run(int rows, int goes_on, int first, const unsigned char *what, const unsi
     *digest = h;
 }}
 """
+
+
+def numbered(rows: int, first: int = 0) -> np.ndarray:
+    """The clock of rows without times"""
+    t = first + np.arange(rows, dtype=float)
+    return np.column_stack([t - 1, np.full(rows, np.nan), t])
 
 
 @dataclass(frozen=True)
@@ -100,10 +106,10 @@ class Host:
         self._own.__exit__(None, None, None)
 
     def run(self, z: np.ndarray, u: Optional[np.ndarray] = None, present: Optional[np.ndarray] = None,
-            what: Optional[np.ndarray] = None, goes_on: bool = False, now: Optional[np.ndarray] = None, first: int = 0) -> Ran:
+            what: Optional[np.ndarray] = None, goes_on: bool = False, now: Optional[np.ndarray] = None, clock: Optional[np.ndarray] = None) -> Ran:
         """z: rows x m, NaN where missing unless `present` has bits; u: rows x l, of the step that leads to the row; now: of
         the row itself; what: PREDICTS and UPDATES of each row, by default both, the first row no predict; goes_on: from the
-        last row of the call before; first: number of the first row"""
+        last row of the call before; clock: as of Record"""
         of, rows = self.product.given.of, len(z)
         z = np.asarray(z, float).reshape(rows, of.m)
         if present is None:
@@ -113,12 +119,16 @@ class Host:
         given = [np.ascontiguousarray(what, np.uint8), np.ascontiguousarray(present, np.uint32),
                  np.ascontiguousarray(z), *(np.ascontiguousarray(np.zeros((rows, of.l)) if one is None else one, np.float64)
                                             for one in (u, now))]
+        given.append(np.ascontiguousarray(numbered(rows) if clock is None else clock, np.float64))
         size = len(self.product.given.carried)
         made = Ran(np.zeros((rows, size)), np.zeros((rows, size)), np.zeros((rows, of.n, of.n)), np.zeros(rows, np.uint32),
                    np.zeros(rows, np.uint32))
         arrays = [*given, made.mean, made.reading, made.covariance, made.taken, made.events, np.zeros(1, np.uint32)]
-        self._run(rows, int(goes_on), first, *(ctypes.c_void_p(one.ctypes.data) for one in arrays))
+        self._run(rows, int(goes_on), *(ctypes.c_void_p(one.ctypes.data) for one in arrays))
         return replace(made, digest=int(arrays[-1][0]))
+
+    def run_record(self, record: Any) -> Ran:
+        return self.run(record.z, record.u, record.present, record.what, now=record.now, clock=record.clock)
 
     def smoothed(self, what: np.ndarray) -> Smoothed:
         """Backwards over the rows of the last call, whose `what` it was, as far as --smooth holds them"""
@@ -176,7 +186,7 @@ def driver(product: Product) -> str:
     read += [f"reading[t * {size} + {i}] = (double){name}_mean_{state}(&f);" for i, state in enumerate(given.carried)]
     follows, hashed = lag.followed(given), [f"f.{field}" for field in a.arrays]
     digests = [*follows[1:], *(f"h = hash(h, {one}, sizeof {one});" for one in (*hashed, *lag.kept(given)))]
-    calls = product.text.row(Row("what[t]", "present[t]", "v", "w", "at", "first + t", "taken[t]"))
+    calls = product.text.row(Row("what[t]", "present[t]", "v", "w", "at", "clock[0]", "clock[1]", "clock[2]", "taken[t]"))
     start = [f"{name}_start(&f);"]
     texts = {"name": name, "type": a.type, "n": of.n, "size": size, "read": _inside(read[:size]), "entry": a.covariance_double("i", "j"),
              "smooths": ""}

@@ -7,16 +7,17 @@ nearer still, where formulas such as (1 - cos w) / w lose their digits, if the r
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Iterator, Sequence
+from typing import Iterator, Optional, Sequence
 
 import numpy as np
 
+from kalmanq.compiler.host import numbered
 from kalmanq.formulas.graph import Node
 from kalmanq.formulas.program import Program
 from kalmanq.nonlinear import NonlinearModel
 from kalmanq.nonlinear.formulas import values_of
 
-Visited = tuple[np.ndarray, np.ndarray, np.ndarray]  # means, sigmas, controls: of rows
+Visited = tuple[np.ndarray, np.ndarray, np.ndarray, Optional[np.ndarray]]  # means, sigmas, controls, clock: of rows
 POINTS = 300  # rows that are looked at
 EPSILON, TINY = 2.0**-24, 1e-30  # rounding of a float; a value below counts as this
 NEAREST = 20  # means that are nearest to 0 in a state
@@ -38,11 +39,11 @@ class Lossy:
 
 def lossy_formulas(model: NonlinearModel, visited: Sequence[Visited]) -> list[Lossy]:
     """All formulas, the worst one first"""
-    x, sigma, t, u = points(model, visited)
+    x, sigma, t, u, dt = points(model, visited)
     least = 0 if model.has_errors else EPSILON * np.abs(x)  # a state without noise gets more certain than a float
     rows = list(formulas(model, np.maximum(sigma, least)))
     program = Program([one for _, one, _ in rows])
-    single = {name: np.asarray(value, np.float32) for name, value in values_of(x.T, t, u.T).items()}
+    single = {name: np.asarray(value, np.float32) for name, value in values_of(x.T, t, u.T, dt).items()}
     low = program.values(single, np.float32)
     high = program.values({name: value.astype(float) for name, value in single.items()}, np.float64)
     made = [_worst(model, name, one, np.abs(np.asarray(a, float) - b) * scale, single) for (name, one, scale), a, b in
@@ -71,7 +72,8 @@ def _line(model: NonlinearModel, root: Node, point: dict[str, np.ndarray]) -> in
 
 def formulas(model: NonlinearModel, sigma: np.ndarray) -> Iterator[tuple[str, Node, np.ndarray]]:
     """Name, formula, and what an error of it is multiplied with to be in sigma"""
-    f, q, r = model.formulas, np.sqrt(np.diag(model.Q)), np.sqrt(np.diag(model.R))
+    f, q = model.formulas, np.zeros(model.n) if model.Q is None else np.sqrt(np.diag(model.Q))
+    r = np.sqrt(np.diag(model.R if model.R is not None else model.noises.start))
     states, measurements = ([one.name for one in of] for of in (model.states, model.measurements))
     for i, one in enumerate(() if model.has_errors else f.change):
         yield f"f({states[i]})", one, 1 / np.where(q[i] > 0, q[i], sigma[:, i])
@@ -88,12 +90,14 @@ def formulas(model: NonlinearModel, sigma: np.ndarray) -> Iterator[tuple[str, No
 def points(model: NonlinearModel, visited: Sequence[Visited]) -> tuple[np.ndarray, ...]:
     draws = np.random.default_rng(1)
     x, sigma, u = (np.concatenate([one[k] for one in visited]) for k in range(3))
-    t = np.concatenate([np.arange(len(one[0]), dtype=float) for one in visited])
+    clock = np.concatenate([numbered(len(one[0])) if one[3] is None else one[3] for one in visited])
+    t, dt = clock[:, 2], np.append(clock[1:, 1], np.nan)  # of the step that leaves a row
+    dt = np.where(np.isnan(dt), model.dt or np.nan, dt)
     fine = np.flatnonzero(np.all(np.isfinite(x), axis=1) & np.all(np.isfinite(sigma), axis=1))
     some = fine[draws.permutation(len(fine))[:POINTS]]
-    x, sigma, t, u = x[some], sigma[some], t[some], u[some]
+    x, sigma, t, u, dt = x[some], sigma[some], t[some], u[some], dt[some]
     if model.has_errors:
-        return x, sigma, t, u
+        return x, sigma, t, u, dt
     made = [x, x + 2 * sigma * draws.uniform(-1, 1, x.shape)]
     low, high = x.min(axis=0) - 3 * sigma.max(axis=0), x.max(axis=0) + 3 * sigma.max(axis=0)
     for i in range(model.n):
@@ -102,4 +106,4 @@ def points(model: NonlinearModel, visited: Sequence[Visited]) -> tuple[np.ndarra
             near[:, i] = draws.choice(NEAR_ZERO, len(x)) * np.where(near[:, i] == 0, sigma[:, i], near[:, i])
             made.append(near)
     count = len(made)
-    return np.concatenate(made), np.tile(sigma, (count, 1)), np.tile(t, count), np.tile(u, (count, 1))
+    return np.concatenate(made), np.tile(sigma, (count, 1)), np.tile(t, count), np.tile(u, (count, 1)), np.tile(dt, count)

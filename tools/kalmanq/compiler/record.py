@@ -20,13 +20,23 @@ PUSHED = 0.2  # of a control's range
 @dataclass(frozen=True)
 class Record:
     """what, present: of each row, as Host.run takes them; z: rows x m; u: rows x l, of the step that leads to the row; now: of
-    the row itself, where a model reads them there"""
+    the row itself, where a model reads them there; clock: rows x 3, t of the row before, the step between them, t of the row"""
 
     what: np.ndarray
     present: np.ndarray
     z: np.ndarray
     u: np.ndarray
     now: Optional[np.ndarray] = None
+    clock: Optional[np.ndarray] = None
+
+
+def clock_of(times: np.ndarray, dt: float = np.nan) -> np.ndarray:
+    """dt: of the step to the first row"""
+    return np.column_stack([np.concatenate([times[:1] - dt, times[:-1]]), np.diff(times, prepend=times[:1] - dt), times])
+
+
+def times_of(record: Record) -> Optional[np.ndarray]:
+    return None if record.clock is None else record.clock[:, 2]
 
 
 @dataclass(frozen=True)

@@ -106,7 +106,7 @@ def _independent(model: Model, single: bool) -> tuple[Numbers, np.ndarray, list[
     mixing = np.linalg.inv(lower)
     made = [decimals(_rounded(one, single)) for one in
             (model.A, B, mixing @ model.H, model.Q, variances, model.x0, model.P0)]
-    return Numbers(*made), mixing, _groups(model.R)
+    return Numbers(*made), mixing, groups(model.R)
 
 
 def _unit_lower(R: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
@@ -115,7 +115,7 @@ def _unit_lower(R: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     return root / diagonal, diagonal**2
 
 
-def _groups(R: np.ndarray) -> list[int]:
+def groups(R: np.ndarray) -> list[int]:
     """Of each component the bits of all whose noises depend on its own, in one way or another"""
     m = len(R)
     linked = (np.abs(R) > 0) | np.eye(m, dtype=bool)

@@ -28,7 +28,7 @@ static uint32_t digest(uint32_t h, const void *field, unsigned size)
 
 def trial(product: Product, host: Host, record: Optional[Record] = None) -> str:
     record = record or drawn(product.given, ROWS, SEED, 3)
-    ran = host.run(record.z, record.u, record.present, record.what, now=record.now)
+    ran = host.run_record(record)
     back = host.steps_back(record.what) if product.given.options.smooth else None
     return Trial(product, record, ran, back).text()
 
@@ -50,15 +50,17 @@ class Trial:
         n, m, l = len(self.given.carried), self.given.of.m, self.given.of.l
         given = [("u", self.record.u), *([] if self.record.now is None else [("now", self.record.now)])] if l else []
         controls = [f"{self.a.type} {', '.join(f'{name}[{l}]' for name, _ in given)};"] if l else []
+        clocks = [] if self.record.clock is None else [f"{self.a.type} clock[3];"]
         lines = []
         for t in range(ROWS):
             cells = [*(str(one[t]) for one in (self.record.what, self.record.present, self.ran.taken)),
                      *(self._list("controls", values[t]) for _, values in given),
+                     *(f"{{{', '.join(self.a.literal(float(np.nan_to_num(one))) for one in self.record.clock[t])}}}" for _ in clocks),
                      self._list("measurements", self.record.z[t]),
                      f"{{{', '.join(self.a.literal(value) for value in self.ran.reading[t])}}}"]
             lines.append(f"{{{', '.join(cells)}}},")
         return ["static const struct {", *indented([
-            f"unsigned char what; /* {PREDICTS}: predict, {UPDATES}: update */", "unsigned present, taken;", *controls,
+            f"unsigned char what; /* {PREDICTS}: predict, {UPDATES}: update */", "unsigned present, taken;", *controls, *clocks,
             f"{self.a.type} z[{m}], mean[{n}];"]), f"}} rows[{ROWS}] = {{", *indented(lines), "};", ""]
 
     def _list(self, which: str, values: Sequence[float]) -> str:
@@ -101,7 +103,8 @@ class Trial:
 
     def _main(self) -> list[str]:
         name = self.name
-        calls = self.product.text.row(Row(*(f"rows[t].{one}" for one in ("what", "present", "z", "u", "now")), "t", "taken"))
+        clock = ("t - 1", "", "t") if self.record.clock is None else (f"rows[t].clock[{k}]" for k in range(3))
+        calls = self.product.text.row(Row(*(f"rows[t].{one}" for one in ("what", "present", "z", "u", "now")), *clock, "taken"))
         checks = []
         for i, state in enumerate(self.given.carried):
             variance = "" if self.a.type == "int32_t" else f", {self._variance(i)}"

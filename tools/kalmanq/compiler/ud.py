@@ -7,7 +7,7 @@ Entry (i, j) with i < j is U_ij; entry (j, j) is D_j.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Sequence
 
 import numpy as np
@@ -145,6 +145,50 @@ def columns_of_noise(Q: np.ndarray) -> list[Column]:
     n = len(Q)
     return [Column(node(q[c, c]), [node(q[i, c] if i < c else float(i == c)) for i in range(n)])
             for c in range(n) if q[c, c]]
+
+
+def factored(Q: Sequence[Row], least: float, most: float) -> tuple[list[Column], list[Node]]:
+    """U and D of a covariance of formulas, and what is `most` where it is none; least: share of a variance that rounding leaves"""
+    left, columns, improper = [[node(one) for one in row] for row in Q], [], []
+    for j in range(len(Q) - 1, -1, -1):
+        d, floor = left[j][j], left[j][j] if left[j][j] is node(Q[j][j]) else node(Q[j][j]) * least
+        if d.equals(0):
+            continue
+        is_there = node(0.0) < d if d is floor else floor < d
+        above = [left[i][j] for i in range(j)]
+        share = select(is_there, inverse(d), ZERO) if any(not one.equals(0) for one in above) else node(0.0)
+        column = [one * share for one in above]
+        for i in range(j):
+            for k in range(i + 1):
+                left[k][i] = left[k][i] - column[i] * above[k]
+        columns.append(Column(select(is_there, d, ZERO), [*column, node(ONE), *[node(ZERO)] * (len(Q) - j - 1)]))
+        improper.append(select(d < (node(ZERO) if d is floor else ZERO - floor), most, ZERO))
+    return columns, improper
+
+
+def lower(R: Sequence[Row]) -> tuple[list[list[Node]], list[Node]]:
+    """The inverse of L and D, R = L D L', of formulas: what makes noises independent, and their variances"""
+    m, made, variances = len(R), [], []
+    for j in range(m):
+        row = [node(float(j == k)) for k in range(m)]
+        for k in range(j):  # less what the noises before say of it
+            weight = dot((made[k][i], R[j][i]) for i in range(k + 1))
+            if not weight.equals(0):
+                share = weight * inverse(variances[k])
+                row = [one - share * other for one, other in zip(row, made[k])]
+        made.append(row)
+        variances.append(dot((one, R[j][i]) for i, one in enumerate(row)))
+    return made, variances
+
+
+def by_state(columns: Sequence[Column], form: UD, n: int) -> list[Column]:
+    """The same noise as columns that end in a 1, each in another row"""
+    last = [max((i for i, one in enumerate(each.entries) if not one.equals(0)), default=-1) for each in columns]
+    if all(i >= 0 and each.entries[i].equals(1) for i, each in zip(last, columns)) and len(set(last)) == len(last):
+        return list(columns)
+    made = replace(form, guards=True).triangular([Column(one.weight, list(one.entries)) for one in columns], n)
+    return [Column(made[c, c], [made[i, c] if i < c else node(float(i == c)) for i in range(n)]) for c in range(n)
+            if not made[c, c].equals(0)]
 
 
 def times(A: Sequence[Row], P: Entries) -> list[Column]:

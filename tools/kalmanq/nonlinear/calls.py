@@ -84,8 +84,11 @@ class Given:
     def step(self, t: Any) -> float:
         dt = getattr(t, "dt", None)
         if dt is None and self.dt is None:
-            raise self.error(f"takes {STEP}, but the rows have no times, and the model has no {STEP} = ... (seconds from row to row)")
+            raise self.step_error()
         return self.dt if dt is None else dt
+
+    def step_error(self) -> UserError:
+        return self.error(f"takes {STEP}, but the rows have no times, and the model has no {STEP} = ... (seconds from row to row)")
 
     def error(self, reason: str) -> UserError:
         place = [] if self.file is None else [f"{self.file}: line {self.line}"]

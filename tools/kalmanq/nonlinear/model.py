@@ -10,7 +10,7 @@ from typing import Any, Callable, Mapping, Optional, Sequence, Union
 import numpy as np
 from numpy.typing import ArrayLike
 
-from kalmanq.errors import ModelError
+from kalmanq.errors import KalmanqError, ModelError
 from kalmanq.formulas.graph import needed
 from kalmanq.formulas.tracing import Untraced
 from kalmanq.model import Model, Quantities
@@ -191,6 +191,10 @@ class NonlinearModel:
     def dt_of_rows(self) -> Optional[float]:
         """Of data, whose times are read then: NaN if no step is known; None: rows are steps"""
         return (self.dt or np.nan) if self.reads_times else None
+
+    def step_error(self) -> KalmanqError:
+        """Where the step is not known"""
+        return next(one for one in self.functions if STEP in one.takes).step_error()
 
     def at_row(self, row: int) -> float:
         """t of a row without a time"""

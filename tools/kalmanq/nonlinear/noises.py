@@ -53,22 +53,24 @@ class Noises:
             else:
                 is_named = measurements is not None and len(self.parts) == 1
                 self.sizes[name] = len(measurements) if is_named else len(np.atleast_1d(one.raw(*start())))
-        m = sum(self.sizes.values())
-        self.start = self._at_start(start, m) if self.functions else self.at(())
-        return m
+        self.start = block_diagonal([self._at_start(name, start) for name in self.parts])
+        return len(self.start)
 
-    def _at_start(self, start: Callable[[], Point], m: int) -> np.ndarray:
-        """In the place of R where a matrix has to be; where the functions have no value yet, 1"""
+    def _at_start(self, name: str, start: Callable[[], Point]) -> np.ndarray:
+        """In the place of R where a matrix has to be; where a function has no value yet, 1"""
+        one = self.parts[name]
+        if not isinstance(one, Given):
+            return one
         try:
-            return self.at(start())
+            return looked_at(one, start(), self.sizes[name])
         except KalmanqError:
-            return np.eye(m)
+            return np.eye(self.sizes[name])
 
     @property
     def functions(self) -> dict[str, Given]:
         return {name: one for name, one in self.parts.items() if isinstance(one, Given)}
 
-    def at(self, point: Any) -> np.ndarray:
+    def at(self, point: Point) -> np.ndarray:
         """R of them all, m x m"""
         return block_diagonal([looked_at(one, point, self.sizes[name]) if isinstance(one, Given) else one
                                for name, one in self.parts.items()])
