@@ -70,7 +70,7 @@ class Device(Arithmetic):
         self.bent = [one for one in self.sensors if one not in self.plain]
         self.iterates = given.options.iterate > 1 and bool(self.bent)
         self.moves_points = not self.has_errors and self.B is None and not self.Q
-        self.measures_points = [] if self.has_errors else [one for one in self.bent if not self.varies(one)]
+        self.measures_points = [] if self.has_errors else [one for one in self.bent if not self.has_spread(one)]
         has_points = self.moves_points or self.measures_points
         self.includes = [f"#include <kalmanq/{'sigma_points' if has_points else 'extended'}.h>"]
 
@@ -88,14 +88,14 @@ class Device(Arithmetic):
     def _is_plain(self, sensor: Sensor) -> bool:
         """Is it H x?"""
         f, own = self.nonlinear.formulas, range(sensor.first, sensor.first + sensor.m)
-        if self.has_errors or self.varies(sensor) or "innovation" in f.given or any(j in own for j in f.angles):
+        if self.has_errors or self.has_spread(sensor) or "innovation" in f.given or any(j in own for j in f.angles):
             return False
         slopes = _linear([f.expected[j] for j in own], list(f.x))
         for j in own if slopes is not None else ():
             self.H[j] = [node(float(one)) for one in slopes[j - sensor.first]]
         return slopes is not None
 
-    def varies(self, sensor: Sensor) -> bool:
+    def has_spread(self, sensor: Sensor) -> bool:
         """Is R a function?"""
         return bool(self.spreads(sensor)) and not all(one.is_constant for one in self.spreads(sensor))
 
@@ -167,7 +167,7 @@ class Device(Arithmetic):
         trial = [f"kq_filter_{T} trial; /* where an update comes out */",
                  f"{self.type} trial_memory[KQ_FILTER_LEN_{capital}({n})];"]
         lines += trial if self.iterates else []
-        lines += [f"{self.type} R{one.suffix}[{len(self.spreads(one))}];" for one in self.sensors if self.varies(one)]
+        lines += [f"{self.type} R{one.suffix}[{len(self.spreads(one))}];" for one in self.sensors if self.has_spread(one)]
         lines += [f"{self.type} A[{n * n}];"] if _varies(self.transition) else []
         lines += [f"{self.type} H{one.suffix}[{one.m * n}];" for one in self.sensors if _varies(self.rows_of(one))]
         return lines + ([f"{self.type} x[{len(self.given.carried)}]; /* what the states are errors of */"] if self.has_errors else [])
@@ -195,7 +195,7 @@ class Device(Arithmetic):
         for one in self.sensors:
             R = self.noise(one)
             made += [(f"H{one.suffix}", self.rows_of(one))]
-            made += [] if self.varies(one) else [(f"R{one.suffix}", np.diag(R) if self.is_diagonal(one) else R.ravel())]
+            made += [] if self.has_spread(one) else [(f"R{one.suffix}", np.diag(R) if self.is_diagonal(one) else R.ravel())]
         lines = (f"static const {self.type} {name}[] = {{{', '.join(map(self._entry, values))}}};" for name, values in made)
         return "\n".join(textwrap.fill(one, 128, subsequent_indent="    ") for one in lines) + "\n\n"
 

@@ -75,13 +75,13 @@ class DeviceText(EquationText):
                          f"kq_process_init_factor_{T}(&f->process, {A}, {B}, F, {np.atleast_2d(G).shape[1]})")
         for one in a.sensors:
             kind = ("_diagonal" if a.is_diagonal(one) else "") + ("" if one in a.plain else "_extended")
-            calls.append(f"kq_sensor_init{kind}_{T}(&f->{field(one)}, {self._H(one)}, {'f->' if a.varies(one) else ''}R{one.suffix})")
+            calls.append(f"kq_sensor_init{kind}_{T}(&f->{field(one)}, {self._H(one)}, {'f->' if a.has_spread(one) else ''}R{one.suffix})")
         mean = "none" if a.has_errors else "first"
         calls.append(f"kq_filter_init_{T}(&f->filter, {mean}, P0)")
         copies = [("A", "A", n * n)] if self._varies_A else []
         copies += [(f"H{one.suffix}", f"H{one.suffix}", one.m * n) for one in a.sensors if self._H(one).startswith("f->")]
         ones = [f"for (int i = 0; i < {len(a.spreads(one))}; i++) f->R{one.suffix}[i] = {self._unit(one)}; /* until the first innovation */"
-                for one in a.sensors if a.varies(one)]
+                for one in a.sensors if a.has_spread(one)]
         copies += [("x", "first", len(self.given.carried))] if a.has_errors else []
         lines = [f"static const {a.type} none[{n}] = {{0}};"] if a.has_errors else []
         lines += [f"for (int i = 0; i < {size}; i++) f->{to}[i] = {of}[i];" for to, of, size in copies]
@@ -185,7 +185,7 @@ class DeviceText(EquationText):
     def _e_and_H(self, sensor: Sensor, at: str = "filter") -> list[str]:
         a = self.of
         e, rows, body = a.innovations(sensor), a.rows_of(sensor), Body(a.words)
-        spreads = a.spreads(sensor) if a.varies(sensor) and at == "filter" else []
+        spreads = a.spreads(sensor) if a.has_spread(sensor) and at == "filter" else []
         body.name_shared([*e, *rows, *spreads])
         body.assign([(f"e[{j}]", one) for j, one in enumerate(e)])
         self._written(body, f"H{sensor.suffix}", rows)
@@ -201,9 +201,9 @@ class DeviceText(EquationText):
         if sensor in a.plain:
             return []
         if not a.iterates:
-            return function(self.innovation_head(sensor), [*self._e_and_H(sensor), f"return {self._spread(sensor)};" if a.varies(sensor) else
+            return function(self.innovation_head(sensor), [*self._e_and_H(sensor), f"return {self._spread(sensor)};" if a.has_spread(sensor) else
                                                            self._changed(sensor)])
-        spread = [*self._e_and_H(sensor), *self._calls(self._spread(sensor))] if a.varies(sensor) else []
+        spread = [*self._e_and_H(sensor), *self._calls(self._spread(sensor))] if a.has_spread(sensor) else []
         copied = f"kq_filter_copy_{a.T}(&f->trial, &f->filter)"
         return function(self.innovation_head(sensor), [
             *spread, *(self._then([copied]) if spread else self._calls(copied)),

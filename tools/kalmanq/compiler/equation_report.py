@@ -129,8 +129,9 @@ def _library(model: NonlinearModel, options: Options, z: np.ndarray, record: Rec
 
 def refuse_wrong(model: NonlinearModel) -> None:
     """Jacobians of the model's own that are not those of its functions"""
-    x, _, u = simulate(model, 50, SEEDS[0])
-    for one in wrong_entries(model, prior_points(model) + points_along(x, u, model.instants(len(x)))):
+    times = irregular(model, 50, SEEDS[0])
+    x, _, u = simulate(model, 50, SEEDS[0], times=times)
+    for one in wrong_entries(model, prior_points(model) + points_along(x, u, model.instants(len(x), times))):
         raise KalmanqError(f"{one}: correct it, or leave {one.which} out, and it is derived")
 
 

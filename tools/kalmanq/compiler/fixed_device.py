@@ -21,7 +21,6 @@ from kalmanq.formulas.graph import Node
 from kalmanq.formulas.program import Program
 from kalmanq.model import Model, Quantity
 from kalmanq.nonlinear import NonlinearModel
-from kalmanq.nonlinear.calls import STEP
 from kalmanq.nonlinear.model import Sensor
 from kalmanq.run.parts import Parts
 
@@ -47,18 +46,8 @@ def fixed_device(model: NonlinearModel, name: str, options: Options, seen: Seen)
     refuse_options(options)
     if options.iterate > 1:
         raise KalmanqError("--iterate: q31 linearises an update once; f32 over the library iterates")
-    refuse_varying(model)
     of = equations(model, name, replace(options, arithmetic="f64"))
     return FixedDevice(of, DeviceRequest(**{**vars(of.given), "options": options}), seen)
-
-
-def refuse_varying(model: NonlinearModel) -> None:
-    """Formats are of numbers that q31 writes once"""
-    for one in (*(model.given[key] for key in ("Q", "G") if key in model.given), *model.noises.functions.values()):
-        raise one.error("is a function, and q31 has arrays of noises: give an array, or take f32 or f64")
-    for one in model.functions:
-        if STEP in one.takes:
-            raise one.error(f"takes {STEP}, and in q31 the rows are steps that are all alike: take f32 or f64")
 
 
 class FixedDevice(Device):

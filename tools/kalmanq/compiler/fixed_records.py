@@ -14,6 +14,7 @@ from kalmanq.compiler.record import Record
 from kalmanq.compiler.request import Options
 from kalmanq.formulas.program import Program
 from kalmanq.nonlinear import NonlinearModel
+from kalmanq.nonlinear.calls import STEP
 from kalmanq.nonlinear.formulas import values_of
 
 ROWS, SEEDS = 400, (11, 12, 13, 14)  # none of those that equation_report tries
@@ -35,8 +36,18 @@ class Seen:
         return max(float(np.nanmax(np.abs(one), initial=0.0)) for one in both)
 
 
+def refuse_varying(model: NonlinearModel) -> None:
+    """Formats are of numbers that q31 writes once"""
+    for one in (*(model.given[key] for key in ("Q", "G") if key in model.given), *model.noises.functions.values()):
+        raise one.error("is a function, and q31 has arrays of noises: give an array, or take f32 or f64")
+    for one in model.functions:
+        if STEP in one.takes:
+            raise one.error(f"takes {STEP}, and in q31 the rows are steps that are all alike: take f32 or f64")
+
+
 def simulated(model: NonlinearModel, data: Optional[tuple[np.ndarray, Optional[np.ndarray]]] = None) -> Seen:
     """And of data: measurements, controls"""
+    refuse_varying(model)
     own = [] if data is None else [recorded(model, data[0], np.zeros((len(data[0]), 0)) if data[1] is None else data[1])]
     return seen(model, [*own, *(drawn(model, ROWS, seed) for seed in SEEDS)], len(own and data[0]))
 
