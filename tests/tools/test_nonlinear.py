@@ -689,10 +689,14 @@ def page_of_the_chapter() -> str:
 
 
 def test_the_pages_programs_run(tmp_path):
-    program, session = re.findall(r"^```python\n(.*?)^```", page_of_the_chapter(), re.M | re.S)
+    program, timed, session = re.findall(r"^```python\n(.*?)^```", page_of_the_chapter(), re.M | re.S)
     (tmp_path / "cell.py").write_text(program)
     run = NonlinearFilter(read(tmp_path / "cell.py"), "f32").run([4.0, np.nan, 3.9], [[1.0], [1.0], [1.0]])
     assert run.taken.tolist() == [1, 0, 1]
+    (tmp_path / "vehicle.py").write_text(timed)
+    times = np.cumsum(np.random.default_rng(1).exponential(1.0, 300))
+    _, z, u = simulate(read(tmp_path / "vehicle.py"), 300, 1, np.full((300, 1), 0.1), times)
+    assert abs(np.mean(NonlinearFilter(read(tmp_path / "vehicle.py")).run(z, u, times=times).nis) / 2 - 1) < 0.15
     space = {"np": np, "kalmanq": __import__("kalmanq")}
     with pytest.warns(KalmanqWarning, match="more than one solution"):
         exec(session, space)
