@@ -164,7 +164,7 @@ def program(folder: Path, name: str, rows: int, seed: int) -> Record:
     """Written to a folder: the device, and a program that prints all of its words in each row"""
     model, product = compiled(name)
     record, a = drawn(model, product, rows, seed), product.arithmetic
-    calls = product.text.row(Row(*(f"rows[t].{one}" for one in ("what", "present", "z", "u", "now")), "t", "taken"))
+    calls = product.text.row(Row(*(f"rows[t].{one}" for one in ("what", "present", "z", "u", "now")), "t - 1", "", "t", "taken"))
 
     def cells(which: str, values) -> str:
         return f"{{{', '.join(a.literal(a.raw(which, k, value)) for k, value in enumerate(values)) or '0'}}}"

@@ -689,7 +689,7 @@ def page_of_the_chapter() -> str:
 
 
 def test_the_pages_programs_run(tmp_path):
-    program, timed, session = re.findall(r"^```python\n(.*?)^```", page_of_the_chapter(), re.M | re.S)
+    program, session, timed = re.findall(r"^```python\n(.*?)^```", page_of_the_chapter(), re.M | re.S)
     (tmp_path / "cell.py").write_text(program)
     run = NonlinearFilter(read(tmp_path / "cell.py"), "f32").run([4.0, np.nan, 3.9], [[1.0], [1.0], [1.0]])
     assert run.taken.tolist() == [1, 0, 1]

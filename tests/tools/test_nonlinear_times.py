@@ -202,6 +202,9 @@ def test_a_column_of_times_makes_the_nis_right(seed, tmp_path):
     for name in ("right", "fixed"):
         done = kalmanq("run", tmp_path / f"{name}.py", data, "--out", tmp_path / f"{name}.csv")
         assert done.returncode == 0 and ("are irregular" in done.stderr) == (name == "fixed"), done
+        if name == "fixed":  # a default is the file's own: the rows are steps as before
+            (tmp_path / "fixed.py").write_text(FIXED.replace("f(x)", "f(x, t, u, dt=1.0)"))
+            assert done.stdout.startswith(kalmanq("run", tmp_path / "fixed.py", data).stdout)
         made[name] = float(done.stdout.split("NIS ")[1].split()[0])
     assert abs(made["right"] - 1) < 4 * np.sqrt(2 / 1000) < 1 < abs(made["fixed"] - 1)
     told = np.genfromtxt(tmp_path / "right.csv", delimiter=",", names=True)
@@ -211,7 +214,7 @@ def test_a_column_of_times_makes_the_nis_right(seed, tmp_path):
 
 OF_FILE = {  # a change of AT_TIMES
     "line 5: h: takes dt, which is of a step: f, increment, A, Q and G may take it": ("h(x)", "h(x, dt)"),
-    "line 3: f: dt has a default: leave it out, and dt = ... in the file": ("f(x, dt)", "f(x, dt=1.0)"),
+    "line 3: f: dt has a default, and another function takes dt: leave the default out": ("f(x, dt)", "f(x, dt=1.0)"),
     "line 3: f: its arguments are x, t, u, or fewer of the last ones, and dt by its name": ("f(x, dt)", "f(x, t, u, v, dt)"),
     "line 4: Q: is not symmetric, at x = (": ("[dt**2/2, dt]]", "[dt, dt]]"),
     "line 4: Q: has a negative variance, at x = (": ("dt**2/2, dt]]", "dt**2/2, -dt]]"),

@@ -30,7 +30,7 @@ class Options:
 def check(options: Options, console: Console) -> None:
     if options.data is not None and options.model.suffix != ".py":
         raise KalmanqError(f"{options.data}: a linear model is checked without data")
-    model = read_any(options.model)
+    model = read_any(options.model, options.data)
     made = [*linear.findings(model), settling.finding(model)] if isinstance(model, Model) else nonlinear.findings(model, _rows(options, model))
     if options.json:
         print_json({one.subject: {"good": one.is_good, "said": one.said} for one in made})

@@ -118,6 +118,8 @@ def refuse_compiled(is_compiled: bool, model: AnyModel, arithmetic: str = "f32",
 def read_any(path: Path, data: Any = None) -> AnyModel:
     """A linear model of a TOML file, a nonlinear one of a Python file; data: a file or several, whose --jitter it takes."""
     is_nonlinear = Path(path).suffix == nonlinear_file.SUFFIX
+    if is_nonlinear and data is not None and (data[0] if isinstance(data, list) else data).layout.jitter is not None:
+        raise KalmanqError("--jitter: of a linear model with F, Qc and dt")
     return nonlinear_file.read(path) if is_nonlinear else jittered(model_file.read(path), data)
 
 

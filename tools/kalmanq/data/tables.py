@@ -100,7 +100,7 @@ class Table:
         if optional and set(optional) <= set(cells):
             self._wanted += map(_quantity, optional)
             self._places += [place_of(source, cells, name, "", self._line) for name in optional]
-        place = time_column(source, cells, self._places, [one.name for one in wanted])
+        place = time_column(source, cells, self._places, [one.name for one in wanted] if dt is None or cure else ())
         self.times = None if dt is None or place is None else TimeColumn(source, cells[place], place, dt)
         self._judged = None if place is None or self.times and not cure else Times(cells[place], place)
         self._line += 1
@@ -269,14 +269,7 @@ def cure_of(model: Any) -> str:
 def measurements_and_controls(data: AnySource, model: Any, *,
                               has_to_fit: bool = False) -> tuple[np.ndarray, Optional[np.ndarray]]:
     """z and u alone, of rows that are steps, whenever they are"""
-    z, u, _ = measurements_controls_and(data, model, (), has_to_fit)
-    return z, u
-
-
-def measurements_controls_and(data: AnySource, model: Any, others: Sequence[str], has_to_fit: bool = False
-                              ) -> tuple[np.ndarray, Optional[np.ndarray], Optional[np.ndarray]]:
-    """And the other columns, where all of them are there"""
-    return record_and(data, model, others, has_to_fit=has_to_fit)[:3]
+    return record_and(data, model, (), has_to_fit=has_to_fit)[:2]
 
 
 def record_and(data: AnySource, model: Any, others: Sequence[str], **how: Any

@@ -41,6 +41,7 @@ class Given:
         self.file: Optional[str] = getattr(code, "co_filename", None)
         self.line: Optional[int] = getattr(code, "co_firstlineno", None)
         self.dt: Optional[float] = None
+        self.has_own_step = False  # dt with a default: the file's own
         self.takes = self._arguments()
 
     def _arguments(self) -> list[str]:
@@ -54,6 +55,8 @@ class Given:
             return names
         kinds = (inspect.Parameter.POSITIONAL_ONLY, inspect.Parameter.POSITIONAL_OR_KEYWORD)
         given = [one for one in parameters if one.kind in kinds]
+        own = [one for one in given if one.name == STEP and "t" in names and one.default is not inspect.Parameter.empty]
+        self.has_own_step, given = bool(own), [one for one in given if one not in own]
         plain = [one for one in given if one.name != STEP or "t" not in names]
         least = names.index("x") + 1 if "x" in names else 1
         filled, rest = plain[: len(names)], plain[len(names) :]
@@ -65,14 +68,12 @@ class Given:
         for one, name in meant.items():
             if one.default is not inspect.Parameter.empty and one.name != name:
                 raise self.error(f"{one.name} has a default, but is in the place of {name}: give it another place")
-        self._look_at_step([one for one in given if one not in plain])
-        return [meant.get(one, STEP) for one in given if one not in rest]
-
-    def _look_at_step(self, given: list[inspect.Parameter]) -> None:
-        if given and self.name not in OF_STEP:
+        if len(plain) < len(given) and self.name not in OF_STEP:
             raise self.error(f"takes {STEP}, which is of a step: {', '.join(OF_STEP[:-1])} and {OF_STEP[-1]} may take it")
-        if given and given[0].default is not inspect.Parameter.empty:
-            raise self.error(f"{STEP} has a default: leave it out, and {STEP} = ... in the file is the step of rows without times")
+        taken = [one for one in given if one not in rest]
+        if own and list(parameters).index(own[0]) < len(taken):
+            raise self.error(f"{STEP} has a default, but is before others: give it the last place")
+        return [meant.get(one, STEP) for one in taken]
 
     def arguments(self, *values: Any, dt: Any = None) -> list[Any]:
         """Of values of its `names`, what it takes.  dt: in the place of the step's"""

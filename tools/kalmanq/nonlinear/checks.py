@@ -28,7 +28,8 @@ def findings(model: NonlinearModel, rows: Optional[Rows] = None) -> list[Finding
             _, *drawn = simulate(model, DRAWN, SEED)
             rows = drawn[0], drawn[1], None
         states = _moved(model, *rows[1:]) if model.has_errors else _run(_without_jacobians(model), rows, "f64").mean
-        points = jacobians.prior_points(model) + jacobians.points_along(states, rows[1], _instants(model, rows[2], len(states)))
+        at = _instants(model, rows[2], len(states))
+        points = jacobians.prior_points(model, at[0]) + jacobians.points_along(states, rows[1], at)
     except KalmanqError as problem:
         return [Finding(False, "run", f"{where}: {problem}")]
     made = [_jacobian(model, which, points, f"over the prior and {where}") for which in ("A", "H")]
@@ -37,6 +38,8 @@ def findings(model: NonlinearModel, rows: Optional[Rows] = None) -> list[Finding
         if name in model.given and (name != "increment" or "f" in model.given):
             unlike = find(model, points)
             made.append(Finding(not unlike, name, unlike or "as f or h has it"))
+    if model.takes_step and np.any(model.frame.Q) and not any("dt" in of.takes for key, of in model.given.items() if key in ("Q", "G")):
+        made.append(Finding(True, "Q", "takes no dt: a long step has no more noise than a short one"))
     made += _angles(model)
     if any(one.range for one in model.states) and not model.has_errors:
         made += [_ranges(model, rows, where), prior_finding(model.frame)]

@@ -16,7 +16,7 @@ Point = tuple[np.ndarray, float, np.ndarray]  # x, t, u
 
 ALLOWED = 1e-6  # of an entry
 FIRST_ORDER = 1e-2  # of its row: of errors a Jacobian need only hold to first order
-ALIKE = 1e-12  # formulas and functions
+ALIKE, NOISES_ALIKE = 1e-12, 1e-9  # formulas and functions; of Q or R, of its largest entry
 EXACT = 1e-11  # of its row, each column by its scale: what the right entry itself is off by
 
 
@@ -73,6 +73,22 @@ def unlike_formula(model: NonlinearModel, points: Sequence[Point]) -> Optional[s
                 i = int(np.argmax(off))
                 return (f"of {names[i]} the formula is {made[i]:.9g} and the function {right[i]:.9g}, at x = "
                         f"({', '.join(f'{value:.6g}' for value in x)}), t = {t:g}")
+    return _unlike_noise(model, points)
+
+
+def _unlike_noise(model: NonlinearModel, points: Sequence[Point]) -> Optional[str]:
+    """As unlike_formula, of Q, G and R that are functions"""
+    f = model.formulas
+    for name, rows, function in (("Q" if "Q" in model.given else "G", f.noise_of_step, lambda *at: [*model.process_noise(*at).values()][0]),
+                                 ("R", f.noise_of_sensors, model.measurement_noise)):
+        program = Program([one for row in rows or [] for one in row])
+        for x, t, u in points if rows else ():
+            right = np.ravel(function(x, t, u))
+            made = np.array(program.values(values_of(x, t, u, model.dt)), float)
+            if np.any(np.abs(made - right) > NOISES_ALIKE * np.abs(right).max()):
+                i = int(np.argmax(np.abs(made - right)))
+                return (f"of {name} an entry of the formula is {made[i]:.9g} and of the function {right[i]:.9g}, at x = "
+                        f"({', '.join(f'{value:.6g}' for value in x)}), t = {t:g}")
     return None
 
 
@@ -116,14 +132,15 @@ def unlike_innovation(model: NonlinearModel, points: Sequence[Point]) -> Optiona
     return None
 
 
-def prior_points(model: NonlinearModel) -> list[Point]:
-    """The mean before the first measurement, and a sigma each way along each principal axis of P0"""
+def prior_points(model: NonlinearModel, at: Optional[float] = None) -> list[Point]:
+    """The mean before the first measurement, and a sigma each way along each principal axis of P0; at: t of the first row"""
     values, vectors = np.linalg.eigh(model.P0)
-    u = model.controls_at(model.at_row(0))
-    made = [(model.x0.copy(), model.at_row(0), u)]
+    t = model.at_row(0) if at is None else at
+    u = model.controls_at(t)
+    made = [(model.x0.copy(), t, u)]
     for column, value in zip(vectors.T, values):
         if value > 0:
-            made += [(model.plus(model.x0, sign * np.sqrt(value) * column), model.at_row(0), u) for sign in (1, -1)]
+            made += [(model.plus(model.x0, sign * np.sqrt(value) * column), t, u) for sign in (1, -1)]
     return made
 
 

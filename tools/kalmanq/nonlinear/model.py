@@ -125,6 +125,9 @@ class NonlinearModel:
             first = np.cumsum([0, *sizes.values()])
             self.sensors = [Sensor(name, int(at), count) for at, (name, count) in zip(first, sizes.items())]
         self.takes_step = any(STEP in one.takes for one in self.given.values() if isinstance(one, Given))
+        for one in self.functions if self.takes_step else ():
+            if one.has_own_step:
+                raise one.error(f"{STEP} has a default, and another function takes {STEP}: leave the default out")
         self.dt = _step(dt) if self.takes_step and dt is not None else None
         for key in self.given.keys() & set(OF_STEP):
             self.given[key].dt = self.dt
