@@ -101,7 +101,8 @@ class CompiledEquations(CompiledFilter):
         now = values_of(x.T, t, (np.zeros((rows, model.l)) if u is None else np.asarray(u, float).reshape(rows, -1)).T)
         e = self._values(2, {**now, **{f"z{c}": column for c, column in enumerate(z.T)}}, rows)
         H = self._values(3, now, rows).reshape(rows, model.m, model.n)
-        scored(run, np.where(np.isnan(z), np.nan, e), H @ P @ H.transpose(0, 2, 1) + self._noise(model.R, 5, now, rows), ran)
+        with np.errstate(invalid="ignore"):  # where R is no covariance: the C has refused the row
+            scored(run, np.where(np.isnan(z), np.nan, e), H @ P @ H.transpose(0, 2, 1) + self._noise(model.R, 5, now, rows), ran)
 
     def _noise(self, constant: Optional[np.ndarray], which: int, given: dict[str, Any], rows: int) -> np.ndarray:
         """Q or R of each row"""
