@@ -67,7 +67,8 @@ def draw_run(run: Run, z: np.ndarray, ahead: Optional[tuple[np.ndarray, np.ndarr
              times: Optional[np.ndarray] = None) -> Figure:
     """A panel a state: data, mean and band of 95 %, the smoothed ones over them, the forecast behind.  Of a nonlinear
     model a panel a measurement, too: data, and what the filter expected.  times: of rows that have some"""
-    rows, step = (np.arange(len(run)), 1.0) if times is None else (times, run.model.continuous.dt if run.model.continuous else 1.0)
+    of = getattr(run.model, "continuous", None)  # a nonlinear model has none
+    rows, step = (np.arange(len(run)), 1.0) if times is None else (times, of.dt if of else 1.0)
     with plt.rc_context(STYLE):
         n, m = run.model.n, 0 if isinstance(run.model, Model) else run.model.m
         figure, axes = plt.subplots(n + m, 1, figsize=(8.6, 1.2 + 2.1 * (n + m)), sharex=True, squeeze=False,
@@ -77,7 +78,7 @@ def draw_run(run: Run, z: np.ndarray, ahead: Optional[tuple[np.ndarray, np.ndarr
             _draw_state(axis, run, z, i, shown.get(i, []), ahead, rows, step)
         for c, axis in enumerate(axes[n:, 0]):
             _draw_measurement(axis, run, z, c, rows)
-        axes[-1, 0].set_xlabel("row" if times is None else f"time [{run.model.continuous.unit if run.model.continuous else 's'}]")
+        axes[-1, 0].set_xlabel("row" if times is None else f"time [{of.unit if of else 's'}]")
         handles = {label: handle for axis in axes[:, 0]
                    for handle, label in zip(*axis.get_legend_handles_labels())}
         figure.legend(handles.values(), handles.keys(), loc="outside upper right", ncols=len(handles))
