@@ -143,7 +143,8 @@ def test_passes_keep_the_noises_of_the_first_and_settle(made):
 
 
 FORMS = ("def f(x, u, dt): return x + u[0] * dt", "def f(x, t, u, dt): return x + u[0] * dt", "def f(x, dt, u): return x + u[0] * dt",
-         "def f(state, time, control, dt): return state + control[0] * dt")
+         "def f(state, time, control, dt): return state + control[0] * dt",
+         "def f(x, t, u, dt, gains=[1.0, 2.0]): return x + u[0] * dt * gains[0]")
 WALK = """
 controls, measurements, states, dt = ["v"], ["z"], ["x"], 0.25
 x0, P0, R = 0, 1, 1
@@ -305,6 +306,29 @@ def test_the_c_is_the_host(name, tmp_path):
     takes = ", const float u[1]" if model.l else ""
     assert f"void {name}_predict({name}_filter *f{takes}{', float dt' if model.takes_step else ''})" in out.with_suffix(".h").read_text() \
         .replace("double", "float")
+
+
+@pytest.mark.parametrize("seed", (12, 15, 21, 25))
+def test_the_c_of_random_noises_is_the_host(seed):
+    """Full, and singular but for rounding"""
+    r = np.random.default_rng(seed)
+    n, m = map(int, r.integers([2, 1], [5, 4]))
+    F, H, a, S = 0.3 * r.standard_normal((n, n)), r.standard_normal((m, n)), r.standard_normal(n), np.tril(r.standard_normal((n, n)))
+    S[:, -1 if seed % 3 == 0 else n:] = 0
+    V = np.eye(m) + np.tril(0.5 * r.standard_normal((m, m)))
+    root = lambda x, t: S * (1 + 0.5 * np.sin(a @ x + t))  # noqa: E731
+    noise = {"G": lambda x, t, u, dt: root(x, t) * np.sqrt(dt)} if seed % 4 == 1 else \
+        {"Q": lambda x, t, u, dt: root(x, t) @ root(x, t).T * dt}
+    model = NonlinearModel(lambda x, dt: x + dt * np.tanh(F @ x) - 0.2 * dt * x, lambda x: H @ x + 0.1 * np.sin(x[0]), x0=np.zeros(n),
+                           P0=np.ones(n), R=lambda x: V @ V.T * (1 + 0.3 * np.cos(a @ x)), dt=0.5, name="random", **noise)
+    data = drawn(model, seed)
+    data.z[np.isnan(data.z).any(axis=1)] = np.nan
+    wanted = NonlinearSmoother(model).run(data.z, times=data.times, covariance=True)
+    with CompiledEquations(model, "f64", smooths=ROWS) as c:
+        run = c.run(data.z, None, data.times)
+    assert not run.event_names and np.abs((run.mean - wanted.mean) / wanted.sigma).max() < 1e-9
+    assert np.abs((run.smoothed - wanted.smoothed) / wanted.sigma).max() < 1e-7
+    assert np.allclose(run.log_likelihood, wanted.log_likelihood, 1e-7, 1e-7)
 
 
 def built(folder: Path, name: str) -> str:

@@ -25,7 +25,7 @@ from kalmanq.nonlinear import NonlinearModel
 from kalmanq.nonlinear.model import Sensor
 
 LARGEST = {"float": 1e37, "double": 1e300}  # of a sum of variances: beyond it they count as infinite
-
+NO_VARIANCE = {"float": (1e-6, 1e-3), "double": (1e-14, 1e-9)}  # shares of a variance of Q: of a D that is 0, and that is negative
 
 POLES = ("inverse", "sqrt", "tan", "exp", "log", "asin", "acos", "sinh", "cosh", "pow", "fmod", "log1p", "expm1", "acosh", "atanh")  # not finite for some numbers
 
@@ -144,8 +144,8 @@ class Formulas(Constant):
         return [] if self.step is None or self.is_root else self._factored()[1]
 
     def _factored(self) -> tuple[list[ud.Column], list[Node]]:
-        is_single = self.type is np.float32
-        return ud.factored(self.step, 1e-6 if is_single else 1e-14, 10 * MOST["float" if is_single else "double"])
+        name = "float" if self.type is np.float32 else "double"
+        return ud.factored(self.step, *NO_VARIANCE[name], 10 * MOST[name])
 
 
 class EquationFilter(FloatFilter):

@@ -147,8 +147,9 @@ def columns_of_noise(Q: np.ndarray) -> list[Column]:
             for c in range(n) if q[c, c]]
 
 
-def factored(Q: Sequence[Row], least: float, most: float) -> tuple[list[Column], list[Node]]:
-    """U and D of a covariance of formulas, and what is `most` where it is none; least: share of a variance that rounding leaves"""
+def factored(Q: Sequence[Row], least: float, wrong: float, most: float) -> tuple[list[Column], list[Node]]:
+    """U and D of a covariance of formulas, and what is `most` where it is none.  Shares of a variance: `least`, which counts as 0,
+    and `wrong`, below 0 more than rounding makes it"""
     left, columns, improper = [[node(one) for one in row] for row in Q], [], []
     for j in range(len(Q) - 1, -1, -1):
         d, floor = left[j][j], left[j][j] if left[j][j] is node(Q[j][j]) else node(Q[j][j]) * least
@@ -162,7 +163,7 @@ def factored(Q: Sequence[Row], least: float, most: float) -> tuple[list[Column],
             for k in range(i + 1):
                 left[k][i] = left[k][i] - column[i] * above[k]
         columns.append(Column(select(is_there, d, ZERO), [*column, node(ONE), *[node(ZERO)] * (len(Q) - j - 1)]))
-        improper.append(select(d < (node(ZERO) if d is floor else ZERO - floor), most, ZERO))
+        improper.append(select(d < (node(ZERO) if d is floor else node(Q[j][j]) * -wrong), most, ZERO))
     return columns, improper
 
 

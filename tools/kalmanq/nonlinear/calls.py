@@ -54,26 +54,28 @@ class Given:
         if any(one.kind == inspect.Parameter.VAR_POSITIONAL for one in parameters):
             return names
         kinds = (inspect.Parameter.POSITIONAL_ONLY, inspect.Parameter.POSITIONAL_OR_KEYWORD)
+        may_step = "t" in names
         given = [one for one in parameters if one.kind in kinds]
-        own = [one for one in given if one.name == STEP and "t" in names and one.default is not inspect.Parameter.empty]
-        self.has_own_step, given = bool(own), [one for one in given if one not in own]
-        plain = [one for one in given if one.name != STEP or "t" not in names]
+        self.has_own_step = any(may_step and one.name == STEP and not is_needed(one) for one in given)
+        plain = [one for one in given if one.name != STEP or not may_step]
+        takes_step = len(plain) < len(given) and not self.has_own_step
         least = names.index("x") + 1 if "x" in names else 1
         filled, rest = plain[: len(names)], plain[len(names) :]
-        if len(filled) < least or any(one.default is inspect.Parameter.empty for one in rest):
+        if len(filled) < least or any(map(is_needed, rest)):
             step = f", and {STEP} by its name" if self.name in OF_STEP else ""
             raise self.error(f"its arguments are {', '.join(names)}, or fewer of the last ones{step}")
         more = [one.name for one in filled[least:]]
-        meant = dict(zip(filled, [*names[:least], *(more if set(more) <= set(names[least:]) else names[least:])]))
-        for one, name in meant.items():
-            if one.default is not inspect.Parameter.empty and one.name != name:
+        meant = [*names[:least], *(more if set(more) <= set(names[least:]) else names[least:])]
+        for one, name in zip(filled, meant):
+            if not is_needed(one) and one.name != name:
                 raise self.error(f"{one.name} has a default, but is in the place of {name}: give it another place")
-        if len(plain) < len(given) and self.name not in OF_STEP:
+        if takes_step and self.name not in OF_STEP:
             raise self.error(f"takes {STEP}, which is of a step: {', '.join(OF_STEP[:-1])} and {OF_STEP[-1]} may take it")
-        taken = [one for one in given if one not in rest]
-        if own and list(parameters).index(own[0]) < len(taken):
+        by_name = {one.name: name for one, name in zip(filled, meant)}
+        by_name.update({STEP: STEP} if takes_step else {})
+        if self.has_own_step and STEP in [one.name for one in given[: len(by_name)]]:
             raise self.error(f"{STEP} has a default, but is before others: give it the last place")
-        return [meant.get(one, STEP) for one in taken]
+        return [by_name[one.name] for one in given if one.name in by_name]
 
     def arguments(self, *values: Any, dt: Any = None) -> list[Any]:
         """Of values of its `names`, what it takes.  dt: in the place of the step's"""
@@ -163,3 +165,8 @@ def told(name: str, problem: BaseException, file: Optional[str]) -> str:
     if isinstance(problem, SystemExit):
         return ": ".join([*place, name, f"ends the program ({reason})" if reason else "ends the program"])
     return ": ".join([*place, name, type(problem).__name__ + (f": {reason}" if reason else "")])
+
+
+def is_needed(one: inspect.Parameter) -> bool:
+    """Has it no default?"""
+    return one.default is inspect.Parameter.empty
