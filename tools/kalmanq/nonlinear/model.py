@@ -120,10 +120,19 @@ class NonlinearModel:
         self._R = R
         self.sensors = [Sensor("", 0, m)]
         if sensors:
-            self._sensors, sizes = sensors, self.noises.sizes
-            self.given.update(_stacked(sensors, sizes))
-            first = np.cumsum([0, *sizes.values()])
-            self.sensors = [Sensor(name, int(at), count) for at, (name, count) in zip(first, sizes.items())]
+            self._take_sensors(sensors)
+        self._take_step(dt)
+        self.formulas = Formulas(self.given, len(self.carried), n, m, self.l, self.angles, noises=self.noises)
+        self._derived: dict[str, Jacobian] = {}
+
+    def _take_sensors(self, sensors: Mapping[str, tuple]) -> None:
+        self._sensors, sizes = sensors, self.noises.sizes
+        self.given.update(_stacked(sensors, sizes))
+        first = np.cumsum([0, *sizes.values()])
+        self.sensors = [Sensor(name, int(at), count) for at, (name, count) in zip(first, sizes.items())]
+
+    def _take_step(self, dt: Any) -> None:
+        """takes_step: does a function take it?"""
         self.takes_step = any(STEP in one.takes for one in self.given.values() if isinstance(one, Given))
         for one in self.functions if self.takes_step else ():
             if one.has_own_step:
@@ -131,8 +140,6 @@ class NonlinearModel:
         self.dt = _step(dt) if self.takes_step and dt is not None else None
         for key in self.given.keys() & set(OF_STEP):
             self.given[key].dt = self.dt
-        self.formulas = Formulas(self.given, len(self.carried), n, m, self.l, self.angles, noises=self.noises)
-        self._derived: dict[str, Jacobian] = {}
 
     def _angles(self, given: Sequence[Union[int, str]]) -> list[int]:
         names = [one.name for one in self.measurements]
