@@ -195,27 +195,42 @@ class FlowExpectation:
         return form == "multiple" or len(noise.inner) == 1 or not np.any(model.continuous.F @ noise.whole(noise.inner))
 
     def iterate(self) -> int:
-        """The E-step, and the M-step by Fisher's identity: the best C, given the states, is C + 2 C G C / N"""
+        """The E-step, and the M-step by Fisher's identity: the best C of N, given the states, is C + 2 C G C / N"""
         before = self.log_likelihood
         status = self.run()
         if status < lib.KQ_OK:
             return status
-        slopes, moved, gain = self.gradient(), [], self.log_likelihood - before
-        steps = self.records.steps
+        slopes, moved, gain, steps = self.gradient(), [], self.log_likelihood - before, self.records.steps
         for name, count in (("Q", max(steps - len(self.records), 1)), ("R", steps)):
-            if name not in self.flow.free:
-                continue
-            C, G, form = self.arrays[name], slopes[name], self.forms[name]
-            if not np.all(np.isfinite(G)):
-                return lib.KQ_ERR_NOT_FINITE
-            step = 2 * C @ G @ C / count if form != "multiple" else 2 * C * np.sum(G * C) / (count * len(C))
-            step = np.diag(np.diag(step)) if form == "diagonal" else step
-            deviation = np.sqrt(np.maximum(np.diag(C), 1e-300))
-            moved.append(np.max(np.abs(step) / np.outer(deviation, deviation)))
-            C += (step + step.T) / 2
+            if name in self.flow.free:
+                C = self.arrays[name]
+                step = self._best(name, C, slopes[name], count) if np.all(np.isfinite(slopes[name])) else np.full_like(C, np.nan)
+                deviation = np.sqrt(np.maximum(np.diag(C), 1e-300))
+                moved.append(float(np.max(np.abs(step) / np.outer(deviation, deviation))))
+                C += (step + step.T) / 2
+        if not np.all(np.isfinite(moved)):
+            return lib.KQ_ERR_NOT_FINITE
         rate, self.change = (max(moved) + FLAT) / self.change, max(moved)
         self.distance = gain * rate**2 / (1 - rate) if rate < 1 else float("nan")
         return lib.KQ_OK
+
+    def _best(self, name: str, C: np.ndarray, slope: np.ndarray, count: int) -> np.ndarray:
+        """How far the M-step goes"""
+        form = self.forms[name]
+        if name == "Q" and (form == "multiple" or len(C) == 1):
+            return 2 * C * np.sum(slope * C) / (count * self._reached())
+        if form == "multiple":
+            return 2 * C * np.sum(slope * C) / (count * np.count_nonzero(np.diag(C)))
+        step = 2 * C @ slope @ C / count
+        return np.diag(np.diag(step)) if form == "diagonal" else step
+
+    def _reached(self) -> int:
+        """States that the noise of a step moves"""
+        of = self.model.continuous
+        reached = np.diag(of.Qc) > 0
+        for _ in reached:
+            reached = reached | ((of.F != 0) @ reached)
+        return int(np.sum(reached))
 
 
 FLAT = 16 * np.finfo(float).eps  # of a change, rounded up
