@@ -8,7 +8,7 @@ to F, Qc and a builder's parameters follow by the derivatives of the steps, whic
 from __future__ import annotations
 
 from dataclasses import replace
-from typing import Any, NamedTuple, Optional, Sequence
+from typing import Any, NamedTuple, Sequence
 
 import numpy as np
 
@@ -23,8 +23,10 @@ from kalmanq.run.filters import Filter
 
 ARRAYS = ("F", "Q", "R", "x0", "P0")  # Q is of Qc
 STEP = 1e-3  # share of a builder's parameter, of differences of what it makes
-WEIGHTS = ((1, 2 / 3), (-1, -2 / 3), (2, -1 / 12), (-2, 1 / 12))
+# x[k + 1] - x[k - 1] and x[k + 2] - x[k - 2], in steps: a derivative whose error is of fourth order
+STENCIL = ((1, 2 / 3), (-1, -2 / 3), (2, -1 / 12), (-2, 1 / 12))
 AGREES = 1e-7  # share of the log-likelihood by which the covariances here may be off from C's roots
+FLAT = 16 * np.finfo(float).eps  # of a change of EM, rounded up
 
 
 class Flow:
@@ -51,11 +53,11 @@ class Flow:
                 raise KalmanqError(f"{name} cannot be free beside parameters of the builder: {', '.join(known)}, Q (its {size}) and "
                                    "R (its noise) can")
             values = self.values_of(self.model, parameter)
-            places = [int(entry)] if entry else np.flatnonzero(values).tolist()
-            if entry and places[0] >= len(values):
+            places = [int(entry)] if entry.isdigit() else np.flatnonzero(values).tolist()
+            if entry and not (entry.isdigit() and int(entry) < len(values)):
                 raise KalmanqError(f"{name} is not there: {parameter} has {len(values)} number{'s' * (len(values) > 1)}")
             if not places or not np.all(values[places] > 0):
-                raise KalmanqError(f"{name} is 0, and its logarithm is searched: begin above 0")
+                raise KalmanqError(f"{name} is not above 0, and its logarithm is searched: begin above 0")
             for at in places:
                 self.labels[parameter if len(values) == 1 else f"{parameter}[{at}]"] = parameter, at
 
@@ -142,7 +144,7 @@ class FlowExpectation:
         B = np.zeros((k, n, 0)) if B is None else B
         self._by = Slopes(*(np.zeros(shape) for shape in ((k, n, n), (k, n, n), B.shape, self.model.R.shape, n, (n, n))))
         value = sum(_slopes(self.model, rows, which[a:b], (self._A, Q, B), self._by)
-                    for rows, a, b in zip(self.rows, ends, ends[1:])) if k or len(self.rows) else 0.0
+                    for rows, a, b in zip(self.rows, ends, ends[1:]))
         if not abs(value - self.log_likelihood) < AGREES * (1 + abs(value)):
             return {name: np.full_like(self.arrays[name], np.nan) for name in self.flow.free}
         return {name: self._of(name) for name in self.flow.free}
@@ -170,7 +172,7 @@ class FlowExpectation:
     def _tangent(self, label: str) -> Change:
         """What a builder's number moves, by its unit"""
         value, made = self.arrays[label][0], []
-        for steps, weight in WEIGHTS:
+        for steps, weight in STENCIL:
             there = self.flow.model_at({**self.arrays, label: np.array([value * (1 + steps * STEP)])}, self.noise)
             made.append(Change.of(there).times(weight / (STEP * value)))
         return made[0].plus(made[1]).plus(made[2]).plus(made[3])
@@ -231,9 +233,6 @@ class FlowExpectation:
         for _ in reached:
             reached = reached | ((of.F != 0) @ reached)
         return int(np.sum(reached))
-
-
-FLAT = 16 * np.finfo(float).eps  # of a change, rounded up
 
 
 # ------------------------------------------------------------------ the disturbance smoother

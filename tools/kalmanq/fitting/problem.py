@@ -12,17 +12,15 @@ from kalmanq.fitting.choice import Choice
 from kalmanq.fitting.coordinates import FARTHEST, Cholesky, Deviation, Entries, Infeasible, Multiple
 from kalmanq.fitting.equations import EquationExpectation
 from kalmanq.fitting.expectation import Expectation, Records
-from kalmanq.fitting.flow import FlowExpectation
+from kalmanq.fitting.flow import STENCIL, FlowExpectation
 from kalmanq.fitting.likelihood import likelihood
-from kalmanq.fitting.noise import Noise, is_definite
+from kalmanq.fitting.noise import is_definite
 from kalmanq.model import Model
 from kalmanq.run.filters import Smoother
 
-# x[k + 1] - x[k - 1] and x[k + 2] - x[k - 2], in steps: a derivative whose error is of fourth order
 STEP = 1e-4  # of a constant, between two slopes
 WIDE = 0.5  # of the logarithm of a builder's parameter: its unit at most
 SHARE = 1e-2  # of a constant: its unit where the likelihood is not curved downwards
-STENCIL = ((1, 2 / 3), (-1, -2 / 3), (2, -1 / 12), (-2, 1 / 12))
 
 
 class Singular(KalmanqError):
