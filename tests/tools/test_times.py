@@ -3,15 +3,22 @@
 from __future__ import annotations
 
 import json
+import re
 from pathlib import Path
 
 import numpy as np
 import pytest
 from command import kalmanq
 from dense import LONG, Steps, conditioned
+from scipy.linalg import expm
+from scipy.optimize import minimize
+from scipy.stats import chi2
 
 from kalmanq import (
     Filter, FrozenGainFilter, InstantSmoother, KalmanqError, LagSmoother, Model, Quantity, Smoother, Varying, fit, likelihood)
+from kalmanq.fitting.choice import Choice
+from kalmanq.fitting.expectation import Records
+from kalmanq.fitting.problem import Problem
 from kalmanq.model import model_file
 from kalmanq.pages import pictures
 from kalmanq.run.simulation import simulate
@@ -236,12 +243,198 @@ def test_a_fit_of_steps_of_dt_is_the_one_without_times():
     assert without.log_likelihood == with_times.log_likelihood and np.array_equal(without.model.Q, with_times.model.Q)
 
 
-def test_what_is_not_fitted_at_irregular_times():
+@pytest.mark.parametrize("unknown", [(), "all", [0]])
+@pytest.mark.parametrize("seed", range(5))
+def test_slopes_at_irregular_times(seed, unknown):
+    """Of two records with controls and gaps, beside differences of the likelihood"""
+    model, times, z, u = random_record(seed)
+    model = model.changed(unknown=unknown)
+    records = Records(model, [z, z[:15]], [u, u[:15]], [times, times[:15]])
+    e = Problem(model, records, Choice(model, ("F", "Qc", "R", *(() if len(unknown) else ("x0", "P0"))), "full", "full", None)).expectation
+    e.run()
+    for name, slopes in e.gradient().items():
+        array = e.arrays[name]
+        for at in np.ndindex(array.shape):
+            step = np.zeros(array.shape)
+            step[at] = step[at[::-1] if name in ("Q", "R", "P0") else at] = 1e-3 * np.abs(array).max() + 1e-4
+            wanted = 0.0
+            for share, weight in ((1, 2 / 3), (-1, -2 / 3), (2, -1 / 12), (-2, 1 / 12)):
+                array += share * step
+                e.run()
+                wanted += weight * e.log_likelihood
+                array -= share * step
+            assert abs(np.sum(slopes * step) - wanted) < 3e-7 * (1 + np.abs(slopes).max()) * step.max(), (name, at)
+
+
+BUILT = {  # a product: file, what is true, what is free
+    "temperature": ('builder = "gauss_markov"\ndt = 0.5\ntime_unit = "min"\ntime_constant = [{}]\nsigma = [{}]\nnoise = [{}]', (20, 0.5, 0.04),
+                    "time_constant,sigma,noise"),
+    "gyro": ('builder = "random_walk"\ndt = 0.1\ndensity = [{}]\nnoise = [{}]\nP0 = "unknown"', (0.01, 0.04), "density,noise"),
+    "mast": ('builder = "oscillator"\ndt = 0.1\nperiod = {}\ndamping = {}\ndensity = {}\nnoise = {}\nvariance = [1.0, 1.0]', (1.7, 0.05, 0.5, 0.01),
+             "period,damping,Q,R"),
+    "process": ('builder = "gaussian_process"\ndt = 0.5\nsmoothness = 1.5\nlength = {}\nsigma = {}\nnoise = {}', (3, 1, 0.05), "length,sigma,R")}
+
+
+def built(name: str, values, folder: Path) -> Model:
+    (folder / "built.toml").write_text("[model]\n" + BUILT[name][0].format(*map(float, values)) + '\n[gaps]\nmax_gap = 40\n')
+    return model_file.read(folder / "built.toml")
+
+
+def built_record(name: str, rows: int, seed: int, folder: Path) -> tuple[np.ndarray, np.ndarray]:
+    """Exponential intervals, a pause, and rows without a measurement"""
+    truth = built(name, BUILT[name][1], folder)
+    times = np.cumsum(np.random.default_rng(seed).exponential(truth.continuous.dt, rows) + 1e-3)
+    times[rows // 2:] += 20 * truth.continuous.dt
+    z = simulate(truth, rows, seed, times=times)[1]
+    z[rows // 6:rows // 6 + 10] = np.nan
+    return times, z
+
+
+@pytest.mark.parametrize("seed", range(3))
+@pytest.mark.parametrize("name", BUILT)
+def test_parameters_of_a_builder_come_back(name, seed, tmp_path):
+    """Within three standard errors, together as a chi-square says; the file has the builder again, and the likelihood that was said"""
+    (times, z), truth = built_record(name, 600, seed, tmp_path), np.array(BUILT[name][1], float)
+    begun = built(name, truth * np.array([1.25, 0.5, 2, 2])[:len(truth)], tmp_path)
+    found = fit(begun, [z], BUILT[name][2].split(","), times=[times])
+    assert found.converged, found.message
+    off = [(value - right) / found.standard_errors[label][0] for (label, value), right in zip(found.model.constants.items(), truth)]
+    assert len(off) == len(truth) and np.abs(off).max() < 3, off
+    above = 2 * (found.log_likelihood - likelihood(built(name, truth, tmp_path), [z], times=[times]))
+    assert above > 0 and chi2.sf(above, len(truth)) > 1e-3
+    path = tmp_path / "fitted.toml"
+    path.write_text(model_file.text_of(found.model))
+    again = model_file.read(path)
+    assert again.builder == {**begun.builder, **again.builder} == found.model.builder and again.gaps == begun.gaps
+    assert again.continuous.unit == begun.continuous.unit and np.array_equal(again.unknown, begun.unknown)
+    assert likelihood(again, [z], times=[times]) == found.log_likelihood
+
+
+def dense(name: str, times: np.ndarray, z: np.ndarray, values: np.ndarray) -> float:
+    """The likelihood of all rows at once; of the mast by matrix exponentials, of the others by their kernels"""
+    there, apart = ~np.isnan(z), np.abs(times[:, None] - times)
+    if name == "temperature":
+        K = values[1] ** 2 * np.exp(-apart / values[0])
+    elif name == "process":
+        K = values[1] ** 2 * MATERN[3][0](np.sqrt(3) * apart / values[0])
+    else:
+        w = 2 * np.pi / values[0]
+        F, q, P, K = np.array([[0, 1], [-w * w, -2 * values[1] * w]]), np.diag([0, values[2]]), np.eye(2), np.zeros_like(apart)
+        steps = expm(np.block([[-F, q], [np.zeros((2, 2)), F.T]]) * np.diff(times)[:, None, None])
+        for s in range(len(times)):
+            moved = P
+            for t in range(s, len(times)):
+                K[t, s] = K[s, t] = moved[0, 0]
+                moved = steps[t, 2:, 2:].T @ moved if t < len(steps) else moved
+            if s < len(steps):
+                P = steps[s, 2:, 2:].T @ (P @ steps[s, 2:, 2:] + steps[s, :2, 2:])
+    S = (K + values[-1] * np.eye(len(times)))[np.ix_(there, there)]
+    return -(z[there] @ np.linalg.solve(S, z[there]) + np.linalg.slogdet(2 * np.pi * S)[1]) / 2
+
+
+@pytest.mark.parametrize("name, rows", [("temperature", 200), ("process", 200), ("mast", 80)])
+def test_a_builder_s_fit_is_the_top_of_the_dense_likelihood(name, rows, tmp_path):
+    """By SciPy, from the truth, in logarithms"""
+    (times, z), truth = built_record(name, rows, 4, tmp_path), np.array(BUILT[name][1], float)
+    found = fit(built(name, truth, tmp_path), [z], BUILT[name][2].split(","), times=[times])
+    right = minimize(lambda x: -dense(name, times, z[:, 0], np.exp(x)), np.log(truth), method="Nelder-Mead",
+                     options=dict(xatol=1e-6, fatol=1e-9, maxiter=2000))
+    best = np.array(list(found.model.constants.values()))
+    assert found.converged and right.success and abs(found.log_likelihood + right.fun) < 1e-6 * abs(right.fun)
+    assert abs(dense(name, times, z[:, 0], best) - found.log_likelihood) < 1e-8 * abs(right.fun)
+    assert np.abs(np.log(best) - right.x).max() < 1e-3
+
+
+@pytest.mark.parametrize("form", ["full", "diagonal", "multiple"])
+@pytest.mark.parametrize("method", ["em", "ml"])
+def test_qc_of_steps_of_dt_is_the_q_of_steps(method, form):
+    """Two walks, unknown at first, with missing components; and of a size the noise of a cart, step by step of EM"""
+    walks = Model.of_continuous(np.zeros((2, 2)), np.eye(2), np.eye(2), np.eye(2), dt=0.5)
+    z = simulate(walks.flowing(Qc=np.diag([0.2, 0.4]), R=np.diag([0.3, 0.5]), P0=np.eye(2), unknown=()), 150, 1)[1]
+    z[np.random.default_rng(0).random(z.shape) < 0.1] = np.nan
+    cases = [(walks, z)] + [(cart(), simulate(cart(Qc=[0, 0.2]), 200, 1)[1])] * (form == "multiple")
+    for model, z in cases:
+        of_steps, found = (fit(model, [z], (q, "R"), method=method, Q_form=form, tolerance=1e-9, iterations=3000) for q in ("Q", "Qc"))
+        assert of_steps.converged and found.converged and found.model.continuous and not of_steps.model.continuous
+        assert np.abs(found.model.Q - of_steps.model.Q).max() < 1e-6 * of_steps.model.Q.max()
+        assert np.abs(found.model.R / of_steps.model.R - 1)[found.model.R != 0].max() < 1e-6
+        assert np.all(np.diff(found.course) > -1e-8) if method == "em" else len(found.course) < 30
+        if model is walks:
+            np.testing.assert_allclose(found.standard_errors["Qc"] * 0.5, of_steps.standard_errors["Q"], rtol=1e-5)
+
+
+def test_em_held_entries_and_starts_at_irregular_times():
     times, z = drawn_at_random_times(1)
-    for given, said in ((dict(free=["A"]), "leave it out of --free"), (dict(method="em"), "--method em"), (dict(starts=2), "--starts"),
-                        (dict(Q_form="full", model=cart(Qc=[[1, 1], [1, 1]])), "Qc is singular: --q-form multiple")):
+    found, by_em, again = (fit(cart(), [z], times=[times], **more) for more in (
+        {}, dict(method="em", tolerance=1e-7, iterations=3000), dict(starts=3, seed=2)))
+    assert found.converged and by_em.converged and np.all(np.diff(by_em.course) > -1e-8) and "3 of 3 starts" in again.message
+    for other, most, left in ((by_em, 1e-3, 1e-6), (again, 1e-6, 1e-8)):
+        assert abs(other.log_likelihood - found.log_likelihood) < left
+        assert abs(other.model.continuous.Qc[1, 1] / found.model.continuous.Qc[1, 1] - 1) < most
+    held = fit(cart(Qc=[0.01, 0.5]), [z], times=[times], Q_form="diagonal", held={"Qc": np.diag([True, False])})
+    assert held.converged and abs(held.model.continuous.Qc[0, 0] / 0.01 - 1) < 1e-12
+    freed = fit(cart(Qc=[0.01, 0.5]), [z], times=[times], Q_form="diagonal")
+    other = fit(cart(Qc=freed.model.continuous.Qc), [z], times=[times], Q_form="diagonal", held={"Qc": np.diag([True, False])})
+    assert held.log_likelihood < freed.log_likelihood and abs(other.log_likelihood - freed.log_likelihood) < 1e-8
+    damped = fit(cart(), [z], ("F", "Q", "R"), times=[times], held={"F": [[1, 1], [1, 0]]})
+    assert damped.converged and damped.log_likelihood > found.log_likelihood and damped.standard_errors["F"][1, 1] > 0
+    assert damped.model.continuous.F[0].tolist() == [0, 1] and abs(damped.model.continuous.F[1, 1] + 0.2) < 3 * damped.standard_errors["F"][1, 1]
+
+
+def test_a_qc_of_fewer_noises_keeps_its_rank():
+    times, z = drawn_at_random_times(1)
+    found = fit(cart(Qc=[[1, 1], [1, 1]]), [z], times=[times])
+    assert found.converged and np.ptp(found.model.continuous.Qc) < 1e-9 and found.standard_errors["Qc"][0, 1] > 0
+
+
+def test_what_is_not_fitted_at_irregular_times(tmp_path):
+    times, z = drawn_at_random_times(1)
+    two, gm = cart(Qc=[0.1, 0.5]), built("temperature", (20, 0.5, 0.04), tmp_path)
+    for given, said in ((dict(free=["A"]), "A of records at irregular times is not fitted, .*leave it out of --free"),
+                        (dict(model=two, method="em"), r"^EM has no best Qc, .*: take maximum likelihood \(ml\), or --q-form multiple"),
+                        (dict(free=["F"], method="em"), "^EM of a model in continuous time estimates Qc and R, not F"),
+                        (dict(model=two, method="em", Q_form="diagonal", held={"Q": np.eye(2)}), "EM holds no entries"),
+                        (dict(model=cart(Qc=[[1, 1], [1, 1]]), Q_form="diagonal"), r"Q of the model is not diagonal, Q\[1,0\] is 1"),
+                        (dict(model=cart(Qc=[0, 0])), "^Qc is 0, and stays 0"), (dict(times=[times, times]), "times has 2 records"),
+                        (dict(model=gm, free=["time_constant", "x0"]), "^x0 cannot be free beside parameters of the builder: time_constant, "),
+                        (dict(model=gm, free=["time_constant[1]"]), "time_constant has 1 number$"), (dict(model=gm, free=["sigma[a]"]), "is not there"),
+                        (dict(model=gm, free=["sigma"], R_form="multiple"), "^parameters of a builder are free each by itself"),
+                        (dict(model=gm, free=["dt"]), "time_constant, sigma, noise of its builder are"),
+                        (dict(model=built("mast", (1.7, 0, 1, 1), tmp_path), free=["damping"]), "^damping is not above 0, and its logarithm")):
         with pytest.raises(KalmanqError, match=said):
-            fit(given.pop("model", cart()), [z], given.pop("free", ["Q"]), times=[times], **given)
+            fit(given.pop("model", cart()), [z], given.pop("free", ["Q"]), times=given.pop("times", [times]), **given)
+
+
+def test_what_the_rows_do_not_tell_of_a_builder_is_said(tmp_path):
+    """White rows far apart: of two noises their sum, of a time constant that it is short, of a density that it may be 0"""
+    white, begun = np.random.default_rng(3).normal(size=120), built("temperature", (0.001, 1, 1), tmp_path)
+    found = fit(begun, [white], ["sigma", "noise"])
+    assert not found.converged and re.search(r"^not determined by the records: sigma \+1 %, noise -[\d.]+ % changes nothing", found.message)
+    found = fit(begun, [white], ["time_constant", "sigma"])
+    assert found.converged and found.boundary == ("time_constant",) and np.isnan(found.standard_errors["time_constant"][0])
+    times, z = built_record("mast", 40, 2, tmp_path)
+    found = fit(built("mast", BUILT["mast"][1], tmp_path), [z], ["period", "damping", "Q", "R"], times=[times])
+    assert found.converged and found.boundary == ("density",) and found.standard_errors["damping"][0] > 0
+
+
+def test_the_command_writes_the_builder_again(tmp_path):
+    """What is said of each number; entries of a list and of F, too"""
+    times, z = built_record("temperature", 300, 1, tmp_path)
+    begun, data, out = tmp_path / "begun.toml", tmp_path / "bias.csv", tmp_path / "out.toml"
+    built("temperature", (30, 1, 0.1), tmp_path)
+    begun.write_text((tmp_path / "built.toml").read_text())
+    data.write_text("time [min],z1\n" + "".join(f"{t!r},{'' if np.isnan(y) else repr(y)}\n" for t, y in zip(times.tolist(), z[:, 0].tolist())))
+    done = kalmanq("fit", begun, data, "--free", "time_constant,sigma,R", "--out", out)
+    assert done.returncode == 0 and "time_constant" in done.stdout and "exact Hessian" in done.stdout, done.stderr
+    assert 'builder = "gauss_markov"' in out.read_text() and "sigma = [0." in out.read_text() and "max_gap = 40" in out.read_text()
+    told = json.loads(kalmanq("run", out, data, "--json").stdout)
+    assert f"-> {told['log_likelihood']:.6f} in" in done.stdout
+    alone, raw = (json.loads(kalmanq("fit", begun, data, "--free", free, "--json").stdout) for free in ("time_constant[0],noise", "F[0,0],Qc,R"))
+    assert list(alone["standard_errors"]) == ["time_constant", "noise"] and list(raw["standard_errors"]) == ["F", "Qc", "R"]
+    assert raw["F"][0][0] < 0 and raw["log_likelihood"] > alone["log_likelihood"] > told["log_likelihood"] - 30
+    done = kalmanq("fit", begun, data, "--free", "time_constant,R", "--method", "em", "--out", tmp_path / "none.toml")
+    assert done.returncode == 1 and done.stderr.count("\n") == 1 and "not time_constant: take maximum" in done.stderr
+    assert not (tmp_path / "none.toml").exists()
 
 
 # ------------------------------------------------------------------------------ what takes times

@@ -35,7 +35,7 @@ class Options:
     model: Path = ANY_MODEL
     data: List[Path] = typer.Argument(..., metavar="DATA.csv...", help="One record a file.")
     free: Optional[str] = typer.Option(None, "--free", help="Of A, H, Q, R, x0, P0, with commas; or entries, such as A[0,0]; by "
-                                       "default Q,R.  Of a nonlinear model: constants of its file, Q, R, x0, P0; by default its `free`.")
+                                       "default Q,R.  Of a model in continuous time F, Qc, too, or its builder's parameters.  Of a nonlinear model: constants of its file, Q, R, x0, P0; by default its `free`.")
     hold: str = typer.Option("", "--hold", help="Entries that stay, such as A[1,0] or Q[0,*].")
     method: choices("Method", METHODS) = typer.Option("both", "--method", help="EM, maximum likelihood, or EM first and ML then.")
     Q_form: Form = typer.Option("full", "--q-form", help="Of Q; a multiple of what it is.")
@@ -124,8 +124,7 @@ def _tell(options: Options, found: Fit, free: list[str], console: Console) -> No
         table.add_row(*row)
     console.print(table)
     if any(np.any(np.isfinite(errors)) for errors in found.standard_errors.values()):
-        way = "differences" if "Qc" in found.names(free) else "the exact Hessian"
-        console.print(f"standard errors: from {way} of the log-likelihood")
+        console.print("standard errors: from the exact Hessian of the log-likelihood")
     for name in found.boundary:
         console.print(f"at the boundary, no standard error: {name}")
     tell_written((options.out, options.plot), console)

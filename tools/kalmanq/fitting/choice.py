@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from typing import Mapping, Optional, Sequence, Union
 
 import numpy as np
@@ -10,8 +11,10 @@ from numpy.typing import ArrayLike
 from kalmanq.errors import KalmanqError
 from kalmanq.fitting.equations import Equations
 from kalmanq.fitting.expectation import FORMS, FREE
+from kalmanq.fitting.flow import Flow, FlowExpectation
 from kalmanq.fitting.noise import Noise
 from kalmanq.model import Model
+from kalmanq.model.builders import searched
 from kalmanq.nonlinear import NonlinearModel
 
 
@@ -27,10 +30,11 @@ class Choice:
 
     held       of A (n x n), H (m x n), Q (n x n), R (m x m), by name: where true the entry stays as it is
     equations  of a nonlinear model, whose constants may be free, too
+    flow       of a model in continuous time, where rows are at irregular times or what is free is of it: Q is of Qc then
     """
 
     def __init__(self, model: Union[Model, NonlinearModel], free: Sequence[str], Q_form: str, R_form: str,
-                 held: Optional[Mapping[str, ArrayLike]]):
+                 held: Optional[Mapping[str, ArrayLike]], at_times: bool = False):
         self.forms = {"Q": Q_form, "R": R_form, "P0": "full"}
         if not free:
             raise KalmanqError("nothing is free")
@@ -38,17 +42,26 @@ class Choice:
             if form not in FORMS:
                 raise KalmanqError(f"{form!r} is no form: {', '.join(FORMS)}")
         self.equations = Equations(model, free) if isinstance(model, NonlinearModel) else None
-        self.free = self.equations.free if self.equations else tuple(name for name in FREE if name in free)
-        for name in free if not self.equations else ():
+        of_time = {"F", "Qc", *searched(model.builder)} if getattr(model, "continuous", None) else set()
+        is_of_time = at_times or any(name.partition("[")[0] in of_time for name in free)
+        self.flow = Flow(model, free) if is_of_time and not self.equations else None
+        special = self.equations or self.flow
+        self.free = special.free if special else tuple(name for name in FREE if name in free)
+        self.constants = self.equations.traced.symbols if self.equations else self.flow.labels if self.flow else ()
+        for name in free if not special else ():
             if name not in FREE:
-                raise KalmanqError(f"{name} is no parameter: {', '.join(FREE)}")
+                raise KalmanqError(f"{name} is no parameter: {', '.join([*FREE, *sorted(of_time)])}")
+        if self.flow and self.constants and (held or (Q_form, R_form) != ("full", "full")):
+            raise KalmanqError("parameters of a builder are free each by itself: leave out --hold, --q-form and --r-form, and name those "
+                               "that are free, such as noise[0]")
+        held = {"Q" if name == "Qc" else name: mask for name, mask in (held or {}).items()}
         for name in ("Q", "R"):
             self._require_form(model, name)
         if self.equations:
             self.held = {name: self._mask(model, name, mask) for name, mask in (held or {}).items()}
             return
         for name in ("x0", "P0"):
-            if name in free and np.any(model.unknown):
+            if name in self.free and np.any(model.unknown):
                 raise KalmanqError(f"{name} cannot be free where P0 is unknown")
         self.held = {name: self._mask(model, name, mask) for name, mask in (held or {}).items()}
         self._require_units(model)
@@ -56,15 +69,26 @@ class Choice:
 
     def _require_form(self, model: Model, name: str) -> None:
         """A form that is asked for is kept from the beginning: the model has to have it."""
-        if name not in self.free or (name == "Q" and Noise(model).axes is None):  # a form of the Q' of G Q' G'
+        if name not in self.free or (name == "Q" and not self.flow and self.noise(model).axes is None):  # a form of the Q' of G Q' G'
             return
-        value, form, option = getattr(model, name), self.forms[name], f"--{name.lower()}-form"
+        value, form, option = self._array(model, name), self.forms[name], f"--{name.lower()}-form"
         off = np.argwhere(np.tril(value, -1) != 0)
         if form == "diagonal" and len(off):
             i, j = map(int, off[0])
             raise KalmanqError(f"{name} of the model is not diagonal, {name}[{i},{j}] is {value[i, j]:g}, and {option} "
                                f"diagonal begins from it: take {option} multiple (one size for all of {name}) or full, or "
                                f"write a diagonal {name} into the model file")
+
+    def named(self, said: str) -> str:
+        """With Q called what it is"""
+        return re.sub(r"\bQ\b", "Qc", said) if self.flow else said
+
+    def noise(self, model: Model) -> Noise:
+        return Noise(self._array(model, "Q"), None if self.flow else model.G)
+
+    def _array(self, model: Model, name: str) -> np.ndarray:
+        """As it is called here: of a flow Q is Qc"""
+        return getattr(model.continuous, {"Q": "Qc"}.get(name, name)) if self.flow and name in "FQ" else getattr(model, name)
 
     def _require_units(self, model: Model) -> None:
         """The density of what determines an unknown state has its unit, so it would rise as H goes to 0."""
@@ -87,22 +111,28 @@ class Choice:
                                    f"has its unit: hold an entry of A[*,{i}] that is not 0, or give P0")
 
     def _mask(self, model: Model, name: str, given: ArrayLike) -> np.ndarray:
-        if name not in ("A", "H", "Q", "R") or name not in self.free:
-            raise KalmanqError(f"held: {name} is not one of the free A, H, Q, R")
+        if name not in ("A", "H", "Q", "R", "F") or name not in self.free:
+            raise KalmanqError(f"held: {name} is not one of the free {'F, Qc' if self.flow else 'A, H, Q'}, R")
         mask = np.asarray(given, bool)
-        if mask.shape != getattr(model, name).shape:
-            raise KalmanqError(f"held: {name} has {getattr(model, name).shape} entries, not {mask.shape}")
+        if mask.shape != self._array(model, name).shape:
+            raise KalmanqError(f"held: {name} has {self._array(model, name).shape} entries, not {mask.shape}")
         if np.all(mask):
             raise KalmanqError(f"held: all of {name} is held; leave it out of the free ones")
         return mask | mask.T if name in ("Q", "R") else mask
 
-    def require_em(self) -> None:
+    def require_em(self, model: Union[Model, NonlinearModel]) -> None:
         if self.equations:
             raise KalmanqError("a nonlinear model has no EM: take maximum likelihood (ml)")
-        if not self.is_for_em:
+        if self.flow and set(self.free) - {"Q", "R"}:
+            raise KalmanqError(f"EM of a model in continuous time estimates Qc and R, not {self.free[0]}: take maximum likelihood (ml)")
+        if self.flow and not self.held and not self.is_for_em(model):
+            raise KalmanqError("EM has no best Qc, given the states, where steps differ and several noises make each: take maximum "
+                               "likelihood (ml), or --q-form multiple")
+        if not self.is_for_em(model):
             raise KalmanqError("EM holds no entries of Q and R: maximum likelihood (ml) does")
 
-    @property
-    def is_for_em(self) -> bool:
+    def is_for_em(self, model: Model) -> bool:
         """The M-step knows no held entries of covariances."""
+        if self.flow and (set(self.free) - {"Q", "R"} or "Q" in self.free and not FlowExpectation.has_em(model, self.noise(model), self.forms["Q"])):
+            return False
         return self.equations is None and not {"Q", "R"} & set(self.held)

@@ -73,11 +73,11 @@ class Multiple:
 
 
 class Deviation(Multiple):
-    """exp(x / sqrt(2 N)) times what it was: a standard deviation, or what is in the place of one"""
+    """exp(x / sqrt(2 N)) times what it was: a standard deviation, or what is in the place of one; or exp(unit x)"""
 
-    def __init__(self, name: str, start: np.ndarray, noises: int):
+    def __init__(self, name: str, start: np.ndarray, noises: int, unit: float = 0.0):
         super().__init__(name, start, noises)
-        self.units = self.units / 2
+        self.units = np.array([unit / 2]) if unit else self.units / 2
 
 
 class Cholesky:

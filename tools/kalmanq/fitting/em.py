@@ -47,7 +47,7 @@ class Estimation:
                  u: Optional[Sequence[Optional[ArrayLike]]] = None, Q_form: str = "full", R_form: str = "full",
                  held: Optional[Mapping[str, ArrayLike]] = None, arithmetic: str = "f64"):
         choice = Choice(model, free, Q_form, R_form, held)
-        choice.require_em()
+        choice.require_em(model)
         self.model, self.records = model, Records(model, z, u)
         self._problem = Problem(model, self.records, choice, arithmetic)
         require(self._problem.expectation.status, "EM")
@@ -60,18 +60,15 @@ class Estimation:
         require(status, "EM")
         model = self._problem.estimated()
         last = likelihood(model, self.records.z, self.records.u, arithmetic=expectation.parts.arithmetic.name)
-        left = distance(expectation)
-        return Estimate(model, last, course + [last], is_near(expectation, tolerance), left)
+        return Estimate(model, last, course + [last], is_near(expectation, tolerance), expectation.distance)
 
 
 def iterate(expectation: Expectation, iterations: int, tolerance: float, report: Report = None,
             offset: float = 0.0) -> tuple[list[float], int]:
     """The log-likelihood before each iteration, and the status that ended them, KQ_OK where none did."""
-    step = expectation.parts.arithmetic.function("em_iterate")
     course: list[float] = []
     for k in range(iterations):
-        status = step(expectation.em)
-        expectation.evaluations += 1
+        status = expectation.iterate()
         if status < lib.KQ_OK:
             return course, status
         course.append(expectation.log_likelihood + offset)
@@ -82,12 +79,6 @@ def iterate(expectation: Expectation, iterations: int, tolerance: float, report:
     return course, lib.KQ_OK
 
 
-def distance(expectation: Expectation) -> float:
-    """Of the log-likelihood from the maximum that iterations go to, extrapolated; NaN: not known."""
-    return float(expectation.parts.arithmetic.function("em_distance")(expectation.em))
-
-
 def is_near(expectation: Expectation, tolerance: float) -> bool:
     """Both: a small change alone may be a plateau, an extrapolation alone sees no further than the last ones."""
-    change = float(expectation.parts.arithmetic.function("em_change")(expectation.em))
-    return change <= NEAR and distance(expectation) <= tolerance
+    return expectation.change <= NEAR and expectation.distance <= tolerance

@@ -9,6 +9,7 @@ import numpy as np
 
 from kalmanq.errors import KalmanqError
 from kalmanq.model import Model
+from kalmanq.model.builders import searched
 from kalmanq.nonlinear import NonlinearModel
 
 WORD = re.compile(r"\s*([A-Za-z]\w*)\s*(?:\[([^\]]*)\])?\s*(,|$)")
@@ -21,12 +22,14 @@ def free_and_held(free: str, hold: str, model: Union[Model, NonlinearModel]) -> 
     names: list[str] = []
     held: dict[str, np.ndarray] = {}
     for name, entry in _words("--free", free):
-        if entry is None:
+        if entry is not None and entry.strip().isdigit() and name in searched(getattr(model, "builder", None)):
+            names.append(f"{name}[{entry.strip()}]")
+        elif entry is None:
             held.pop(name, None)
         elif name not in names or name in held:
             mask = held.setdefault(name, np.ones_like(_matrix("--free", name, model), bool))
             _set(mask, "--free", name, entry, False)
-        names += [name] * (name not in names)
+        names += [name] * (entry is None and name not in names or name in held and name not in names)
     for name, entry in _words("--hold", hold):
         if entry is None or name not in names:
             raise KalmanqError(f"--hold: {name} is not free" if name not in names else
@@ -38,7 +41,7 @@ def free_and_held(free: str, hold: str, model: Union[Model, NonlinearModel]) -> 
 
 def label_of(name: str, at: Sequence[int]) -> str:
     """Q[0,1]; a constant is one number, and has its name"""
-    return f"{name}[{','.join(map(str, at))}]" if name in (*ARRAYS, "Qc") else name
+    return f"{name}[{','.join(map(str, at))}]" if name in (*ARRAYS, "Qc", "F") else name
 
 
 def _words(option: str, given: str) -> list[tuple[str, Optional[str]]]:
@@ -53,10 +56,11 @@ def _words(option: str, given: str) -> list[tuple[str, Optional[str]]]:
 
 
 def _matrix(option: str, name: str, model: Union[Model, NonlinearModel]) -> np.ndarray:
-    names = [one for one in OF_ENTRIES if hasattr(model, one)]
-    if name not in names:
-        raise KalmanqError(f"{option}: there are entries of {', '.join(names)}, not of {name}")
-    return getattr(model, name)
+    of = getattr(model, "continuous", None)
+    there = {one: getattr(model, one) for one in OF_ENTRIES if hasattr(model, one)} | ({"F": of.F, "Qc": of.Qc} if of else {})
+    if name not in there:
+        raise KalmanqError(f"{option}: there are entries of {', '.join(there)}, not of {name}")
+    return there[name]
 
 
 def _set(mask: np.ndarray, option: str, name: str, entry: str, value: bool) -> None:
@@ -68,5 +72,5 @@ def _set(mask: np.ndarray, option: str, name: str, entry: str, value: bool) -> N
     if any(isinstance(i, int) and i >= size for i, size in zip(at, mask.shape)):
         raise KalmanqError(f"{option}: {name}[{entry}] is not there: {name} is {mask.shape[0]} x {mask.shape[1]}")
     mask[at] = value
-    if name in ("Q", "R"):
+    if name in ("Q", "Qc", "R"):
         mask.T[at] = value

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from kalmanq.core import ffi, lib, require
-from kalmanq.data.rows import controls_of, present_of, rows_of
+from kalmanq.data.rows import controls_of, present_of, rows_of, times_of
 from kalmanq.errors import KalmanqError
 from kalmanq.model import Model
 from kalmanq.nonlinear import NonlinearModel
@@ -25,9 +25,11 @@ EXACT = 1e6  # times the variance of the measurements, of a state that is measur
 
 
 class Records:
-    """Rows that have been looked at once: z (T x m; NaN: missing) and u (T x l, or None) of each record."""
+    """Rows that have been looked at once: z (T x m; NaN: missing) and u (T x l, or None) of each record; `times` (T, or None)
+    where not all steps are dt, otherwise None."""
 
-    def __init__(self, model: Union[Model, NonlinearModel], z: Sequence[ArrayLike], u: Optional[Sequence[Optional[ArrayLike]]] = None):
+    def __init__(self, model: Union[Model, NonlinearModel], z: Sequence[ArrayLike], u: Optional[Sequence[Optional[ArrayLike]]] = None,
+                 times: Optional[Sequence[Optional[ArrayLike]]] = None):
         if u is not None and len(u) != len(z):
             raise KalmanqError(f"u has {len(u)} records, z has {len(z)}")
         self.z = [rows_of(one, model.measurements, "z") for one in z]
@@ -39,6 +41,14 @@ class Records:
             raise KalmanqError("a record without rows")
         if any(np.any(np.isinf(one)) for one in self.z):
             raise KalmanqError("z: a measurement is not finite")
+        self.times = None if times is None else self._irregular(model, times)
+
+    def _irregular(self, model: Model, given: Sequence[Optional[ArrayLike]]) -> Optional[list[Optional[np.ndarray]]]:
+        if len(given) != len(self):
+            raise KalmanqError(f"times has {len(given)} records, z has {len(self)}")
+        made = [None if one is None else times_of(one, model, len(z)) for z, one in zip(self.z, given)]
+        of = getattr(model, "continuous", None)
+        return made if any(one is not None and np.any(of.between(one) != of.dt) for one in made) else None
 
     def __len__(self) -> int:
         return len(self.z)
@@ -153,6 +163,21 @@ class Expectation:
     @property
     def log_likelihood(self) -> float:
         return float(self.parts.arithmetic.function("em_log_likelihood")(self.em))
+
+    def iterate(self) -> int:
+        """Of EM; its status"""
+        self.evaluations += 1
+        return self.parts.arithmetic.function("em_iterate")(self.em)
+
+    @property
+    def change(self) -> float:
+        """The largest one of the last iteration (em.h)"""
+        return float(self.parts.arithmetic.function("em_change")(self.em))
+
+    @property
+    def distance(self) -> float:
+        """Of the log-likelihood from the maximum that iterations go to, extrapolated; NaN: not known."""
+        return float(self.parts.arithmetic.function("em_distance")(self.em))
 
     def gradient(self) -> dict[str, np.ndarray]:
         """After `run`: as kq_gradient has it, entries of a covariance independent; of arrays that stay."""

@@ -9,10 +9,8 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from kalmanq.core import ffi, lib
-from kalmanq.data.rows import Rows
 from kalmanq.errors import KalmanqError
 from kalmanq.fitting.choice import Choice
-from kalmanq.fitting.densities import fit_densities
 from kalmanq.fitting.entries import ARRAYS
 from kalmanq.fitting.expectation import Records
 from kalmanq.fitting.findings import Findings, findings
@@ -57,14 +55,17 @@ class Fit:
     message: str = ""
 
     def names(self, free: Sequence[str]) -> list[str]:
-        """Of what was free: a constant that is an array has one name a number; Q of records at irregular times is Qc"""
-        made = ["Qc" if name == "Q" and getattr(self.model, "continuous", None) else name for name in free if name in ARRAYS]
+        """Of what was free: a constant that is an array has one name a number, as a builder's parameter has, of which Q and R are;
+        Q of records at irregular times is Qc"""
+        if isinstance(self.model, Model) and self.model.constants:
+            return list(self.model.constants)
+        made = ["Qc" if name == "Q" and getattr(self.model, "continuous", None) else name for name in free if name in (*ARRAYS, "Qc", "F")]
         return [*getattr(self.model, "constants", ()), *made]
 
     def value(self, name: str) -> np.ndarray:
         constants = getattr(self.model, "constants", {})
-        if name == "Qc":
-            return self.model.continuous.Qc
+        if name in ("Qc", "F"):
+            return getattr(self.model.continuous, name)
         return np.array([constants[name]]) if name in constants else np.asarray(getattr(self.model, name))
 
 
@@ -78,12 +79,12 @@ def fit(model: Union[Model, NonlinearModel], records: Sequence[ArrayLike], free:
 
     model       where the search begins; a start that is unknown in it stays so, and is exact
     records     each T x m; NaN: missing
-    free        of A, H, Q, R, x0, P0, by name.  H and Q are determined only as H^2 Q, but for what a known P0 tells:
+    free        of A, H, Q, R, x0, P0, by name; of a model in continuous time of F, Qc, R, x0, P0, or of its builder's parameters,
+                Q and R among them (its sigma or density, and its noise).  H and Q are determined only as H^2 Q, but for what a known P0 tells:
                 leave one out, or hold an entry.  Of a nonlinear model: of Q, R, x0, P0, and names of constants of its
                 file, which are free in all that the file makes of them (its likelihood is C, with exact slopes)
     u           for each record T x l, or None
-    times       for each record T, or None, of a model in continuous time.  Where its steps are not all dt, Q is Qc: Qc and R can
-                be free, by maximum likelihood; standard_errors has "Qc"
+    times       for each record T, or None, of a model in continuous time.  Where its steps are not all dt, Q is Qc; standard_errors has "Qc"
     method      "em" (Shumway and Stoffer 1982), "ml" (BFGS over the likelihood, with Fisher's gradient, Segal and
                 Weinstein 1989), or "both": a few iterations of EM, then ML
     Q_form      "full", "diagonal", or "multiple": of what it is.  Q of a model with G is G Q' G', of Q' this form
@@ -108,38 +109,22 @@ def fit(model: Union[Model, NonlinearModel], records: Sequence[ArrayLike], free:
         raise KalmanqError(f"tolerance: {tolerance} is not at least 0")
     if isinstance(model, NonlinearModel):
         refuse_unfitted(model)
-    made = Records(model, records, u)
-    at_times = _at_times(model, made, times)
-    if at_times:
-        if method == "em" or held or starts > 1:
-            raise KalmanqError("records at irregular times are fitted from one start by maximum likelihood, and nothing is held: "
-                               "leave out --method em, --hold and --starts")
-        return Fit(**fit_densities(model, at_times, free, {"Q": Q_form, "R": R_form}, iterations, tolerance, report)._asdict())
-    task = Task(model, made, Choice(model, free, Q_form, R_form, held), method, iterations, tolerance, arithmetic,
+        if times is not None:
+            raise KalmanqError("times: fit takes the rows of a nonlinear model as steps, and a function of it reads t: --time none "
+                               "takes t for the number of the row")
+    made = Records(model, records, u, times)
+    task = Task(model, made, Choice(model, free, Q_form, R_form, held, made.times is not None), method, iterations, tolerance, arithmetic,
                 report)
     if method == "em":
-        task.choice.require_em()
+        task.choice.require_em(model)
+    if task.choice.flow and arithmetic != "f64":
+        raise KalmanqError("a model in continuous time is fitted in f64")
     impossible = task.impossible()
     if impossible:
-        return Fit(model, likelihood(model, made.z, made.u) if made.measurements else 0.0, message=impossible)
+        return Fit(model, likelihood(model, made.z, made.u, times=made.times) if made.measurements else 0.0, message=impossible)
     random = np.random.default_rng(seed)
     ended = [one_start(task)] + [one_start(task, random) for _ in range(starts - 1)]
     return _fit_of(task, max(ended, key=lambda one: float(np.nan_to_num(one.value, nan=-np.inf))), ended)
-
-
-def _at_times(model: Model, records: Records, times: Optional[Sequence[Optional[ArrayLike]]]) -> list[Rows]:
-    """The records with their times; empty where all steps are dt"""
-    if times is None:
-        return []
-    if isinstance(model, NonlinearModel):
-        raise KalmanqError("times: fit takes the rows of a nonlinear model as steps, and a function of it reads t: --time none takes "
-                           "t for the number of the row")
-    if len(times) != len(records):
-        raise KalmanqError(f"times has {len(times)} records, z has {len(records)}")
-    made = [Rows.of(model, z, u, one) for z, u, one in zip(records.z, records.u, times)]
-    of = getattr(model, "continuous", None)
-    is_varying = of and any(one.times is not None and np.any(of.between(one.times) != of.dt) for one in made)
-    return made if is_varying else []
 
 
 def _require_counts(**given: tuple[int, int]) -> None:
@@ -153,13 +138,14 @@ def _fit_of(task: Task, best: Ended, ended: list[Ended]) -> Fit:
     distance = best.distance
     undetermined = found.undetermined if found else _as_far_as_em_knows(task)
     why = _why_not(task, best, found, undetermined)
+    why = task.choice.named(why)
     said = why or f"at the maximum: about {max(distance, 1e-12):.1g} of log-likelihood is left"
     if len(ended) > 1:
         there = sum(abs(one.value - best.value) < SAME_TOP for one in ended)
         said += f"; {there} of {len(ended)} starts ended there"
     return Fit(
-        best.model, best.value, found.errors if found else {}, found.boundary if found else (),
-        undetermined, sum(one.evaluations for one in ended), best.em_evaluations, best.course,
+        best.model, best.value, {task.choice.named(name): one for name, one in found.errors.items()} if found else {},
+        tuple(map(task.choice.named, found.boundary if found else ())), tuple(map(task.choice.named, undetermined)), sum(one.evaluations for one in ended), best.em_evaluations, best.course,
         not why, distance, said)
 
 

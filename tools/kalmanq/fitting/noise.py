@@ -6,8 +6,6 @@ from typing import Optional
 
 import numpy as np
 
-from kalmanq.model import Model
-
 SINGULAR = 1e-10  # an eigenvalue of the correlations, from where a covariance is definite
 
 
@@ -15,20 +13,20 @@ class Noise:
     """Q = F Q' F' with Q' positive definite: F = I where Q is (None), otherwise the model's G, the states that have
     noise, or the directions that have.  `axes`: the states of Q', where it is of states."""
 
-    def __init__(self, model: Model):
+    def __init__(self, Q: np.ndarray, G: Optional[np.ndarray] = None):
         self.F: Optional[np.ndarray] = None
-        self.axes: Optional[np.ndarray] = np.flatnonzero(np.diag(model.Q) > 0)
-        n = model.n
+        self.axes: Optional[np.ndarray] = np.flatnonzero(np.diag(Q) > 0)
+        n = len(Q)
         if not len(self.axes):
-            self.inner = model.Q
-        elif is_definite(model.Q[np.ix_(self.axes, self.axes)]):
-            self.inner = model.Q[np.ix_(self.axes, self.axes)]
+            self.inner = Q
+        elif is_definite(Q[np.ix_(self.axes, self.axes)]):
+            self.inner = Q[np.ix_(self.axes, self.axes)]
             self.F = None if len(self.axes) == n else np.eye(n)[:, self.axes]
-        elif model.G is not None:
-            self.F, self.axes = model.G[:, np.any(model.G != 0, axis=0)], None
+        elif G is not None:
+            self.F, self.axes = G[:, np.any(G != 0, axis=0)], None
             self.inner = np.eye(self.F.shape[1])
         else:
-            values, vectors = np.linalg.eigh(model.Q)
+            values, vectors = np.linalg.eigh(Q)
             there = values > 1e-12 * max(values[-1], 0)
             self.F, self.axes, self.inner = vectors[:, there], None, np.diag(values[there])
 

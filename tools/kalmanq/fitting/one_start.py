@@ -84,7 +84,7 @@ def one_start(task: Task, random: Optional[np.random.Generator] = None) -> Ended
         problem.scatter(random, SPREAD)
     ended = _search(task, problem)
     for _ in range(3):
-        exact = likelihood(ended.model, task.records.z, task.records.u, arithmetic=task.arithmetic)
+        exact = likelihood(ended.model, task.records.z, task.records.u, times=task.records.times, arithmetic=task.arithmetic)
         if abs(exact - ended.value) <= AGREES or not np.isfinite(exact):
             break
         try:
@@ -99,7 +99,7 @@ def one_start(task: Task, random: Optional[np.random.Generator] = None) -> Ended
 
 def _search(task: Task, problem: Problem) -> Ended:
     problem.report = task.report
-    count = {"em": task.iterations, "ml": 0, "both": FIRST if task.choice.is_for_em else 0}[task.method]
+    count = {"em": task.iterations, "ml": 0, "both": FIRST if task.choice.is_for_em(task.model) else 0}[task.method]
     course, status = em.iterate(problem.expectation, min(count, task.iterations), task.tolerance, task.report,
                                 problem.offset) if count else ([], lib.KQ_OK)
     if task.method == "em":
@@ -111,7 +111,7 @@ def _search(task: Task, problem: Problem) -> Ended:
 
 def _after_em(task: Task, problem: Problem, course: list[float], status: int) -> Ended:
     """EM believes its own extrapolation only where the information there says the same."""
-    near, left = em.is_near(problem.expectation, task.tolerance), em.distance(problem.expectation)
+    near, left = em.is_near(problem.expectation, task.tolerance), problem.expectation.distance
     optimum = None
     if task.arithmetic == "f64":
         problem.anchor()
@@ -120,7 +120,7 @@ def _after_em(task: Task, problem: Problem, course: list[float], status: int) ->
         optimum = Optimum(x, value, edge, Information(problem, x, slopes, edge))
         problem.put(x)
     model = problem.estimated()
-    value = likelihood(model, task.records.z, task.records.u, arithmetic=task.arithmetic)
+    value = likelihood(model, task.records.z, task.records.u, times=task.records.times, arithmetic=task.arithmetic)
     return Ended(problem, model, value, course + [value], len(course) + 1, problem.evaluations, optimum, status, near,
                  left)
 

@@ -12,15 +12,15 @@ from kalmanq.fitting.choice import Choice
 from kalmanq.fitting.coordinates import FARTHEST, Cholesky, Deviation, Entries, Infeasible, Multiple
 from kalmanq.fitting.equations import EquationExpectation
 from kalmanq.fitting.expectation import Expectation, Records
+from kalmanq.fitting.flow import STENCIL, FlowExpectation
 from kalmanq.fitting.likelihood import likelihood
-from kalmanq.fitting.noise import Noise, is_definite
+from kalmanq.fitting.noise import is_definite
 from kalmanq.model import Model
 from kalmanq.run.filters import Smoother
 
-# x[k + 1] - x[k - 1] and x[k + 2] - x[k - 2], in steps: a derivative whose error is of fourth order
 STEP = 1e-4  # of a constant, between two slopes
+WIDE = 0.5  # of the logarithm of a builder's parameter: its unit at most
 SHARE = 1e-2  # of a constant: its unit where the likelihood is not curved downwards
-STENCIL = ((1, 2 / 3), (-1, -2 / 3), (2, -1 / 12), (-2, 1 / 12))
 
 
 class Singular(KalmanqError):
@@ -35,9 +35,9 @@ class Problem:
 
     def __init__(self, model: Model, records: Records, choice: Choice, arithmetic: str = "f64"):
         self.model, self.records, self.choice = model, records, choice
-        self.noise = Noise(model)
-        if "Q" in choice.free and not np.any(model.Q):
-            raise KalmanqError("Q is 0, and stays 0: begin with some noise")
+        self.noise = choice.noise(model)
+        if "Q" in choice.free and not np.any(self.noise.inner):
+            raise KalmanqError(f"{'Qc' if choice.flow else 'Q'} is 0, and stays 0: begin with some noise")
         if "Q" in choice.held and self.noise.axes is None:
             raise KalmanqError("held: Q = G Q' G' is of lower rank: its entries cannot be held")
         self.course: list[float] = []
@@ -54,6 +54,9 @@ class Problem:
         if choice.equations:
             self.expectation: Any = EquationExpectation(choice.equations, self.model, self.records, self.noise, forms)
             return
+        if choice.flow:
+            self.expectation = FlowExpectation(choice.flow, self.model, self.records, self.noise, forms)
+            return
         held = {name: choice.held[name] for name in ("A", "H") if name in choice.held}
         self.expectation = Expectation(self.model, self.records, free=choice.free,
                                        noise=(self.noise.F, self.noise.inner), held=held,
@@ -61,7 +64,7 @@ class Problem:
 
     def _offset(self) -> float:
         """Of the exact log-likelihood, where the start is unknown, from that of the start which stands for it."""
-        if self.choice.equations or not np.any(self.model.unknown) or self.expectation.status < lib.KQ_OK or \
+        if self.choice.equations or self.choice.flow or not np.any(self.model.unknown) or self.expectation.status < lib.KQ_OK or \
                 self.expectation.run() != lib.KQ_OK:
             return 0.0
         return likelihood(self.model, self.records.z, self.records.u) - self.expectation.log_likelihood
@@ -91,9 +94,9 @@ class Problem:
         rows, steps = len(self.records), self.records.steps
         if self._is_constant(name):
             return self._block_of_constant(name)
-        if name in ("A", "H", "x0"):
+        if name in ("A", "H", "x0", "F"):
             free = ~self.choice.held.get(name, np.zeros(self.arrays[name].shape, bool))
-            return Entries(name, self.arrays[name], free, self._scale(name))
+            return Entries(name, self.arrays[name], free, self._scale_of_flow(free) if name == "F" else self._scale(name))
         noises = {"Q": max(steps - rows, 1), "R": steps, "P0": rows}[name]
         start = self.inside(name, self.arrays[name])
         if name not in ("Q", *self._ranks) and not (start.size and is_definite(start)):
@@ -109,22 +112,39 @@ class Problem:
         return Cholesky(name, start, held, noises, self._ranks.get(name))
 
     def _is_constant(self, name: str) -> bool:
-        """Of a nonlinear model's file?"""
-        return self.choice.equations is not None and name in self.choice.equations.traced.symbols
+        """Of a nonlinear model's file, or of a builder?"""
+        return name in self.choice.constants
 
     def _block_of_constant(self, name: str) -> Any:
         """What is of the noise alone is a deviation.  The unit of others is what they are known to, as the likelihood is curved here."""
-        start, e = self.arrays[name].copy(), self.expectation
-        if name in self.choice.equations.noises:  # type: ignore[union-attr]
+        start = self.arrays[name].copy()
+        if name in (self.choice.equations or self.choice.flow).noises:
             return Deviation(name, start, self.records.steps)
-        step, slopes = STEP * max(abs(float(start[0])), STEP), []
+        if self.choice.flow:
+            curvature = self._curvature(name, (0,), STEP * start[0]) * start[0] ** 2
+            return Deviation(name, start, self.records.steps, float(np.clip(curvature, WIDE**-2, self.records.steps)) ** -0.5)
+        curvature = self._curvature(name, (0,), STEP * max(abs(float(start[0])), STEP))
+        return Entries(name, start, np.ones(1, bool), np.array([curvature**-0.5 if curvature > 0 else SHARE * abs(start[0]) or SHARE]))
+
+    def _curvature(self, name: str, at: tuple[int, ...], step: float) -> float:
+        """Of the log-likelihood downwards, to an entry; 0 where it is not known"""
+        array, slopes = self.arrays[name], []
+        start = array[at]
         for move in (step, -step):
-            self.arrays[name][0] = start[0] + move
-            slopes.append(float(e.gradient_of(name)[0]))
-        self.arrays[name][:] = start
-        curvature = (slopes[1] - slopes[0]) / (2 * step)
-        is_top = np.isfinite(curvature) and curvature > 0
-        return Entries(name, start, np.ones(1, bool), np.array([curvature**-0.5 if is_top else SHARE * abs(start[0]) or SHARE]))
+            array[at] = start + move
+            slopes.append(float(self.expectation.gradient_of(name)[at]))
+        array[at] = start
+        made = (slopes[1] - slopes[0]) / (2 * step)
+        return made if np.isfinite(made) else 0.0
+
+    def _scale_of_flow(self, free: np.ndarray) -> np.ndarray:
+        """Of entries of F, as the likelihood is curved"""
+        F = self.arrays["F"]
+        rate, made = float(np.max(np.abs(F))) or 1 / self.model.continuous.dt / self.records.steps, np.ones(F.shape)
+        for at in zip(*np.nonzero(free)):
+            curvature = self._curvature("F", at, STEP * rate)
+            made[at] = curvature**-0.5 if curvature > 0 else SHARE * rate
+        return made
 
     @property
     def coordinates(self) -> tuple[Any, ...]:
@@ -240,7 +260,7 @@ class Problem:
         self.put(x)
         made = np.ones(self.size)
         for block, part in zip(self.blocks, self.slices):
-            if isinstance(block, Entries) and not self._is_constant(block.name):
+            if isinstance(block, Entries) and block.name in ("A", "H", "x0"):
                 made[part] = block.grown(self._scale(block.name))
             elif isinstance(block, Cholesky):
                 made[part] = block.grown()
@@ -290,6 +310,8 @@ class Problem:
 
     def estimated(self) -> Any:
         """The model with what is in the arrays."""
+        if self.choice.flow:
+            return self.choice.flow.model_at(self.arrays, self.noise)
         made: dict[str, Any] = {name: np.array(self.arrays[name], np.float64) for name in self.choice.free}
         for name in ("Q", "R", "P0"):
             if name in made:

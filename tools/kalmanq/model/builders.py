@@ -80,6 +80,15 @@ def build(name: str, given: Mapping[str, Any], has_prior: bool = False) -> dict[
                          else one.value(given) for one in builder.parameters})
 
 
+SEARCHED = ("time_constant", "period", "damping", "length", "sigma", "density", "noise")  # above 0, of continuous time
+
+
+def searched(given: Optional[Mapping[str, Any]]) -> list[str]:
+    """Parameters that can be estimated, of a builder with what its file gives it"""
+    of = BUILDERS[given["builder"]].parameters if given else ()
+    return [one.name for one in of if one.name in SEARCHED] if any(one is _DT for one in of) else []
+
+
 # ------------------------------------------------------------------------------ models
 
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
-from typing import Any, Optional, Sequence, Union
+from typing import Any, Mapping, Optional, Sequence, Union
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -72,7 +72,7 @@ class Model:
     unknown  the states, by name or number, of which nothing is known at first; "all"
 
     Model.of_continuous(F, H, R, Qc, dt=...) makes a model of x' = F x + B u + noise.  `continuous` then has it, otherwise None.
-    `sensors`: of a model file that names them.
+    `sensors`: of a model file that names them; `builder`: what its file gives to one, and `constants` what a fit has estimated of that.
 
     All arrays become read-only arrays of float64.  `n`, `m`, `l` are the sizes.
     ModelError names what does not fit.
@@ -87,6 +87,8 @@ class Model:
         self.gaps = gaps
         self.continuous: Optional[Continuous] = None
         self.sensors: tuple[Sensor, ...] = ()
+        self.builder: Optional[Mapping[str, Any]] = None
+        self.constants: dict[str, float] = {}
         self.A = _square("A", A)
         self.n = len(self.A)
         self.H = _rows("H", H, self.n)
@@ -137,16 +139,14 @@ class Model:
         """Of what a model file or a builder gives: of continuous time, or of steps"""
         return (cls.of_continuous if "F" in given else cls)(**given)
 
-    def with_noise(self, Qc: Optional[np.ndarray], R: Optional[np.ndarray]) -> Model:
-        """A model in continuous time with another Qc, or R; None: as it is"""
-        of = self.continuous
-        assert of is not None
-        made = self.changed(R=self.R if R is None else R)
-        if Qc is None:
-            return made
-        other = made.changed(Q=replace(of, Qc=_fixed(Qc)).step(of.dt)[1])
-        other.continuous = replace(of, Qc=_fixed(Qc))
-        return other
+    def flowing(self, F: Optional[np.ndarray] = None, Qc: Optional[np.ndarray] = None, **more: Any) -> Model:
+        """A model in continuous time with another F, or Qc (None: as it is), and `more` as of `changed`"""
+        assert self.continuous is not None
+        of = replace(self.continuous, **{name: _fixed(one) for name, one in (("F", F), ("Qc", Qc)) if one is not None})
+        A, Q, B = of.step(of.dt)
+        made = self.changed(**more) if F is None and Qc is None else self.changed(A=A, Q=Q, B=B, **more)
+        made.continuous = of
+        return made
 
     def jittered(self, share: float) -> Model:
         """A model in continuous time with another jitter"""
@@ -181,6 +181,7 @@ class Model:
         other = Model(**{**made, **what})  # type: ignore[arg-type]
         other.continuous = None if what.keys() & {"A", "B", "Q", "G"} else self.continuous
         other.sensors = () if what.keys() & {"measurements"} else self.sensors
+        other.builder = self.builder if what.keys() <= {"states", "measurements", "gaps", "name"} else None
         return other
 
     def __repr__(self) -> str:

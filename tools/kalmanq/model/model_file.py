@@ -158,6 +158,7 @@ def _model(path: Path, given: Mapping[str, Any]) -> Model:
         raise ModelError("model", "there is no section [model]")
     name = _typed(model.pop("name", Path(path).stem), str, "name", "a text")
     unit = _typed(model.pop("time_unit", ""), str, "time_unit", "a text")
+    given_to_builder = dict(model) if "builder" in model else None
     if "builder" in model:
         made = _built(model)
     else:
@@ -183,8 +184,17 @@ def _model(path: Path, given: Mapping[str, Any]) -> Model:
         raise ModelError("time_unit", "is of a model with F, Qc and dt, or of a builder in continuous time")
     made.update({"time_unit": unit} if unit else {})
     model = Model.of(**made, gaps=_gaps(given.get("gaps", {})), name=name)
-    model.sensors = tuple(sensors)
+    model.sensors, model.builder = tuple(sensors), given_to_builder
     return model
+
+
+def rebuilt(model: Model, given: Mapping[str, Any]) -> Model:
+    """A model of continuous time, of its builder with other parameters"""
+    builder, of = {**model.builder, **given}, model.continuous
+    made = {**_built(dict(builder)), **{which: getattr(model, which) for which in ("states", "measurements", "gaps", "name")}}
+    again = Model.of(**made, time_unit=of.unit, jitter=of.jitter)
+    again.builder = builder
+    return again
 
 
 def _sensors(given: Mapping[str, Any], made: dict[str, Any], states: int) -> list[Sensor]:
@@ -349,10 +359,14 @@ def _gaps(given: Mapping[str, Any]) -> Gaps:
 def text_of(model: Model) -> str:
     """A model file that reads back to the same bits."""
     lines, parts = ["[model]", f"name = {_quoted(model.name)}"], _sensor_parts(model)
-    for key, value in _matrices(model).items():
-        if value is not None and not (parts and key in ("H", "R")):
-            lines.append(f"{key} = {_rows(value) if isinstance(value, np.ndarray) else _value(value)}")
-    lines += [f"x0 = {_list(model.x0)}", f"P0 = {_prior_text(model)}"]
+    if model.builder and not (model.continuous and model.continuous.jitter):
+        unit = {"time_unit": model.continuous.unit} if model.continuous and model.continuous.unit != "s" else {}
+        lines += [f"{key} = {_value(value)}" for key, value in {**unit, **model.builder}.items()]
+    else:
+        for key, value in _matrices(model).items():
+            if value is not None and not (parts and key in ("H", "R")):
+                lines.append(f"{key} = {_rows(value) if isinstance(value, np.ndarray) else _value(value)}")
+        lines += [f"x0 = {_list(model.x0)}", f"P0 = {_prior_text(model)}"]
     for which in ("states", "controls") if parts else ("states", "measurements", "controls"):
         lines += _section(which, getattr(model, which))
     for (name, H, R, measured), sensor in zip(parts, model.sensors):
@@ -383,14 +397,11 @@ def _matrices(model: Model) -> dict[str, Any]:
 
 def text_of_builder(builder: str, parameters: Mapping[str, Any], model: Model) -> str:
     """As text_of, of the builder and the parameters that `model` was made by."""
-    lines = ["[model]", f"name = {_quoted(model.name)}", f'builder = "{builder}"']
-    is_unknown = bool(np.all(model.unknown))
+    is_unknown, other = bool(np.all(model.unknown)), model.changed()
     priors = [one.name for one in builders.BUILDERS[builder].parameters if is_unknown and one.is_prior]
-    lines += [f"{name} = {value!r}" for name, value in parameters.items() if name not in priors]
-    lines += ['P0 = "unknown"'] if is_unknown else []
-    for which in ("states", "measurements"):
-        lines += _section(which, getattr(model, which))
-    return "\n".join(lines) + "\n"
+    other.builder = {"builder": builder, **{name: value for name, value in parameters.items() if name not in priors},
+                     **({"P0": "unknown"} if is_unknown else {})}
+    return text_of(other)
 
 
 def _prior_text(model: Model) -> str:
@@ -424,6 +435,8 @@ def _quoted(text: str) -> str:
 
 
 def _value(given: Any) -> str:
+    if isinstance(given, list):
+        return f"[{', '.join(map(_value, given))}]"
     return _quoted(given) if isinstance(given, str) else repr(given)
 
 
