@@ -49,14 +49,14 @@ def outcomes(adapter: Any, spoil: Any) -> Outcomes:
 
 
 class Spoilt:
-    """By another factor in each array: two that are wrong alike would agree."""
+    """By 1 + 1e-3 and 1 - 1e-3 in turn: two runs that are wrong alike would agree (a run has an odd number of arrays)."""
 
     def __init__(self) -> None:
         self.calls = 0
 
     def __call__(self, array: Any) -> Any:
         self.calls += 1
-        return array * (1 + 1e-3 * self.calls)
+        return array * (1 + 1e-3 * (-1) ** self.calls)
 
 
 def judged(name: str, adapter: Any) -> int:
