@@ -44,6 +44,7 @@ groups_of() { # [NAME]
     reference | reference.s* | reference.nonlinear*) echo eigen python scipy ;;
     reference* | campaign*) echo eigen ;;
     diffuse* | em*) echo peers ;;
+    peers*) echo tools peers ;;
     example*) echo cores python scipy ;;
     *) echo clang cores package python scipy cost eigen peers tools ;;
     esac

@@ -184,3 +184,15 @@ def test_what_does_not_fit_is_refused(given, said, arithmetic):
                   measurements=[Quantity("z", "", 9)])
     with pytest.raises(KalmanqError, match=said):
         Filter(model, arithmetic).run(np.zeros(30), varying=Varying(**given))
+
+
+@pytest.mark.parametrize("arithmetic", ["f32", "f64", "q31"])
+def test_a_covariance_is_nan_until_the_start_is_known(arithmetic):
+    """In a run as row by row; it was the finite part alone"""
+    model = Model([[1, 1], [0, 1]], [1, 0], 0.1, [0.01, 0.02], unknown=["level"], P0=[0, 1],
+                  states=[Quantity("level", "", 100), Quantity("slope", "", 10)], measurements=[Quantity("z", "", 100)])
+    alone, z = Filter(model, arithmetic), np.array([np.nan, np.nan, 1.0, 2.0])
+    for t, covariance in enumerate(Filter(model, arithmetic).run(z, covariance=True).covariance):
+        alone.run(z[t:t + 1])
+        assert np.array_equal(covariance, alone.covariance, equal_nan=True), t
+        assert np.isnan(covariance).all() == (t < 2)

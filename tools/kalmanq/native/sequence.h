@@ -311,7 +311,7 @@ kq_status K(sequence_run)(K(sequence) *q)
         K(readings)(&r);
         K(seek_calm)(&r);
         if (q->covariance) {
-            status = K(covariance)(q->filter, q->covariance + r.t * n * n);
+            status = K(read_view)(q->filter, n, r.t, NULL, NULL, NULL, NULL, q->covariance);
             if (status && status != KQ_ERR_NOT_READY) return status;
         }
         status = K(follow)(q, r.t);
