@@ -622,6 +622,35 @@ TEST(noise_that_the_measurement_has_whole_is_gone)
     TEST_ASSERT_EQUAL_MEMORY(motion_memory, p.noise_root, sizeof motion_memory);
 }
 
+/* d = (A - I) x + B u + K e, K in the process's memory; a position, far away, which A and H move as it is */
+static void drift_from(num far, double *means)
+{
+    K(process) p;
+    ASSERT_OK(init_drift(&p, UINT32_MAX));
+    const num x0[] = {far, 0}, *control = drift_memory + KQ_PROCESS_LEN(2) + 4;
+    ASSERT_OK(K(filter_init)(&track, x0, Q));
+    for (int t = 0; t < 20; t++) {
+        const num u = (num)(t % 3 - 1), z[] = {far + (num)(t * 5 % 7 - 3) / 8, far / 2 + (num)(t * 3 % 5 - 2) / 4};
+        num e[2], d[2] = {0, 0}, both[] = {u, z[0], z[1]};
+        ASSERT_OK(K(update)(&track, &seen, z));
+        ASSERT_OK(K(innovation)(&track, &seen, z, e));
+        d[0] = A[1] * K(mean)(&track, 1);
+        for (int i = 0; i < 2; i++) d[i] += control[i * 3] * u + control[i * 3 + 1] * e[0] + control[i * 3 + 2] * e[1];
+        if (far > 0) ASSERT_OK(K(predict_extended)(&track, &p, d));
+        else ASSERT_OK(K(predict)(&track, &p, both));
+    }
+    for (int i = 0; i < 2; i++) means[i] = (double)K(mean)(&track, i) - (i ? 0 : (double)far) + (double)K(mean_low)(&track, i);
+}
+
+TEST(a_correlated_process_moves_a_state_far_away_by_increments)
+{
+    const double far = EPS < 1e-9 ? 1048576 : 1; /* f64 has no low part */
+    double here[2], there[2];
+    drift_from(0, here);
+    drift_from(N(1048576), there);
+    for (int i = 0; i < 2; i++) ASSERT_WITHIN(far * TOLERANCE, here[i], there[i]);
+}
+
 TEST(no_correlated_process_writes_outside_its_memory)
 {
     enum { SIZE = sizeof(void *) == 2 ? 6 : 16 };
