@@ -41,7 +41,7 @@ groups_of() { # [NAME]
     tools*) echo tools ;;
     target* | parts* | vectors* | bits*) echo clang cores ;;
     cost*) echo clang cores cost ;;
-    reference | reference.s* | reference.nonlinear*) echo eigen python scipy ;;
+    reference | reference.s* | reference.co* | reference.nonlinear*) echo eigen python scipy ;;
     reference* | campaign*) echo eigen ;;
     diffuse* | em*) echo peers ;;
     peers*) echo tools peers ;;

@@ -133,7 +133,12 @@ KQ_NODISCARD kq_status kq_lagged_states_f64(kq_lag_f64 *lag, size_t k, kq_filter
  *     ...                                               predict and update as without it
  *     kq_update_delayed_f32(&past, k, &gps, z, UINT32_MAX);
  *
- * It keeps the maps of its steps apart, so that a late measurement changes them.  Memory and functions are those of a
+ * A history does not take late measurements: of each measurement it keeps rotations of the root that its step was predicted
+ * to, not H and z, and for the root that a late one leaves there they would have to be divided by a root that may be
+ * singular.  A run to be smoothed as a whole is replayed instead, its rows in the order of their times, from the state
+ * where the history was attached (kq_filter_copy); while it runs, attach a delay in the place of the history.
+ *
+ * A delay keeps the maps of its steps apart, so that a late measurement changes them.  Memory and functions are those of a
  * lag; kq_lagged costs 3 n^3 multiplications for each of k steps.
  */
 

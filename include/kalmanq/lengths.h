@@ -38,7 +38,8 @@ typedef enum {
     KQ_OBJECT_EM = 13,           /* n, m, k: steps (f32, f64) */
     KQ_OBJECT_STEADY_SOLVE = 14, /* n, m: the scratch of kq_steady_solve (f32, f64); no size */
     KQ_OBJECT_ROOT = 15,         /* n: the root in a table (q31); no size */
-    KQ_OBJECT_CONTINUOUS = 16    /* n, k: controls, 0..16 (f32, f64); no size */
+    KQ_OBJECT_CONTINUOUS = 16,   /* n, k: controls, 0..16 (f32, f64); no size */
+    KQ_OBJECT_CORRELATED = 17    /* n, m, k: controls of B, k + m at most 16 (f32, f64); no size */
 } kq_object;
 
 /**

@@ -14,6 +14,7 @@
 #define KALMANQ_PROCESS_H
 
 #include "fixed_point.h"
+#include "sensor.h"
 #include "size.h"
 #include "status.h"
 
@@ -75,7 +76,7 @@ typedef struct {
     {n, l, 0, NULL, KQ_PRIVATE_GIVEN(__VA_ARGS__), A, B, KQ_PRIVATE_LIST(__VA_ARGS__), (n) + 64, 0, 0}
 
 /** Gives a process n states (1..16), l controls (0..16) and its memory at run time.  Then initialise it.
- *   memory   `length` words, KQ_PROCESS_LEN(n) or more; the process keeps the pointer
+ *   memory   `length` words, KQ_PROCESS_LEN(n) or more, all of them kept
  * KQ_ERR_NULL, KQ_ERR_SIZE, KQ_ERR_MEMORY (length). */
 KQ_NODISCARD kq_status kq_process_assign_f32(kq_process_f32 *p, int n, int l, float *memory, size_t length);
 KQ_NODISCARD kq_status kq_process_assign_f64(kq_process_f64 *p, int n, int l, double *memory, size_t length);
@@ -144,6 +145,49 @@ KQ_NODISCARD kq_status kq_process_init_continuous_f32(kq_process_f32 *p, const f
     const float *Qc, float dt, float *memory, size_t length);
 KQ_NODISCARD kq_status kq_process_init_continuous_f64(kq_process_f64 *p, const double *F, const double *B,
     const double *Qc, double dt, double *memory, size_t length);
+
+/** Words of memory of a process whose noise is correlated with a sensor's: n states, B n x l, m components. */
+#define KQ_CORRELATED_LEN(n, l, m) \
+    (KQ_TRIANGLE((size_t)(n)) + (size_t)(n) * ((size_t)(n) + (size_t)(l) + (size_t)(m)) + \
+        ((size_t)(n) + (size_t)(m)) * ((size_t)(n) + (size_t)(m)) + KQ_TRIANGLE((size_t)(n) + (size_t)(m)))
+
+/** A process whose noise is correlated with that of the measurement before the predict, E w[t] v[t]' = S:
+ *
+ *     A* = A - K H,   B* = [B, K],   Q* = Q - K S',   K = S R^-1,   controls (u[t]; z[t])
+ *
+ * Exact: its noise is independent of v[t], so every filter and smoother takes it as any other process.
+ *
+ *     static float memory[KQ_CORRELATED_LEN(2, 1, 1)];                2 states, 1 control, 1 component
+ *     kq_process_assign_f32(&motion, 2, 1 + 1, memory, KQ_CORRELATED_LEN(2, 1, 1));
+ *     kq_process_init_correlated_f32(&motion, A, B, Q, &ranger, S, UINT32_MAX);
+ *     ...
+ *     kq_update_f32(&cart, &ranger, z);
+ *     kq_predict_f32(&cart, &motion, both);                           both: u, then the z of that update
+ *
+ *   p        n states, l + m controls, KQ_CORRELATED_LEN(n, l, m) words of memory; written.  The memory begins
+ *            with the root of Q*, then A*, n x n, and B*, n x (l + m), for you to read
+ *   A, B, Q  as for kq_process_init; B n x l, ignored if l = 0.  Not kept; not in p's memory
+ *   s        n states, m components, of any kind: its H and R are used
+ *   S        n x m; not kept.  [Q, S; S', R] is positive semi-definite, may be singular
+ *   present  bit c: the update took component c.  UINT32_MAX: all.  0: p is A, [B, 0] and Q
+ * A component that is missing, or that a gate rejects, tells nothing of w.  The predict after it takes the process of
+ * that `present`; z then needs a finite number in its place, which is not used.  Steps without measurements, as those
+ * of kq_forecast, take present = 0.  A history keeps a pointer to each process: have one for each `present`, or smooth
+ * while the filter runs (lag.h).  E w[t] v[t+1]' = S is another model.
+ * After an error p, A*, B* and the root are what they were.
+ * KQ_ERR_NULL, KQ_ERR_NOT_READY (s), KQ_ERR_SIZE (p has fewer than m controls), KQ_ERR_MEMORY, KQ_ERR_MISMATCH (s has
+ * other states), KQ_ERR_NOT_FINITE, KQ_ERR_NOT_SYMMETRIC, KQ_ERR_NOT_SEMIDEFINITE (Q; Q, S and R together),
+ * KQ_ERR_RANGE (Q as in kq_process_init; A* or B* overflows).
+ * Accuracy: as kq_process_init for the joint covariance, n + m in the place of n.  The mean is rounded at the size of
+ * A* x and K z: in f32, where a state is far larger than its sigma, move it by kq_predict_extended (extended.h) with
+ * this process, d = (A - I) x + B u + K e, where kq_innovation after the update gives e = z - H x.
+ * Cost: about 2 (n + m)^3 + n^2 m multiplications, 2 (n + m) square roots.  Stack: 300 bytes.
+ * Source: Anderson and Moore, Optimal Filtering (1979), ch. 5; Kailath, Sayed and Hassibi, Linear Estimation (2000),
+ * ch. 9. */
+KQ_NODISCARD kq_status kq_process_init_correlated_f32(kq_process_f32 *p, const float *A, const float *B,
+    const float *Q, const kq_sensor_f32 *s, const float *S, uint32_t present);
+KQ_NODISCARD kq_status kq_process_init_correlated_f64(kq_process_f64 *p, const double *A, const double *B,
+    const double *Q, const kq_sensor_f64 *s, const double *S, uint32_t present);
 
 /** Changes A and keeps the noise: for a step length that varies, or a linearised model.
  *   p        initialised; changed

@@ -14,7 +14,8 @@ static int takes(kq_object object)
     case KQ_OBJECT_CONSISTENCY: return TAKES_M;
     case KQ_OBJECT_ADAPTATION:
     case KQ_OBJECT_EM:
-    case KQ_OBJECT_STEADY_SOLVE: return TAKES_N | TAKES_M;
+    case KQ_OBJECT_STEADY_SOLVE:
+    case KQ_OBJECT_CORRELATED: return TAKES_N | TAKES_M;
     default: return TAKES_N;
     }
 }

@@ -13,6 +13,7 @@ static kq_length length_of_own(kq_object object, int n, int m, size_t k)
     case KQ_OBJECT_SENSOR: return (kq_length)KQ_SENSOR_LEN(m);
     case KQ_OBJECT_STEADY_SOLVE: return (kq_length)STEADY_SOLVE_LEN(n, m);
     case KQ_OBJECT_CONTINUOUS: return k <= KQ_SIZE_MAX ? (kq_length)CONTINUOUS_LEN(n, k) : 0;
+    case KQ_OBJECT_CORRELATED: return k + (size_t)m <= KQ_SIZE_MAX ? (kq_length)CORRELATED_LEN(n, k, m) : 0;
     case KQ_OBJECT_EM: return k <= KQ_COUNT_MAX ? (kq_length)EM_LEN(n, m, k) : 0;
     default: return 0;
     }

@@ -3,6 +3,7 @@
 #define KQ_SRC_MODEL_API_FLOAT_H
 
 #include "continuous_float.h"
+#include "correlated_float.h"
 #include "intact.h"
 #include "matrices_float.h"
 
@@ -13,7 +14,7 @@ KQ_COLD kq_status T(kq_process_assign)(process *p, int n, int l, num *memory, si
     if (length < (size_t)KQ_PROCESS_LEN(n)) return KQ_ERR_MEMORY;
     *p = (process){.states = (uint8_t)n,
                    .controls = (uint8_t)l,
-                   .length = (uint16_t)KQ_PROCESS_LEN(n),
+                   .length = (uint16_t)(length < UINT16_MAX ? length : UINT16_MAX),
                    .memory = memory};
     return KQ_OK;
 }

@@ -42,8 +42,8 @@ KQ_COLD static void root_of_factor(num *restrict S, num *restrict F, int n, int 
 typedef struct {
     num *S;
     const num *P;
+    uint8_t *row;
     int n, next;
-    uint8_t row[KQ_SIZE_MAX];
 } pivoting;
 
 /* P of two positions less what the columns made so far explain; reads P's upper triangle */
@@ -156,11 +156,13 @@ KQ_COLD static void sort_rows(pivoting *v)
 /* A share of a variance up to it is rounding. */
 KQ_COLD static num root_rounding(int n) { return (num)(8 * n) * num_epsilon; }
 
-KQ_COLD KQ_NOINLINE static void begin_root(pivoting *v, num *S, const num *P, int n,
+/* row: n, scratch */
+KQ_COLD KQ_NOINLINE static void begin_root(pivoting *v, uint8_t *row, num *S, const num *P, int n,
                                            uint32_t present)
 {
     v->S = S;
     v->P = P;
+    v->row = row;
     v->n = v->next = n;
     make_columns(v, present, root_rounding(n));
 }
@@ -173,13 +175,19 @@ KQ_COLD KQ_NOINLINE static void end_root(pivoting *v)
 
 /* P = S S', P having passed covariance_check.  If more is left of it than twice the rounding, it is
    not a covariance. */
-KQ_COLD static kq_status root_of(num *restrict S, const num *restrict P, int n)
+KQ_COLD static kq_status root_by_rows(num *restrict S, const num *restrict P, int n, uint8_t *row)
 {
     pivoting v;
-    begin_root(&v, S, P, n, UINT32_MAX);
+    begin_root(&v, row, S, P, n, UINT32_MAX);
     if (!is_explained(&v, 2 * root_rounding(n))) return KQ_ERR_NOT_SEMIDEFINITE;
     end_root(&v);
     return KQ_OK;
+}
+
+KQ_COLD static kq_status root_of(num *restrict S, const num *restrict P, int n)
+{
+    uint8_t row[KQ_SIZE_MAX];
+    return root_by_rows(S, P, n, row);
 }
 
 /* The root of a covariance that has been found to be one, or of the rows and columns in `present` */
@@ -187,7 +195,8 @@ KQ_COLD KQ_NOINLINE static void root_of_covariance(num *restrict S, const num *r
                                                    uint32_t present)
 {
     pivoting v;
-    begin_root(&v, S, P, n, present);
+    uint8_t row[KQ_SIZE_MAX];
+    begin_root(&v, row, S, P, n, present);
     end_root(&v);
 }
 

@@ -65,15 +65,21 @@ KQ_COLD static kq_status root_check(const num *S, int n)
 
 /* ------------------------------------------------------------------ process */
 
-KQ_COLD static kq_status process_check_model(const process *p, const num *A, const num *B)
+/* `others` of its controls have no column of B. */
+KQ_COLD static kq_status process_check_given(const process *p, const num *A, const num *B, int others)
 {
     if (!p || !A) return KQ_ERR_NULL;
-    const int n = p->states, l = p->controls;
-    if (!size_is_valid(n) || l > KQ_SIZE_MAX) return KQ_ERR_SIZE;
+    const int n = p->states, l = p->controls - others;
+    if (!size_is_valid(n) || p->controls > KQ_SIZE_MAX || l < 0) return KQ_ERR_SIZE;
     if (!p->memory || p->length < (unsigned)KQ_PROCESS_LEN(n)) return KQ_ERR_MEMORY;
     if (l && !B) return KQ_ERR_NULL;
     if (!all_finite(A, n * n) || (l && !all_finite(B, n * l))) return KQ_ERR_NOT_FINITE;
     return KQ_OK;
+}
+
+KQ_COLD static kq_status process_check_model(const process *p, const num *A, const num *B)
+{
+    return process_check_given(p, A, B, 0);
 }
 
 /* With the noise's root, which is in its memory.  A pivot of it is never 0: predict divides by what it

@@ -32,6 +32,7 @@ _Static_assert(LENGTH(pool) >= HISTORY_LEN(N, C, STEPS, STEPS), "history");
 _Static_assert(LENGTH(pool) >= STEADY_SOLVE_LEN(N, C), "solution");
 _Static_assert(LENGTH(pool) >= CONSISTENCY_LEN(C, STEPS), "consistency");
 _Static_assert(LENGTH(pool) >= ADAPTATION_LEN(N, C), "adaptation");
+_Static_assert(LENGTH(pool) >= KQ_CORRELATED_LEN(N, 1, C), "correlated");
 _Static_assert(LENGTH(pool) >= LAG_LEN(N, C, LAG), "lag");
 
 static void prepare(const model_case *c)
@@ -155,6 +156,23 @@ static void flow(void)
         put_all(pool, M.n * M.n);
         put_all(root, (int)KQ_PROCESS_LEN(M.n));
         check("flow", t);
+    }
+}
+
+/* A share of the first component's noise is that of the first state; then that component is missing. */
+static void drift(void)
+{
+    static num R[C * C], S[N * C];
+    K(process) p;
+    for (int k = 0; k < M.m * M.m; k++) R[k] = M.R[k];
+    for (int k = 0; k < M.n * M.m; k++) S[k] = k % M.m ? 0 : M.Q[k / M.m * M.n] / 2;
+    R[0] += M.Q[0] / 4;
+    put_status(K(sensor_init)(&sensor, M.H, R));
+    put_status(K(process_assign)(&p, M.n, M.l + M.m, pool, LENGTH(pool)));
+    for (uint32_t missing = 0; missing < 2; missing++) {
+        put_status(K(process_init_correlated)(&p, M.A, M.l ? M.B : NULL, M.Q, &sensor, S, UINT32_MAX - missing));
+        put_all(pool, KQ_TRIANGLE(M.n) + M.n * (M.n + M.l + M.m));
+        check("drift", (int)missing);
     }
 }
 
@@ -559,5 +577,6 @@ void run_beyond(const model_case *c)
     learn();
     delay();
     flow();
+    drift();
     digest_end();
 }

@@ -166,10 +166,12 @@ TEST(what_is_not_there_has_none)
         ASSERT_LENGTH(KQ_SENSOR_LEN(n), OF(SENSOR, 0, n, 0, 0));
         ASSERT_LENGTH(LEN(EM)(n, 2, 100), OF(EM, n, 2, 100, 0));
         ASSERT_LENGTH(KQ_CONTINUOUS_LEN(n, 16), OF(CONTINUOUS, n, 0, 16, 0));
+        ASSERT_LENGTH(KQ_CORRELATED_LEN(n, 16 - n, n), OF(CORRELATED, n, n, (size_t)(16 - n), 0));
         ASSERT_LENGTH(LEN(STEADY_SOLVE)((size_t)n, (size_t)2), OF(STEADY_SOLVE, n, 2, 0, 0));
     }
     ASSERT_NONE(OF(EM, 1, 1, SIZE_MAX, 0));
     ASSERT_NONE(OF(CONTINUOUS, 1, 1, 17, 0));
+    ASSERT_NONE(OF(CORRELATED, 1, 1, 16, 0));
     ASSERT_NONE(OF(ROOT, 5, 0, 0, 0));
     TEST_ASSERT_TRUE(S(object_size)(KQ_OBJECT_EM) == sizeof(S(em)));
 #endif

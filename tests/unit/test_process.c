@@ -408,7 +408,7 @@ static kq_status init_flow(K(process) * p, int n, const num *rates, const num *p
 }
 
 /* Q_ij of the root that p has */
-static double flow_noise_of(const K(process) * p, int i, int j)
+static double noise_of(const K(process) * p, int i, int j)
 {
     double sum = 0;
     for (int k = i > j ? i : j; k < p->states; k++) {
@@ -419,8 +419,8 @@ static double flow_noise_of(const K(process) * p, int i, int j)
 
 static void assert_flow_noise(const K(process) * p, int i, int j, double expected)
 {
-    const double sigmas = sqrt(flow_noise_of(p, i, i)) * sqrt(flow_noise_of(p, j, j));
-    ASSERT_WITHIN(TOLERANCE * sigmas, expected, flow_noise_of(p, i, j));
+    const double sigmas = sqrt(noise_of(p, i, i)) * sqrt(noise_of(p, j, j));
+    ASSERT_WITHIN(TOLERANCE * sigmas, expected, noise_of(p, i, j));
 }
 
 static const num steps_of_time[] = {N(1e-5), N(0.01), 1, 300};
@@ -477,7 +477,7 @@ TEST(two_steps_are_one_of_twice_the_time)
     for (int k = 0; k < COUNT(steps_of_time); k++) {
         const double many = 1 + 4 * (double)steps_of_time[k];
         ASSERT_OK(init_flow(&p, 3, rates, push, density, steps_of_time[k]));
-        for (int i = 0; i < 9; i++) A1[i] = (double)p.transition[i], Q1[i] = flow_noise_of(&p, i / 3, i % 3);
+        for (int i = 0; i < 9; i++) A1[i] = (double)p.transition[i], Q1[i] = noise_of(&p, i / 3, i % 3);
         for (int i = 0; i < 3; i++) B1[i] = (double)p.control[i];
         textbook_multiply(AQ, A1, Q1, 3, 3, 3);
         textbook_multiply_transposed(Q2, AQ, A1, 3, 3, 3);
@@ -488,8 +488,8 @@ TEST(two_steps_are_one_of_twice_the_time)
                 double moved = 0;
                 for (int l = 0; l < 3; l++) moved += A1[i * 3 + l] * A1[l * 3 + j];
                 ASSERT_WITHIN(many * TOLERANCE, moved, p.transition[i * 3 + j]);
-                const double sigmas = sqrt(flow_noise_of(&p, i, i) * flow_noise_of(&p, j, j));
-                ASSERT_WITHIN(many * TOLERANCE * sigmas, Q1[i * 3 + j] + Q2[i * 3 + j], flow_noise_of(&p, i, j));
+                const double sigmas = sqrt(noise_of(&p, i, i) * noise_of(&p, j, j));
+                ASSERT_WITHIN(many * TOLERANCE * sigmas, Q1[i * 3 + j] + Q2[i * 3 + j], noise_of(&p, i, j));
                 pushed += A1[i * 3 + j] * B1[j];
             }
             ASSERT_WITHIN(many * TOLERANCE, pushed, p.control[i]);
@@ -542,6 +542,172 @@ TEST(a_flow_that_is_refused_changes_nothing)
     REFUSED(KQ_ERR_RANGE, growing, push, density, 1000, all);
     ASSERT_REFUSED(KQ_ERR_NULL, K(process_init_continuous)(&p, rates, push, density, 1, NULL, all));
     ASSERT_REFUSED(KQ_ERR_NULL, K(process_init_continuous)(NULL, rates, push, density, 1, flow_memory, all));
+#undef REFUSED
+}
+
+/* ------------------------------------------------ correlated with the measurement's noise */
+
+SENSOR(seen, 2, 2);
+static num seen_H[4] = {1, 0, 0.5, 2}, seen_R[4] = {1, 0.5, 0.5, 2}, shared[4] = {0.25, -0.25, 0.5, 0.125};
+static num drift_memory[KQ_CORRELATED_LEN(2, 1, 2)];
+
+static kq_status init_drift(K(process) * p, uint32_t present)
+{
+    ASSERT_OK(K(sensor_init)(&seen, seen_H, seen_R));
+    ASSERT_OK(K(process_assign)(p, 2, 3, drift_memory, COUNT(drift_memory)));
+    return K(process_init_correlated)(p, A, B, Q, &seen, shared, present);
+}
+
+/* A*, B* and Q* by the inverse of R, of the rows of `present` alone */
+TEST(a_correlated_process_is_its_formula)
+{
+    K(process) p;
+    for (uint32_t present = 1; present < 4; present++) {
+        double inverse[4] = {0}, K[4], H[4];
+        for (int k = 0; k < 4; k++) H[k] = (double)seen_H[k];
+        if (present == 3) inverse[0] = 2 / 1.75, inverse[1] = inverse[2] = -0.5 / 1.75, inverse[3] = 1 / 1.75;
+        else if (present == 2) inverse[3] = 0.5;
+        else inverse[0] = 1;
+        ASSERT_OK(init_drift(&p, present));
+        for (int i = 0; i < 2; i++) {
+            for (int c = 0; c < 2; c++) {
+                K[i * 2 + c] = (double)shared[i * 2] * inverse[c] + (double)shared[i * 2 + 1] * inverse[2 + c];
+                ASSERT_WITHIN(TOLERANCE, K[i * 2 + c], p.control[i * 3 + 1 + c]);
+            }
+            TEST_ASSERT_EQUAL_MEMORY(&B[i], p.control + i * 3, sizeof *B);
+        }
+        for (int i = 0; i < 2; i++) {
+            for (int j = 0; j < 2; j++) {
+                const double KS = K[i * 2] * (double)shared[j * 2] + K[i * 2 + 1] * (double)shared[j * 2 + 1];
+                const double KH = K[i * 2] * H[j] + K[i * 2 + 1] * H[2 + j];
+                ASSERT_WITHIN(TOLERANCE, (double)A[i * 2 + j] - KH, p.transition[i * 2 + j]);
+                ASSERT_WITHIN(TOLERANCE, (double)Q[i * 2 + j] - KS, noise_of(&p, i, j));
+            }
+        }
+    }
+}
+
+TEST(without_a_measurement_a_correlated_process_is_the_plain_one)
+{
+    K(process) p;
+    static const num u[] = {4, 7, -9};
+    ASSERT_OK(init_drift(&p, 0));
+    TEST_ASSERT_EQUAL_MEMORY(motion_memory, p.noise_root, sizeof motion_memory);
+    TEST_ASSERT_EQUAL_MEMORY(A, p.transition, sizeof A);
+    predict_from_certainty(&motion, u);
+    const num mean = K(mean)(&track, 1);
+    predict_from_certainty(&p, u);
+    ASSERT_CLOSE(mean, K(mean)(&track, 1), 0);
+}
+
+/* w = g v: a measurement tells all of it, and one without noise tells nothing. */
+TEST(noise_that_the_measurement_has_whole_is_gone)
+{
+    static const num g[] = {0.75, -3}, R[] = {0.3125};
+    static num memory[KQ_CORRELATED_LEN(2, 0, 1)], all[4], S[2];
+    K(process) p;
+    SENSOR(one, 2, 1);
+    for (int k = 0; k < 4; k++) all[k] = g[k / 2] * R[0] * g[k % 2];
+    for (int i = 0; i < 2; i++) S[i] = g[i] * R[0];
+    ASSERT_OK(K(process_assign)(&p, 2, 1, memory, COUNT(memory)));
+    ASSERT_OK(K(sensor_init)(&one, seen_H, R));
+    ASSERT_OK(K(process_init_correlated)(&p, A, NULL, all, &one, S, UINT32_MAX));
+    for (int i = 0; i < 2; i++) {
+        ASSERT_WITHIN(TOLERANCE, g[i], p.control[i]);
+        ASSERT_WITHIN(1e-30, 0, noise_of(&p, i, i));
+    }
+    ASSERT_OK(K(sensor_init)(&one, seen_H, nothing));
+    ASSERT_OK(K(process_init_correlated)(&p, A, NULL, Q, &one, nothing, UINT32_MAX));
+    TEST_ASSERT_EQUAL_MEMORY(A, p.transition, sizeof A);
+    TEST_ASSERT_EQUAL_MEMORY(motion_memory, p.noise_root, sizeof motion_memory);
+}
+
+/* d = (A - I) x + B u + K e, K in the process's memory; a position, far away, which A and H move as it is */
+static void drift_from(num far, double *means)
+{
+    K(process) p;
+    ASSERT_OK(init_drift(&p, UINT32_MAX));
+    const num x0[] = {far, 0}, *control = drift_memory + KQ_PROCESS_LEN(2) + 4;
+    ASSERT_OK(K(filter_init)(&track, x0, Q));
+    for (int t = 0; t < 20; t++) {
+        const num u = (num)(t % 3 - 1), z[] = {far + (num)(t * 5 % 7 - 3) / 8, far / 2 + (num)(t * 3 % 5 - 2) / 4};
+        num e[2], d[2] = {0, 0}, both[] = {u, z[0], z[1]};
+        ASSERT_OK(K(update)(&track, &seen, z));
+        ASSERT_OK(K(innovation)(&track, &seen, z, e));
+        d[0] = A[1] * K(mean)(&track, 1);
+        for (int i = 0; i < 2; i++) d[i] += control[i * 3] * u + control[i * 3 + 1] * e[0] + control[i * 3 + 2] * e[1];
+        if (far > 0) ASSERT_OK(K(predict_extended)(&track, &p, d));
+        else ASSERT_OK(K(predict)(&track, &p, both));
+    }
+    for (int i = 0; i < 2; i++) means[i] = (double)K(mean)(&track, i) - (i ? 0 : (double)far) + (double)K(mean_low)(&track, i);
+}
+
+TEST(a_correlated_process_moves_a_state_far_away_by_increments)
+{
+    const double far = EPS < 1e-9 ? 1048576 : 1; /* f64 has no low part */
+    double here[2], there[2];
+    drift_from(0, here);
+    drift_from(N(1048576), there);
+    for (int i = 0; i < 2; i++) ASSERT_WITHIN(far * TOLERANCE, here[i], there[i]);
+}
+
+TEST(no_correlated_process_writes_outside_its_memory)
+{
+    enum { SIZE = sizeof(void *) == 2 ? 6 : 16 };
+    static num one[SIZE * SIZE], zero[SIZE * SIZE], room[GUARDED(KQ_CORRELATED_LEN(SIZE, 0, SIZE))], noise[KQ_SENSOR_LEN(SIZE)];
+    put_identity(one, SIZE, 1);
+    for (int n = 1; n <= SIZE; n += 5) {
+        for (int m = 1; m <= SIZE; m += 5) {
+            const size_t length = KQ_CORRELATED_LEN(n, SIZE - m, m);
+            K(process) p;
+            K(sensor) s;
+            put_identity(one, n, 1);
+            ASSERT_OK(K(sensor_assign)(&s, n, m, noise, COUNT(noise)));
+            ASSERT_OK(K(process_assign)(&p, n, SIZE, guard(room, COUNT(room)), length));
+            put_identity(zero, m, 1); /* R */
+            ASSERT_OK(K(sensor_init)(&s, one, zero));
+            for (int k = 0; k < SIZE * SIZE; k++) zero[k] = 0;
+            ASSERT_OK(K(process_init_correlated)(&p, one, zero, one, &s, zero, UINT32_MAX));
+            assert_guards(room, length, COUNT(room));
+        }
+    }
+}
+
+TEST(a_correlated_process_that_is_refused_changes_nothing)
+{
+    static const num too_much[] = {2, 0, 0, 0}, infinite[] = {N(INFINITY), 0, 0, 0}, wide[] = {NUM_MAX, 0, 0, 0};
+    static const num less[] = {1, 2, 2, 1}, unequal[] = {1, 0, 1, 1}, small_R[] = {N(1e-10), 0, 0, 1}, small_S[] = {N(4e-6), 0, 0, 0};
+    static num far[] = {NUM_MAX, 0, 0, 1};
+    K(process) p;
+    K(sensor) other = {.states = 3}, unready = {.states = 2};
+    ASSERT_OK(init_drift(&p, UINT32_MAX));
+    other.components = 2, other.noise = seen.noise;
+    WATCH(p), WATCH(seen), WATCH(shared);
+    watch(drift_memory, (KQ_PROCESS_LEN(2) + 2 * (2 + 3)) * sizeof(num)); /* the rest is scratch */
+#define REFUSED(status, A, B, Q, s, S) ASSERT_REFUSED(status, K(process_init_correlated)(&p, A, B, Q, s, S, UINT32_MAX))
+    REFUSED(KQ_ERR_NULL, NULL, B, Q, &seen, shared);
+    REFUSED(KQ_ERR_NULL, A, NULL, Q, &seen, shared);
+    REFUSED(KQ_ERR_NULL, A, B, NULL, &seen, shared);
+    REFUSED(KQ_ERR_NULL, A, B, Q, NULL, shared);
+    REFUSED(KQ_ERR_NULL, A, B, Q, &seen, NULL);
+    REFUSED(KQ_ERR_NOT_READY, A, B, Q, &unready, shared);
+    REFUSED(KQ_ERR_MISMATCH, A, B, Q, &other, shared);
+    REFUSED(KQ_ERR_NOT_FINITE, A, B, Q, &seen, infinite);
+    REFUSED(KQ_ERR_NOT_FINITE, infinite, B, Q, &seen, shared);
+    REFUSED(KQ_ERR_NOT_SYMMETRIC, A, B, unequal, &seen, shared);
+    REFUSED(KQ_ERR_NOT_SEMIDEFINITE, A, B, less, &seen, shared);
+    REFUSED(KQ_ERR_NOT_SEMIDEFINITE, A, B, Q, &seen, too_much);
+    REFUSED(KQ_ERR_NOT_SEMIDEFINITE, A, B, Q, &seen, wide);
+    REFUSED(KQ_ERR_NOT_SEMIDEFINITE, A, B, nothing, &seen, shared);
+    ASSERT_REFUSED(KQ_ERR_NULL, K(process_init_correlated)(NULL, A, B, Q, &seen, shared, UINT32_MAX));
+    watch_nothing();
+    ASSERT_OK(K(sensor_init)(&seen, far, small_R)); /* K H overflows */
+    WATCH(p);
+    REFUSED(KQ_ERR_RANGE, A, B, Q, &seen, small_S);
+    ASSERT_OK(K(process_assign)(&p, 2, 3, drift_memory, COUNT(drift_memory) - 1));
+    REFUSED(KQ_ERR_MEMORY, A, B, Q, &seen, shared);
+    ASSERT_OK(K(process_assign)(&p, 2, 1, drift_memory, COUNT(drift_memory)));
+    REFUSED(KQ_ERR_SIZE, A, B, Q, &seen, shared);
 #undef REFUSED
 }
 

@@ -204,6 +204,7 @@ MODULE_ROWS = (
     ("delayed", RUNTIME, "`kq_update_delayed`, 10 steps late"), ("adapted", RUNTIME, "a sample of `kq_adaptation`"),
     ("em", RUNTIME, "`kq_em_iterate`, 100 steps; Q and R free"), ("em_state", RUNTIME, "... A, Q and R free"),
     ("continuous", RUNTIME, "`kq_process_init_continuous`, another dt"),
+    ("correlated", RUNTIME, "`kq_process_init_correlated`"),
     ("changed", RUNTIME, "`kq_predict` and `kq_update`, another A and another H"),
     ("extended_predict", RUNTIME, "`kq_predict_extended`"),
     ("extended_update", RUNTIME, "`kq_update` by an innovation"),
