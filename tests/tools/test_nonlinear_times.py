@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import runpy
 import subprocess
 from pathlib import Path
@@ -14,6 +15,8 @@ import pytest
 from kalmanq import KalmanqError
 from kalmanq.compiler.equation_run import CompiledEquations
 from kalmanq.compiler.host import compiler
+from kalmanq.fitting.equations import Equations, likelihood_of
+from kalmanq.fitting.expectation import Records
 from kalmanq.nonlinear import NonlinearFilter, NonlinearModel, NonlinearSmoother, read, simulate
 from kalmanq.nonlinear.objective import objective
 from test_nonlinear import kalmanq, refused
@@ -192,6 +195,26 @@ AT_TIMES = FIXED.replace("f(x)", "f(x, dt)").replace("+ x[1],", "+ x[1] * dt,").
     "Q = [[1/3, 1/2], [1/2, 1]]", "def Q(x, t, u, dt): return [[dt**3/3, dt**2/2], [dt**2/2, dt]]")
 
 
+TWO_SENSORS = AT_TIMES.replace('["z"]', '["a", "b"]').replace(", R =", " =").replace(", 0.01", "") + """
+def R(x): return 1 + x[0]**2
+sensors = {"one": (h, R), "two": (lambda x: x[1], 0.5)}
+del h, R
+"""
+SPRING = """
+import numpy as np
+states, measurements, dt = ["angle", "rate"], ["z"], 0.2
+omega, damping, q, r = {}
+free = ["omega", "damping", "q", "r"]
+x0, P0 = [1, 0], [1, 1]
+def increment(x, dt):
+    push = omega**2 * np.tanh(x[0])
+    return [dt * x[1] - dt**2 / 2 * push, -dt * (push + damping * x[1])]
+def Q(x, t, u, dt): return [[q * dt**3 / 3, q * dt**2 / 2], [q * dt**2 / 2, q * dt]]
+def R(x): return r * (1 + 0.2 * np.tanh(x[0])**2)
+def h(x): return x[0]
+"""
+
+
 @pytest.mark.parametrize("seed", SEEDS)
 def test_a_column_of_times_makes_the_nis_right(seed, tmp_path):
     """Exponential intervals of 1 s on average: of steps that are all alike the NIS is far off"""
@@ -257,8 +280,8 @@ def test_what_has_no_step_or_no_times_is_refused_in_one_line(tmp_path):
     needs = "takes dt, but the rows have no times, and the model has no dt = ... (seconds from row to row)"
     data = csv_of(tmp_path, np.arange(4.0), np.zeros(4))
     for said, given in ((f"no_times.csv: row 3: {tmp_path}/m.py: line 4: Q: {needs}", ["run", "no_times.csv"]), (f"m.py: line 4: Q: {needs}", ["simulate", "-n", 5]),
-                        ("m.py: line 4: Q: is a function, and fit takes arrays", ["fit", "data.csv"]),
-                        ("data.csv: several files are joined by their times: of a linear model", ["run", "data.csv", "data.csv"])):
+                        ("m.py: line 4: Q: is a function, so Q cannot be free", ["fit", "data.csv"]),
+                        ("data.csv: column z is in", ["run", "data.csv", "data.csv"])):
         command, *more = given
         refused(kalmanq(command, tmp_path / "m.py", *(tmp_path / one if str(one).endswith("csv") else one for one in more)), said, tmp_path)
     model = read(tmp_path / "m.py")
@@ -268,12 +291,61 @@ def test_what_has_no_step_or_no_times_is_refused_in_one_line(tmp_path):
                      ("dt: 0 is not a number above 0", lambda f: f.predict(dt=0))):
         with pytest.raises(KalmanqError, match=said):
             do(NonlinearFilter(model))
-    (tmp_path / "m.py").write_text(AT_TIMES.replace("def Q(x, t, u, dt): return [[dt**3/3, dt**2/2], [dt**2/2, dt]]", "Q = [1, 1]"))
-    refused(kalmanq("fit", tmp_path / "m.py", data), "line 3: f: takes dt, and fit takes rows as steps that are all alike", tmp_path)
-    (tmp_path / "m.py").write_text(FIXED.replace("h(x): return", "h(x, t): return t +"))
-    refused(kalmanq("fit", tmp_path / "m.py", data), "--time none takes t for the number of the row", tmp_path)
+    (tmp_path / "m.py").write_text(FIXED)
+    refused(kalmanq("run", tmp_path / "m.py", data, data), "data.csv: several files are joined by their times: of a linear model", tmp_path)
 
 
+@pytest.mark.parametrize("name", (*NAMES, "correlated"))
+def test_the_likelihood_of_a_fit_is_the_filters_and_its_slope_that_of_differences(name):
+    model = read(TIMED / f"{name}.py")
+    equations = Equations(model, ["P0"])
+    start = np.zeros(equations.parameters.count)
+    equations.parameters.put(start, "P0", model.P0)
+    for seed in SEEDS:
+        data = drawn(model, seed)
+        if name == "correlated":
+            data.z[np.isnan(data.z).any(axis=1)] = np.nan
+        records, at = Records(model, [data.z], [data.u], data.times is not None and [data.times] or None), model.instants(ROWS, data.times)
+        towards = 1e-4 * start * np.random.default_rng(seed).normal(size=start.size)
+        value, slope = equations.likelihood.at(at, data.z, records.u[0], start, towards)
+        ends = [equations.likelihood.at(at, data.z, records.u[0], start + k * towards, towards)[0] for k in (-1, 1)]
+        assert value == pytest.approx(likelihood_of(model, records), rel=1e-12)
+        assert slope == pytest.approx((ends[1] - ends[0]) / 2, rel=1e-4)
+
+
+def test_constants_of_steps_and_noises_are_fitted_from_rows_at_their_times(tmp_path):
+    """A spring that softens; what is written begins at the maximum"""
+    path, began, truth = tmp_path / "spring.py", "2.0, 0.05, 0.1, 0.1", (1.4, 0.2, 0.3, 0.04)
+    path.write_text(SPRING.format(", ".join(map(str, truth))))
+    model = read(path)
+    path.write_text(SPRING.format(began))
+    for seed in SEEDS:
+        times = np.round(np.cumsum(np.random.default_rng(seed).uniform(0.1, 0.3, 3000)), 6)
+        _, z, _ = simulate(model, len(times), seed, times=times)
+        data = csv_of(tmp_path, times, z[:, 0])
+        done = kalmanq("fit", path, data, "--out", tmp_path / "fitted.py", "--json")
+        found = json.loads(done.stdout)
+        assert found["converged"], found
+        for label, true in zip(("omega", "damping", "q", "r"), truth):
+            assert abs(np.ravel(found[label])[0] - true) < 3.5 * np.ravel(found["standard_errors"][label])[0]
+        again = json.loads(kalmanq("fit", tmp_path / "fitted.py", data, "--json").stdout)
+        assert again["log_likelihood"] == pytest.approx(found["log_likelihood"], rel=1e-9)
+
+
+def test_files_of_two_sensors_are_joined_by_their_times(tmp_path):
+    both = np.round(np.cumsum(np.random.default_rng(1).exponential(0.5, 60)), 6)
+    z = np.random.default_rng(2).normal(size=(60, 2)).round(6)
+    (tmp_path / "m.py").write_text(TWO_SENSORS)
+    for name, kept in (("a", np.arange(60) % 3 != 1), ("b", np.arange(60) % 2 == 0)):
+        k = "ab".index(name)
+        (tmp_path / f"{name}.csv").write_text(f"t [s],{name}\n" + "".join(f"{t},{v[k]}\n" for t, v in zip(both[kept], z[kept])))
+        z[~kept, k] = np.nan
+    there = ~np.isnan(z).all(axis=1)
+    (tmp_path / "both.csv").write_text("t [s],a,b\n" + "".join(
+        f"{t},{','.join('' if np.isnan(one) else str(one) for one in v)}\n" for t, v in zip(both[there], z[there])))
+    for out, files in (("joined", ("a.csv", "b.csv")), ("one", ("both.csv",))):
+        assert kalmanq("run", tmp_path / "m.py", *(tmp_path / one for one in files), "--out", tmp_path / f"{out}_out.csv").returncode == 0
+    assert (tmp_path / "joined_out.csv").read_text() == (tmp_path / "one_out.csv").read_text()
 
 
 @pytest.mark.parametrize("name", (*NAMES, "correlated"))

@@ -1,8 +1,9 @@
 #!/usr/bin/env bash
-# tools/cost/renew.sh [table | designs]: measures all committed costs anew, or one of both, and writes them:
+# tools/cost/renew.sh [table | designs | equations]: measures committed costs anew, the first two or one of them, and writes them:
 #   table    tools/cost.csv, and what README.md and tools/cost/README.md show of it
 #   designs  tools/kalmanq/firmware/costs.csv and stacks.csv, which kalmanq design estimates with; after the table, since the
 #            stacks need it
+#   equations  tools/kalmanq/compiler/equation_costs.csv, which the reports of nonlinear models estimate with (20 minutes)
 set -euo pipefail
 root=$(cd "$(dirname "${BASH_SOURCE[0]}")/../.." && pwd)
 # shellcheck source=tools/setup.sh
@@ -26,7 +27,15 @@ renew_designs() {
         "$(dirname "$(find "$root/tools/kalmanq" -name stacks.csv)")"
 }
 
+# the package's modules, and the emulators
+renew_equations() {
+    "$root/tools/test.sh" tools.wheel
+    PYTHONPATH=$root/tools:$(echo "$root"/build/test/tests/tools/clean/lib/python3*/site-packages) "$KQ_PYTHON" -B \
+        "$root/tools/cost/equation_fit.py" -o "$root/tools/kalmanq/compiler/equation_costs.csv"
+}
+
 case ${1:-all} in
+equations) renew_equations ;;
 table) renew_table ;;
 designs) renew_designs ;;
 all) renew_table && renew_designs ;;

@@ -10,7 +10,7 @@ from typing import Any, Callable, Optional
 from rich.console import Console
 
 from kalmanq.commands.messages import print_json, tell_written
-from kalmanq.compiler import equation_report, fixed_report
+from kalmanq.compiler import equation_costs, equation_report, fixed_report
 from kalmanq.compiler.equation_device_text import compiled_device, device_trial, in_whole_groups
 from kalmanq.compiler.equation_product import compiled_equations
 from kalmanq.compiler.fixed_device_text import compiled_fixed
@@ -39,7 +39,7 @@ def compile_file(path: Path, name: str, wanted: Options, write: Callable[[dict[s
     lines = equation_report.lines(product, found)
     written = write({**texts, f"{name}_report.txt": "\n".join([source, "", *lines]) + "\n"})
     if as_json:
-        print_json(_told(product, found, written))
+        print_json({**described(product), "observed": asdict(found), "instructions": equation_costs.estimates(product), "files": written})
     else:
         for line in lines:
             console.print(line)
@@ -84,13 +84,14 @@ def _fixed_tried(model: NonlinearModel, product: Product, record: Record) -> tup
     return FixedRun(product.arithmetic).run(record), fixed_report.lines(product, found)
 
 
-def _told(product: Any, found: equation_report.Findings, written: list[Path]) -> dict[str, Any]:
+def described(product: Any) -> dict[str, Any]:
+    """What there is to call"""
     given, text = product.given, product.text
     smooths = {"step": text.smoother.record_size, "history": text.smoother.history_size} if text.smoother else None
     sensors = [{"name": one.name, "m": one.m, "arguments": _arguments(text.update_arguments(one))} for one in product.arithmetic.sensors]
     return {"name": given.name, "arithmetic": given.options.arithmetic, "form": "equations", "n": given.of.n, "m": given.of.m,
-            "l": given.of.l, "ram": product.ram, "smooth": smooths, "entries": len(product.arithmetic.live), "observed": asdict(found),
-            "predict": _arguments(text.predict_arguments()), "sensors": sensors, "files": written}
+            "l": given.of.l, "ram": product.ram, "smooth": smooths, "entries": len(product.arithmetic.live),
+            "predict": _arguments(text.predict_arguments()), "sensors": sensors}
 
 
 def _arguments(text: str) -> list[str]:

@@ -24,7 +24,6 @@ from kalmanq.fitting.expectation import FORMS
 from kalmanq.fitting.fit_model import METHODS
 from kalmanq.model import model_file
 from kalmanq.nonlinear import NonlinearModel, file as nonlinear_file
-from kalmanq.nonlinear.constants import refuse_unfitted
 
 
 Form = choices("Form", FORMS)
@@ -53,8 +52,6 @@ def fit_files(options: Options, console: Console) -> None:
     """The best point is written, whether or not it is a maximum."""
     _require_two_outputs(options)
     model = read_any(options.model, options.data)
-    if isinstance(model, NonlinearModel):
-        refuse_unfitted(model)
     if options.out and options.out.suffix != options.model.suffix and isinstance(model, NonlinearModel):
         raise KalmanqError(f"{options.out}: is to be a {options.model.suffix} file, as the model is")
     free, held = free_and_held(",".join(getattr(model, "free", ())) or "Q,R" if options.free is None else options.free, options.hold, model)

@@ -16,6 +16,7 @@ from kalmanq.data.tables import Block, Table, cure_of, dt_of, joined, opened_tab
 from kalmanq.data.time_columns import judge_units
 from kalmanq.errors import KalmanqError
 from kalmanq.model import Model
+from kalmanq.model.model import Sensor
 
 SAME = 1e-6  # of dt, between times of two files that are one
 
@@ -39,8 +40,9 @@ def _in_seconds(data: Any, model: Any, rows: int, has_to_fit: bool) -> Iterator[
 
 
 def refuse_several(sources: Sequence[Source], model: Any) -> None:
-    if len(sources) > 1 and (dt_of(model) is None or not isinstance(model, Model)):
-        raise KalmanqError(f"{sources[1]}: several files are joined by their times: of a linear model with F, Qc and dt")
+    if len(sources) > 1 and dt_of(model) is None:
+        raise KalmanqError(f"{sources[1]}: several files are joined by their times: of a linear model with F, Qc and dt, or a nonlinear one "
+                           "whose functions take t or dt")
 
 
 def record(data: Any, model: Any, has_to_fit: bool = False) -> tuple[np.ndarray, Optional[np.ndarray], Optional[np.ndarray]]:
@@ -49,7 +51,12 @@ def record(data: Any, model: Any, has_to_fit: bool = False) -> tuple[np.ndarray,
     return *split(block, model, data), block.times
 
 
-def _joined(sources: Sequence[Source], model: Model, rows: int, has_to_fit: bool) -> Iterator[Block]:
+def _sensors_of(model: Any) -> Sequence[Sensor]:
+    """Of a model file: their columns come and go together"""
+    return model.sensors if isinstance(model, Model) else []
+
+
+def _joined(sources: Sequence[Source], model: Any, rows: int, has_to_fit: bool) -> Iterator[Block]:
     """In the order of time.  A measurement that is not there is missing; a control stays until the next one."""
     names = [one.name for one in (*model.measurements, *model.controls)]
     with ExitStack() as stack:
@@ -57,8 +64,8 @@ def _joined(sources: Sequence[Source], model: Model, rows: int, has_to_fit: bool
                                                  dt=dt_of(model), cure=cure_of(model), may_lack=True, is_alone=len(sources) == 1))
                 for source in sources]
         _require_columns(made, model)
-        unit = model.continuous.seconds if model.continuous else 1.0
-        delays = {name: unit * one.delay for one in model.sensors for name in one.measurements if one.delay}
+        unit = model.continuous.seconds if getattr(model, "continuous", None) else 1.0
+        delays = {name: unit * one.delay for one in _sensors_of(model) for name in one.measurements if one.delay}
         if len(made) == 1 and not delays:
             yield from (_completed(block, names) for block in made[0].all_blocks(rows))
             return
@@ -67,7 +74,7 @@ def _joined(sources: Sequence[Source], model: Model, rows: int, has_to_fit: bool
             yield held.filled(block)
 
 
-def _require_columns(tables: Sequence[Table], model: Model) -> None:
+def _require_columns(tables: Sequence[Table], model: Any) -> None:
     """Each column is in one file; a sensor may be in none, as a whole"""
     said = ", ".join(str(one.source) for one in tables)
     for one in tables:
@@ -77,7 +84,7 @@ def _require_columns(tables: Sequence[Table], model: Model) -> None:
         there = [one for one in tables if name in one.names]
         if len(there) > 1:
             raise KalmanqError(f"{said}: column {name} is in {there[0].source} and in {there[1].source}: leave one out")
-        sensor = next((one for one in model.sensors if name in one.measurements), None)
+        sensor = next((one for one in _sensors_of(model) if name in one.measurements), None)
         is_alone = sensor is None or any(other in table.names for other in sensor.measurements for table in tables)
         if not there and is_alone:
             raise KalmanqError(f"{said}: there is no column {name}" + (f" of the sensor {sensor.name}" if sensor else "")
@@ -146,7 +153,7 @@ class _Waiting:
 
 
 def _merged(files: Sequence[_File], names: Sequence[str], time_of_row: Optional[float]) -> Iterator[Block]:
-    dt = time_of_row or 1.0
+    dt = float(np.nan_to_num(1.0 if time_of_row is None else time_of_row))  # NaN: none is known
     columns = [one.table.times for one in files if one.table.times]
     for one in files:
         if one.table.times:
@@ -189,7 +196,7 @@ def _rows(parts: Sequence[tuple[np.ndarray, dict[str, np.ndarray]]], names: Sequ
 class _Held:
     """Controls, each as it was last"""
 
-    def __init__(self, model: Model, tables: Sequence[Table]):
+    def __init__(self, model: Any, tables: Sequence[Table]):
         self._names = [one.name for one in model.controls]
         self._sources = {name: table.source for table in tables for name in table.names}
         self._last = {name: np.nan for name in self._names}

@@ -88,7 +88,10 @@ class Choice:
 
     def _array(self, model: Model, name: str) -> np.ndarray:
         """As it is called here: of a flow Q is Qc"""
-        return getattr(model.continuous, {"Q": "Qc"}.get(name, name)) if self.flow and name in "FQ" else getattr(model, name)
+        if self.flow and name in "FQ":
+            return getattr(model.continuous, {"Q": "Qc"}.get(name, name))
+        made = getattr(model, name)
+        return getattr(model.frame, name) if made is None else made  # of a function
 
     def _require_units(self, model: Model) -> None:
         """The density of what determines an unknown state has its unit, so it would rise as H goes to 0."""

@@ -15,9 +15,11 @@ from kalmanq.compiler.host import build
 from kalmanq.compiler.printing import Body, Floats, indented
 from kalmanq.data.files import own_folder, telling_where
 from kalmanq.formulas.calculus import derivative
+from kalmanq.formulas.functions import value
 from kalmanq.formulas.graph import Node, symbol, using
 from kalmanq.nonlinear import NonlinearModel
 from kalmanq.nonlinear.constants import Free
+from kalmanq.nonlinear.formulas import Formulas
 
 HEAD = """\
 #include <math.h>
@@ -126,9 +128,11 @@ static void update(int first, int last, const double *z, pair *e, pair H[M][N], 
     }
 }
 
-void likelihood(int rows, const double *z, const double *u, const double *parameters, const double *direction, double *made);
+void likelihood(int rows, const double *at, const double *step, const double *z, const double *u, const double *parameters,
+                const double *direction, double *made);
 
-void likelihood(int rows, const double *z, const double *u, const double *parameters, const double *direction, double *made)
+void likelihood(int rows, const double *at, const double *step, const double *z, const double *u, const double *parameters,
+                const double *direction, double *made)
 {
     pair p[K + 1], x[C], P[N][N], Q[N][N], R[M][M], U[N][N], D[N], V[N][N], E[N], sum = {0, 0};
     for (int k = 0; k < K; k++) p[k] = (pair){parameters[k], direction[k]};
@@ -138,7 +142,8 @@ void likelihood(int rows, const double *z, const double *u, const double *parame
     for (int t = 0; t < rows; t++, z += M, u += L) {
         if (t) {
             pair A[N][N], y[C];
-            moved(p, x, u - L, t - 1, y, *A);
+            moved(p, x, u - L, at[t - 1], step[t - 1], y, *A, *Q);
+            if (STEP_NOISE) factor(Q, V, E);
             spread(A, V, E, U, D);
             for (int i = 0; i < C; i++) x[i] = y[i];
         }
@@ -147,7 +152,7 @@ void likelihood(int rows, const double *z, const double *u, const double *parame
             for (int j = FIRST[k]; j < FIRST[k + 1]; j++) there |= !isnan(z[j]);
             if (!there) continue;
             pair e[M], H[M][N], d[N] = {{0, 0}}, y[C];
-            measured(k, p, x, z, u, t, e, *H);
+            measured(k, p, x, z, u, at[t], e, *H, R);
             update(FIRST[k], FIRST[k + 1], z, e, H, R, U, D, d, &sum);
             corrected(p, x, d, y);
             for (int i = 0; i < C; i++) x[i] = y[i];
@@ -179,7 +184,7 @@ class Parameters:
 
 
 class Likelihood:
-    """at(z, u, parameters, direction): the log-likelihood of a record and its slope"""
+    """at(instants, z, u, parameters, direction): the log-likelihood of a record and its slope"""
 
     def __init__(self, model: NonlinearModel, free: Free, parameters: Parameters):
         text = _text(model, free, parameters)
@@ -188,9 +193,11 @@ class Likelihood:
             library = ctypes.CDLL(str(build(folder, ["likelihood.c"], "likelihood.so", ("-shared", "-fPIC"))))
         self._function: Callable[..., None] = library.likelihood
 
-    def at(self, z: np.ndarray, u: np.ndarray, parameters: np.ndarray, direction: np.ndarray) -> np.ndarray:
+    def at(self, instants: Sequence[float], z: np.ndarray, u: np.ndarray, parameters: np.ndarray, direction: np.ndarray) -> np.ndarray:
         made = np.zeros(2)
-        given = [np.ascontiguousarray(one, np.float64) for one in (z, u, parameters, direction)]
+        steps = [getattr(one, "dt", None) for one in instants]
+        given = [np.ascontiguousarray(one, np.float64)
+                 for one in (instants, [np.nan if one is None else one for one in steps], z, u, parameters, direction)]
         self._function(len(z), *(ctypes.c_void_p(one.ctypes.data) for one in (*given, made)))
         return made
 
@@ -206,14 +213,23 @@ def _text(model: NonlinearModel, free: Free, parameters: Parameters) -> str:
         moved = f.moved if "f" in f.given else [x + one for x, one in zip(f.x, f.change)]
         functions = [
             write.function("prior(const pair *p, pair *x, pair *P, pair *Q, pair *R)", {}, [("x", start), ("P", _flat(P0)), ("Q", _flat(Q)), ("R", _flat(R))]),
-            write.function("moved(const pair *p, const pair *x, const double *u, double t, pair *y, pair *A)", {"x": f.x},
-                           [("y", moved), ("A", _flat(f.transition))], f.u),
+            write.function("moved(const pair *p, const pair *x, const double *u, double t, double dt, pair *y, pair *A, pair *Q)", {"x": f.x},
+                           [("y", moved), ("A", _flat(f.transition)), ("Q", _flat(_noise_of_step(f)))], f.u),
             write.measured(model, f),
             write.function("corrected(const pair *p, const pair *x, const pair *d, pair *y)", {"x": f.x, "d": f.d}, [("y", f.corrected)])]
     first = ", ".join(str(one.first) for one in model.sensors)
     sizes = HEAD.format(n=model.n, count=len(model.carried), m=model.m, l=model.l)
-    tables = f"enum {{ K = {parameters.count}, SENSORS = {len(model.sensors)} }};\nstatic const int FIRST[] = {{{first}, {model.m}}};\n"
+    tables = f"enum {{ K = {parameters.count}, SENSORS = {len(model.sensors)}, STEP_NOISE = {int(f.noise_of_step is not None)} }};\nstatic const int FIRST[] = {{{first}, {model.m}}};\n"
     return "\n".join([sizes, tables, *("\n".join(one) + "\n" for one in functions)]) + FILTER
+
+
+def _noise_of_step(f: Formulas) -> Sequence[Sequence[Node]]:
+    """Q where it, or G, is a function"""
+    rows = f.noise_of_step or []
+    if "G" not in f.given:
+        return rows
+    G = np.array(rows, object)
+    return [[value(one) for one in row] for row in G @ G.T]
 
 
 def _flat(rows: Sequence[Sequence[Node]]) -> list[Node]:
@@ -251,10 +267,12 @@ class _Functions:
 
     def measured(self, model: NonlinearModel, f) -> list[str]:  # type: ignore[no-untyped-def]
         """e and H of a sensor"""
-        lines = ["static void measured(int sensor, const pair *p, const pair *x, const double *z, const double *u, double t, pair *all, pair *rows)",
+        lines = ["static void measured(int sensor, const pair *p, const pair *x, const double *z, const double *u, double t, pair *all, pair *rows,",
+                 "                     pair R[M][M])",
                  "{"]
         for k, one in enumerate(model.sensors):
-            body = self.lines({"x": f.x}, [("e", f.innovation[one.rows]), ("H", _flat(f.measurement[one.rows]))], f.u, f.z)
+            noise = [(f"R[{i}]", row) for i, row in list(enumerate(f.noise_of_sensors or []))[one.rows]]
+            body = self.lines({"x": f.x}, [("e", f.innovation[one.rows]), ("H", _flat(f.measurement[one.rows])), *noise], f.u, f.z)
             lines += indented([f"if (sensor == {k}) {{", f"    pair *e = all + {one.first}, *H = rows + {one.first * model.n};",
                                *indented(body), "}"])
         return [*lines, "}"]

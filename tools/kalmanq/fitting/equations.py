@@ -11,7 +11,7 @@ from kalmanq.errors import KalmanqError
 from kalmanq.fitting.equation_program import Likelihood, Parameters
 from kalmanq.fitting.noise import Noise
 from kalmanq.nonlinear import NonlinearFilter, NonlinearModel
-from kalmanq.nonlinear.constants import Numbers, refuse_unfitted
+from kalmanq.nonlinear.constants import Numbers
 from kalmanq.nonlinear.file import free_of, read
 
 ARRAYS = ("Q", "R", "x0", "P0")
@@ -27,6 +27,9 @@ class Equations:
         self.path, self.names = model.path, [one for one in names if one not in ARRAYS]
         self.traced = free_of(model, self.names)
         self.free = (*self.traced.symbols, *(one for one in ARRAYS if one in names))
+        noises = {"Q": [model.given[key] for key in ("Q", "G") if key in model.given], "R": list(model.noises.functions.values())}
+        for name, one in ((name, one) for name in names for one in noises.get(name, [])):
+            raise one.error(f"is a function, so {name} cannot be free: make what it has a constant of the file, and that free")
         for name in ("Q", "R", "P0"):
             if name in names and self.traced.depends(getattr(self.traced, name)):
                 raise KalmanqError(f"{name} is free, and depends on a constant that is free: leave one of them out")
@@ -56,12 +59,10 @@ class Equations:
 
 def likelihood_of(model: NonlinearModel, records: Any, arithmetic: str = "f64") -> float:
     """By the library's filter; of error states, which it has not, by the C of the fit"""
-    pairs = list(zip(records.z, records.u))
     if not model.has_errors:
-        return float(sum(np.sum(NonlinearFilter(model, arithmetic).run(*one).log_likelihood) for one in pairs))
-    refuse_unfitted(model)
+        return float(sum(np.sum(NonlinearFilter(model, arithmetic).run(z, u, times=times).log_likelihood) for z, u, times in records.each()))
     made = Likelihood(model, free_of(model, ()), Parameters(model, ()))
-    return float(sum(made.at(*one, np.zeros(0), np.zeros(0))[0] for one in pairs))
+    return float(sum(made.at(model.instants(len(z), times), z, u, np.zeros(0), np.zeros(0))[0] for z, u, times in records.each()))
 
 
 class EquationExpectation:
@@ -71,9 +72,10 @@ class EquationExpectation:
 
     def __init__(self, equations: Equations, model: NonlinearModel, records: Any, noise: Noise, forms: dict[str, str]):
         self.of, self.records, self.noise, self.forms, self.evaluations = equations, records, noise, forms, 0
+        self.instants = [model.instants(len(z), times) for z, _, times in records.each()]
         values = {**equations.traced.values, **model.constants}
         self.arrays = {label: np.array([values[label]]) for label in equations.traced.symbols}
-        self.arrays.update({name: np.array(array, float) for name, array in (("Q", noise.inner), ("R", model.R), ("x0", model.x0), ("P0", model.P0))})
+        self.arrays.update({name: np.array(array, float) for name, array in (("Q", noise.inner), ("R", model.noises.start), ("x0", model.x0), ("P0", model.P0))})
         self.log_likelihood = float("nan")
 
     def begin(self) -> int:
@@ -92,7 +94,8 @@ class EquationExpectation:
         at = np.zeros(self.of.parameters.count)
         for name in self.of.free:
             self.of.parameters.put(at, name, self._whole(name, self.arrays[name]))
-        return np.sum([self.of.likelihood.at(z, u, at, direction) for z, u in zip(self.records.z, self.records.u)], axis=0)
+        return np.sum([self.of.likelihood.at(one, z, u, at, direction)
+                       for one, z, u in zip(self.instants, self.records.z, self.records.u)], axis=0)
 
     def _whole(self, name: str, array: np.ndarray) -> np.ndarray:
         return self.noise.whole(array) if name == "Q" else array

@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-from typing import Any, Mapping, Optional, Sequence, Union
+from typing import Any, Iterator, Mapping, Optional, Sequence, Union
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from kalmanq.core import ffi, lib, require
-from kalmanq.data.rows import controls_of, present_of, rows_of, times_of
+from kalmanq.data.rows import controls_of, present_of, rising, rows_of, times_of
 from kalmanq.errors import KalmanqError
 from kalmanq.model import Model
 from kalmanq.nonlinear import NonlinearModel
@@ -46,12 +46,18 @@ class Records:
     def _irregular(self, model: Model, given: Sequence[Optional[ArrayLike]]) -> Optional[list[Optional[np.ndarray]]]:
         if len(given) != len(self):
             raise KalmanqError(f"times has {len(given)} records, z has {len(self)}")
+        if isinstance(model, NonlinearModel):
+            return [None if one is None else rising(one, len(z)) for z, one in zip(self.z, given)]
         made = [None if one is None else times_of(one, model, len(z)) for z, one in zip(self.z, given)]
         of = getattr(model, "continuous", None)
         return made if any(one is not None and np.any(of.between(one) != of.dt) for one in made) else None
 
     def __len__(self) -> int:
         return len(self.z)
+
+    def each(self) -> Iterator[tuple[np.ndarray, Any, Optional[np.ndarray]]]:
+        """z, u and times of each record"""
+        return zip(self.z, self.u, self.times or [None] * len(self))
 
     @property
     def steps(self) -> int:

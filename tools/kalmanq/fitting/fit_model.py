@@ -18,7 +18,6 @@ from kalmanq.fitting.likelihood import likelihood
 from kalmanq.fitting.one_start import Ended, Task, one_start
 from kalmanq.model import Model
 from kalmanq.nonlinear import NonlinearModel
-from kalmanq.nonlinear.constants import refuse_unfitted
 
 METHODS = ("em", "ml", "both")
 IN_OTHER_UNITS = {"H": "+1", "Q": "-2", "x0": "-1", "P0": "-2"}  # per cent
@@ -84,7 +83,7 @@ def fit(model: Union[Model, NonlinearModel], records: Sequence[ArrayLike], free:
                 leave one out, or hold an entry.  Of a nonlinear model: of Q, R, x0, P0, and names of constants of its
                 file, which are free in all that the file makes of them (its likelihood is C, with exact slopes)
     u           for each record T x l, or None
-    times       for each record T, or None, of a model in continuous time.  Where its steps are not all dt, Q is Qc; standard_errors has "Qc"
+    times       for each record T, or None, of a model in continuous time or a nonlinear one.  Where its steps are not all dt, Q is Qc; standard_errors has "Qc"
     method      "em" (Shumway and Stoffer 1982), "ml" (BFGS over the likelihood, with Fisher's gradient, Segal and
                 Weinstein 1989), or "both": a few iterations of EM, then ML
     Q_form      "full", "diagonal", or "multiple": of what it is.  Q of a model with G is G Q' G', of Q' this form
@@ -107,13 +106,8 @@ def fit(model: Union[Model, NonlinearModel], records: Sequence[ArrayLike], free:
     _require_counts(starts=(starts, 1), seed=(seed, 0), iterations=(iterations, 1))
     if not tolerance >= 0:
         raise KalmanqError(f"tolerance: {tolerance} is not at least 0")
-    if isinstance(model, NonlinearModel):
-        refuse_unfitted(model)
-        if times is not None:
-            raise KalmanqError("times: fit takes the rows of a nonlinear model as steps, and a function of it reads t: --time none "
-                               "takes t for the number of the row")
     made = Records(model, records, u, times)
-    task = Task(model, made, Choice(model, free, Q_form, R_form, held, made.times is not None), method, iterations, tolerance, arithmetic,
+    task = Task(model, made, Choice(model, free, Q_form, R_form, held, isinstance(model, Model) and made.times is not None), method, iterations, tolerance, arithmetic,
                 report)
     if method == "em":
         task.choice.require_em(model)

@@ -23,9 +23,9 @@ def likelihood(model: Union[Model, NonlinearModel], records: Sequence[ArrayLike]
                varying: Optional[Sequence[Varying]] = None, arithmetic: str = "f64") -> float:
     """log p of all records (each T x m; NaN: missing), by the filter; an unknown start is exact.  times, varying: of each
     record, as Filter.run has them."""
-    made = Records(model, records, u)
     if isinstance(model, NonlinearModel):
-        return likelihood_of(model, made, arithmetic)
+        return likelihood_of(model, Records(model, records, u, times), arithmetic)
+    made = Records(model, records, u)
     parts = Parts(model, arithmetic)
     total = 0.0
     for k, (z, controls) in enumerate(zip(made.z, made.u)):

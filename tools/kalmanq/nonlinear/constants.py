@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import ast
 import builtins
+from copy import copy
 from typing import Any, Callable, Iterator, Mapping, Optional, Sequence
 
 import numpy as np
@@ -19,7 +20,7 @@ from kalmanq.formulas.graph import Node, needed, symbol, using
 from kalmanq.formulas.program import Program
 from kalmanq.formulas.stand_ins import BUILTINS, stand_in_of
 from kalmanq.model.arrays import block_diagonal, numbers_of
-from kalmanq.nonlinear.calls import STEP, Given, Stacked
+from kalmanq.nonlinear.calls import Given, Stacked
 from kalmanq.nonlinear.formulas import Formulas, Rows
 
 PUT = "_kalmanq_put"  # what a file calls for a constant
@@ -117,25 +118,25 @@ class Free:
 
     values    of these constants, by label; symbols: theirs
     formulas  of f, h, ...
-    start, P0, Q, R   formulas of x0 and of the covariances
+    start, P0, Q, R   formulas of x0 and of the covariances; of Q and R that are functions, where `formulas` has them, 0
     """
 
     def __init__(self, model: Any, names: Sequence[str], executed: Callable[[Symbols], dict[str, Any]]):
         graph, made = tracing.graph_of_formulas(), Symbols(names)
         with using(graph):
             space = executed(made) if names else {}
-            given, parts = _given(model, space), _matrices(model, space)
+            given, parts, noises = _given(model, space), _matrices(model, space), _noises(model, space)
             self.start = [value(one) for one in np.ravel(np.array(space.get("x0", model.x0), object))]
         self.values, self.symbols = made.values, made.symbols
         self.P0, self.Q, self.R = parts
-        self.formulas = Formulas(given, len(model.carried), model.n, model.m, model.l, model.angles, graph)
+        self.formulas = Formulas(given, len(model.carried), model.n, model.m, model.l, model.angles, graph, noises)
         self._require_same(model)
 
     def _require_same(self, model: Any) -> None:
         at = {one.args[0]: self.values[label] for label, one in self.symbols.items()}
         for key, rows, wanted in (("x0", [self.start], model.x0), ("P0", self.P0, model.P0), ("Q", self.Q, model.Q), ("R", self.R, model.R)):
-            made = np.array(Program([one for row in rows for one in row]).values(at), float).reshape(np.shape(wanted))
-            if not np.allclose(made, wanted, SAME, 0):
+            made = np.array(Program([one for row in rows for one in row]).values(at), float).reshape(len(rows), -1).squeeze()
+            if wanted is not None and not np.allclose(made, wanted, SAME, 0):
                 raise ModelError(key, "has no formula of the free constants: its numbers are lost on the way")
 
     def depends(self, rows: Rows) -> bool:
@@ -150,15 +151,6 @@ class Free:
     def _read(self, rows: Rows) -> set[int]:
         mine = {id(one) for one in self.symbols.values()}
         return mine & {id(one) for one in needed([one for row in rows for one in row])[0]}
-
-
-def refuse_unfitted(model: Any) -> None:
-    """What the likelihood of a fit does not have"""
-    for one in (*(model.given[key] for key in ("Q", "G") if key in model.given), *model.noises.functions.values()):
-        raise one.error("is a function, and fit takes arrays: give an array of constants, and these may be free")
-    for one in model.functions:
-        if STEP in one.takes:
-            raise one.error(f"takes {STEP}, and fit takes rows as steps that are all alike: give a function of one step")
 
 
 def _given(model: Any, space: Mapping[str, Any]) -> dict[str, Any]:
@@ -176,14 +168,32 @@ def _given(model: Any, space: Mapping[str, Any]) -> dict[str, Any]:
 
 def _matrices(model: Any, space: Mapping[str, Any]) -> list[Rows]:
     """P0, Q, R"""
-    P0 = _matrix(space.get("P0", model.P0))
-    if space.get("G") is not None:
-        G = np.array(space["G"], object).reshape(model.n, -1)
-        Q: Any = G @ G.T
+    P0, G = _matrix(space.get("P0", model.P0)), space.get("G")
+    if {"Q", "G"} & set(model.given):
+        Q: Any = np.zeros((model.n, model.n))
+    elif G is not None:
+        G = np.array(G, object).reshape(model.n, -1)
+        Q = G @ G.T
     else:
         Q = _matrix(space.get("Q", model.Q))
-    R = block_diagonal([_matrix(one[1]) for one in space["sensors"].values()]) if "sensors" in space else _matrix(space.get("R", model.R))
+    R = block_diagonal([np.zeros((model.noises.sizes[name],) * 2) if callable(one) else _matrix(one)
+                        for name, one in _parts(model, space).items()])
     return [[[value(one) for one in row] for row in matrix] for matrix in (P0, Q, R)]
+
+
+def _parts(model: Any, space: Mapping[str, Any]) -> dict[str, Any]:
+    """R of each sensor, an array or a function"""
+    had = model.noises.parts
+    if "sensors" in space:
+        return {name: space["sensors"][name][1] for name in had}
+    return {"": space["R"]} if "R" in space else {name: getattr(one, "function", one) for name, one in had.items()}
+
+
+def _noises(model: Any, space: Mapping[str, Any]) -> Any:
+    """The model's, of this space"""
+    made = copy(model.noises)
+    made.parts = {name: Given(made.parts[name].name, one) if callable(one) else _matrix(one) for name, one in _parts(model, space).items()}
+    return made
 
 
 def _matrix(given: Any) -> np.ndarray:

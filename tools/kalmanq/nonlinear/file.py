@@ -106,7 +106,7 @@ def fitted_text(path: Path, model: NonlinearModel, free: Sequence[str]) -> str:
     text = written(source.decode("utf-8"), {**numbers.made, **{one: getattr(model, one) for one in ARRAYS if one in free}})
     again = _model(path, text.encode("utf-8"))
     for key in ("x0", "P0", "Q", "R"):
-        if not np.allclose(getattr(again, key), getattr(model, key), 1e-9, 0):
+        if not np.allclose(getattr(again.frame, key), getattr(model.frame, key), 1e-9, 0):  # functions as at the start
             raise ModelFileError(f"{path}: {key} of the fitted file would not be what was estimated: give it, and the constants "
                                  "that are free, in assignments of their own")
     return text

@@ -236,7 +236,7 @@ def refuse_method(method: str, iterations: int, arithmetic: str) -> None:
 def controls_of(u: Any, model: NonlinearModel, rows: int) -> np.ndarray:
     """T x l; none: T x 0"""
     if model.l == 0:
-        if u is not None:
+        if u is not None and np.shape(u) != (rows, 0):
             raise KalmanqError("u: the model has no controls")
         return np.zeros((rows, 0))
     if u is None:
