@@ -39,5 +39,5 @@ equations) renew_equations ;;
 table) renew_table ;;
 designs) renew_designs ;;
 all) renew_table && renew_designs ;;
-*) sed -n '2,5s/^# \{0,1\}//p' "$0" && exit 2 ;;
+*) sed -n '2,6s/^# \{0,1\}//p' "$0" && exit 2 ;;
 esac
