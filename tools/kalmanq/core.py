@@ -162,16 +162,16 @@ class Arithmetic:
 
     # ---------------------------------------------------- words of measurements and controls
 
-    def words(self, given: np.ndarray, quantities: Sequence[Any], formats: Any, what: str) -> np.ndarray:
-        """Rows of values as the arithmetic has them; what is NaN stays NaN, in q31 it is no word."""
+    def words(self, given: np.ndarray, quantities: Sequence[Any], formats: Any, what: str, less: ArrayLike = 0.0) -> np.ndarray:
+        """Rows of values as the arithmetic has them, less offsets; what is NaN stays NaN, in q31 it is no word."""
         if not self.is_fixed:
             with np.errstate(over="ignore"):
                 made = given.astype(self.number, copy=False)
             _refuse_rows(np.isinf(made), given, quantities, f"{what}: beyond {self.name}")
-            return np.ascontiguousarray(made)
+            return np.ascontiguousarray(made - np.asarray(less, self.number))
         fractions = np.array([formats[k].fraction for k in range(len(quantities))])
         ranges = np.array([formats[k].range for k in range(len(quantities))], float)
-        rounded = nearest(np.ldexp(given, fractions))
+        rounded = nearest(np.ldexp(given, fractions)) - nearest(np.ldexp(less, fractions))
         _refuse_rows(np.abs(rounded) > ranges, given, quantities, f"{what}: beyond the declared range")
         return np.where(np.isnan(rounded), NOT_A_VALUE, rounded).astype(np.int32)
 

@@ -35,7 +35,7 @@ def check(options: Options, console: Console) -> None:
     if options.json:
         print_json({one.subject: {"good": one.is_good, "said": one.said} for one in made})
     else:
-        console.print(f"{model.name}: {model.n} states, {model.m} measurements, {model.l} controls")
+        console.print(f"{model.name}: {model.n} states, {model.m} measurements, {len(model.inputs)} controls")
         for one in made:
             console.print(f"  {'ok ' if one.is_good else 'NO '} {one.subject}: {one.said}")
     if not all(one.is_good for one in made):

@@ -66,7 +66,7 @@ def simulate_file(options: Options, console: Console) -> None:
     _refuse_gap(options.gap, rows)
     if isinstance(model, Model):
         x, z = drawn(model, rows, options.seed, options.gap, controls, times)
-        u = np.zeros((rows, model.l)) if controls is None else controls
+        u = np.zeros((rows, len(model.inputs))) if controls is None else controls
         z = _told(model, z, times)
     else:
         x, z, u = simulate(model, rows, options.seed, controls, times)
@@ -74,7 +74,7 @@ def simulate_file(options: Options, console: Console) -> None:
             z[options.gap[0] : options.gap[1]] = np.nan
     columns = {"step": np.arange(rows), **({} if times is None else {tables.time_name(model): times})}
     columns.update({one.name: z[:, c] for c, one in enumerate(model.measurements)})
-    columns.update({one.name: u[:, c] for c, one in enumerate(model.controls)})
+    columns.update({one.name: u[:, c] for c, one in enumerate(model.inputs)})
     if options.truth:
         states = model.carried if isinstance(model, NonlinearModel) else model.states
         taken = [one.name for one in states if f"{one.name}_true" in columns]
@@ -106,7 +106,7 @@ def _told(model: Model, z: np.ndarray, times: Optional[np.ndarray]) -> np.ndarra
 def controls_of(options: Options, model: AnyModel) -> tuple[int, Optional[np.ndarray], Optional[np.ndarray]]:
     """Rows to draw, their controls and their times, if there are files of them"""
     path, at, u, dt = options.controls, options.at, None, tables.dt_of(model)
-    if path is not None and not model.l:
+    if path is not None and not model.inputs:
         raise KalmanqError(f"--controls {path}: the model has no controls" + ("; --at has times" if dt else ""))
     if at is not None and dt is None:
         raise KalmanqError(f"--at {at}: of a linear model with F, Qc and dt, or a nonlinear one whose functions take t or dt")
@@ -115,8 +115,8 @@ def controls_of(options: Options, model: AnyModel) -> tuple[int, Optional[np.nda
     if at is not None and times is None:
         raise KalmanqError(f"--at {at}: there is no column of times; --time says which it is")
     if path is not None:
-        block = tables.joined(list(tables.read(path, model.controls, dt=dt, cure=tables.cure_of(model))))
-        u, times = tables.controls_in(block, model.controls, path), block.times if times is None else times
+        block = tables.joined(list(tables.read(path, model.inputs, dt=dt, cure=tables.cure_of(model))))
+        u, times = tables.controls_in(block, model.inputs, path), block.times if times is None else times
     counts = [len(one) for one in (u, times) if one is not None]
     rows = options.rows or min(counts, default=ROWS)
     for name, one in ((f"--controls {path}", u), (f"--at {at}", None if at is None else times)):

@@ -32,7 +32,7 @@ def blocks_of(data: Any, model: Any, rows: int = 65536, has_to_fit: bool = False
 def _in_seconds(data: Any, model: Any, rows: int, has_to_fit: bool) -> Iterator[Block]:
     sources = list(map(source_of, data if isinstance(data, (list, tuple)) else [data]))
     if len(sources) == 1 and not (isinstance(model, Model) and model.sensors):
-        yield from read(sources[0], [*model.measurements, *model.controls], rows, dt=dt_of(model), cure=cure_of(model),
+        yield from read(sources[0], [*model.measurements, *model.inputs], rows, dt=dt_of(model), cure=cure_of(model),
                     has_to_fit=has_to_fit)
         return
     refuse_several(sources, model)
@@ -58,9 +58,9 @@ def _sensors_of(model: Any) -> Sequence[Sensor]:
 
 def _joined(sources: Sequence[Source], model: Any, rows: int, has_to_fit: bool) -> Iterator[Block]:
     """In the order of time.  A measurement that is not there is missing; a control stays until the next one."""
-    names = [one.name for one in (*model.measurements, *model.controls)]
+    names = [one.name for one in (*model.measurements, *model.inputs)]
     with ExitStack() as stack:
-        made = [stack.enter_context(opened_table(source, [*model.measurements, *model.controls], has_to_fit=has_to_fit,
+        made = [stack.enter_context(opened_table(source, [*model.measurements, *model.inputs], has_to_fit=has_to_fit,
                                                  dt=dt_of(model), cure=cure_of(model), may_lack=True, is_alone=len(sources) == 1))
                 for source in sources]
         _require_columns(made, model)
@@ -69,7 +69,7 @@ def _joined(sources: Sequence[Source], model: Any, rows: int, has_to_fit: bool) 
         if len(made) == 1 and not delays:
             yield from (_completed(block, names) for block in made[0].all_blocks(rows))
             return
-        held, of_rows = _Held(model, made), [one.name for one in model.controls if len(made) == 1]
+        held, of_rows = _Held(model, made), [one.name for one in model.inputs if len(made) == 1]
         for block in _merged([_File(one, rows, delays, of_rows) for one in made], names, dt_of(model)):
             yield held.filled(block)
 
@@ -80,7 +80,7 @@ def _require_columns(tables: Sequence[Table], model: Any) -> None:
     for one in tables:
         if len(tables) > 1 and one.times is None:
             raise TableError(one.source, "there is no column of times, by which files are joined; --time says which it is")
-    for name in (one.name for one in (*model.measurements, *model.controls)):
+    for name in (one.name for one in (*model.measurements, *model.inputs)):
         there = [one for one in tables if name in one.names]
         if len(there) > 1:
             raise KalmanqError(f"{said}: column {name} is in {there[0].source} and in {there[1].source}: leave one out")
@@ -197,7 +197,7 @@ class _Held:
     """Controls, each as it was last"""
 
     def __init__(self, model: Any, tables: Sequence[Table]):
-        self._names = [one.name for one in model.controls]
+        self._names = [one.name for one in model.inputs]
         self._sources = {name: table.source for table in tables for name in table.names}
         self._last = {name: np.nan for name in self._names}
 

@@ -17,7 +17,7 @@ from kalmanq.model.arrays import numbers_of
 class Varying:
     """Matrices that are others at each row; what is None is the model's.
 
-    A, B, Q  T x n x n, T x n x l, T x n x n or T x n variances: of the step from row t to row t + 1; the last one leads
+    A, B, Q  T x n x n, T x n x l (an offset c its last column), T x n x n or T x n variances: of the step from row t to row t + 1; the last one leads
              to the first row of the next call
     H, R     T x m x n, T x m x m or T x m variances: of the measurements of row t
     One axis less where a matrix has one row or one column.
@@ -130,12 +130,24 @@ def rows_of(given: Any, quantities: Sequence[Quantity], name: str) -> np.ndarray
 
 def controls_of(u: Any, model: Model, rows: int) -> Optional[np.ndarray]:
     """A row for each row of z."""
+    if model.c is not None:
+        return _with_one(u, model, rows)
     if u is None:
         return None
     made = rows_of(u, model.controls, "u")
     if len(made) != rows:
         raise KalmanqError(f"u has {len(made)} rows, z has {rows}")
     return made
+
+
+def _with_one(u: Any, model: Model, rows: int) -> np.ndarray:
+    """Controls, 0 where none are given, and the 1 of the offset, which may be there already"""
+    if isinstance(u, np.ndarray) and u.shape == (rows, model.l) and np.all(u[:, -1] == 1):
+        return u
+    made = np.zeros((rows, len(model.inputs))) if u is None else rows_of(u, model.inputs, "u")
+    if len(made) != rows:
+        raise KalmanqError(f"u has {len(made)} rows, z has {rows}")
+    return np.column_stack([made, np.ones(rows)])
 
 
 def _values(given: Any, quantities: Sequence[Quantity], name: str) -> Any:

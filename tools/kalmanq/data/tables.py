@@ -275,7 +275,7 @@ def measurements_and_controls(data: AnySource, model: Any, *,
 def record_and(data: AnySource, model: Any, others: Sequence[str], **how: Any
                ) -> tuple[np.ndarray, Optional[np.ndarray], Optional[np.ndarray], Optional[np.ndarray]]:
     """z, u, the other columns, and where `how` has dt and cure, the times"""
-    block = joined(list(read(data, [*model.measurements, *model.controls], optional=others, **how)))
+    block = joined(list(read(data, [*model.measurements, *model.inputs], optional=others, **how)))
     z, u = split(block, model, data)
     is_there = bool(others) and all(name in block.columns for name in others)
     return z, u, np.column_stack([block.columns[name] for name in others]) if is_there else None, block.times
@@ -283,7 +283,7 @@ def record_and(data: AnySource, model: Any, others: Sequence[str], **how: Any
 
 def split(block: Block, model: Any, data: Any) -> tuple[np.ndarray, Optional[np.ndarray]]:
     z = np.column_stack([block.columns[one.name] for one in model.measurements])
-    return z, controls_in(block, model.controls, data) if model.controls else None
+    return z, controls_in(block, model.inputs, data) if model.inputs else None
 
 
 def controls_in(block: Block, controls: Sequence[Quantity], data: Any) -> np.ndarray:

@@ -50,7 +50,8 @@ class Choice:
         self.constants = self.equations.traced.symbols if self.equations else self.flow.labels if self.flow else ()
         for name in free if not special else ():
             if name not in FREE:
-                raise KalmanqError(f"{name} is no parameter: {', '.join([*FREE, *sorted(of_time)])}")
+                cure = " (an offset that is not known is a state that stays, without noise and with P0 unknown)" if name in ("c", "d") else ""
+                raise KalmanqError(f"{name} is no parameter: {', '.join([*FREE, *sorted(of_time)])}{cure}")
         if self.flow and self.constants and (held or (Q_form, R_form) != ("full", "full")):
             raise KalmanqError("parameters of a builder are free each by itself: leave out --hold, --q-form and --r-form, and name those "
                                "that are free, such as noise[0]")

@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import Callable, Mapping, Optional, Sequence, Union
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from kalmanq.core import ffi, lib
+from kalmanq.data.rows import rows_of
 from kalmanq.errors import KalmanqError
 from kalmanq.fitting.choice import Choice
 from kalmanq.fitting.entries import ARRAYS
@@ -106,6 +107,13 @@ def fit(model: Union[Model, NonlinearModel], records: Sequence[ArrayLike], free:
     _require_counts(starts=(starts, 1), seed=(seed, 0), iterations=(iterations, 1))
     if not tolerance >= 0:
         raise KalmanqError(f"tolerance: {tolerance} is not at least 0")
+    if getattr(model, "d", None) is not None:
+        rest = [rows_of(one, model.measurements, "z") - model.d for one in records]
+        found = fit(model.changed(d=None), rest, free, u=u, times=times, method=method, Q_form=Q_form, R_form=R_form, held=held, starts=starts,
+                    seed=seed, iterations=iterations, tolerance=tolerance, arithmetic=arithmetic, report=report)
+        whole = found.model.changed(d=model.d)
+        whole.constants = found.model.constants
+        return replace(found, model=whole)
     made = Records(model, records, u, times)
     task = Task(model, made, Choice(model, free, Q_form, R_form, held, isinstance(model, Model) and made.times is not None), method, iterations, tolerance, arithmetic,
                 report)

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from kalmanq.core import require
-from kalmanq.data.rows import Varying
+from kalmanq.data.rows import Varying, rows_of
 from kalmanq.errors import KalmanqError
 from kalmanq.fitting.equations import likelihood_of
 from kalmanq.fitting.expectation import FREE, Expectation, Records
@@ -43,6 +43,8 @@ def gradient(model: Model, records: Sequence[ArrayLike], u: Optional[Sequence[Op
     for name in of:
         if name not in FREE:
             raise KalmanqError(f"{name} has no derivatives: {', '.join(FREE)}")
+    if model.d is not None:
+        model, records = model.changed(d=None), [rows_of(one, model.measurements, "z") - model.d for one in records]
     expectation = Expectation(model, Records(model, records, u), free=of, noise=(None, model.Q),
                               arithmetic=arithmetic)
     require(expectation.status, "gradient")

@@ -23,12 +23,14 @@ class Quantity:
     unit      for tables and pictures
     range     the largest |value| that it takes; fixed point needs it
     fraction  n of Qm.n, value = word 2^-n; None: the most that the range leaves room for
+    constant  a control that is always 1, which nobody gives: its column of B is an offset
     """
 
     name: str
     unit: str = ""
     range: Optional[float] = None
     fraction: Optional[int] = None
+    constant: bool = False
 
     @property
     def label(self) -> str:
@@ -59,7 +61,7 @@ Quantities = Optional[Sequence[Union[Quantity, str]]]
 class Model:
     """A linear state-space model.
 
-        x[t+1] = A x[t] + B u[t] + w[t],  w ~ N(0, Q)        z[t] = H x[t] + v[t],  v ~ N(0, R)
+        x[t+1] = A x[t] + B u[t] + c + w[t],  w ~ N(0, Q)        z[t] = H x[t] + d + v[t],  v ~ N(0, R)
 
     A        n x n
     H        m x n; n numbers where m = 1
@@ -67,6 +69,7 @@ class Model:
     Q        n x n, or n variances; or in its place
     G        n x r, with Q = G G'; n numbers where r = 1: exact where Q is singular
     B        n x l, or None: no control
+    c, d     n and m offsets, or None: 0.  c is the last column of `B` then, of a control that is always 1 (`ONE`)
     x0       n, mean before the first measurement; None: 0
     P0       n x n, or n variances, before the first measurement; None: nothing is known of any state
     unknown  the states, by name or number, of which nothing is known at first; "all"
@@ -79,7 +82,8 @@ class Model:
     """
 
     def __init__(self, A: ArrayLike, H: ArrayLike, R: ArrayLike, Q: Optional[ArrayLike] = None, *,
-                 G: Optional[ArrayLike] = None, B: Optional[ArrayLike] = None, x0: Optional[ArrayLike] = None,
+                 G: Optional[ArrayLike] = None, B: Optional[ArrayLike] = None, c: Optional[ArrayLike] = None,
+                 d: Optional[ArrayLike] = None, x0: Optional[ArrayLike] = None,
                  P0: Optional[ArrayLike] = None, unknown: Union[str, Sequence[Union[int, str]]] = (),
                  states: Quantities = None, measurements: Quantities = None, controls: Quantities = None,
                  gaps: Gaps = Gaps(), name: str = "model"):
@@ -98,20 +102,30 @@ class Model:
             raise ModelError("Q", "give either Q or G, with Q = G G'")
         self.G = None if G is None else _columns("G", G, self.n)
         self.Q = _covariance("Q", Q, self.n) if self.G is None else _fixed(self.G @ self.G.T)
-        self.B = None if B is None else _columns("B", B, self.n)
+        self.B = _pushes(B, c, self.n)
         self.l = 0 if self.B is None else self.B.shape[1]
+        self.d = None if d is None else _vector("d", d, self.m)
         self.states = _quantities("states", states, self.n, "x")
         self.measurements = _quantities("measurements", measurements, self.m, "z")
-        self.controls = _quantities("controls", controls, self.l, "u")
+        self.controls = _quantities("controls", controls, self.l - (c is not None), "u") + (() if c is None else (ONE,))
         self.unknown = self._unknown("all" if P0 is None else unknown)
         self.x0 = _vector("x0", np.zeros(self.n) if x0 is None else x0, self.n)
         self.P0 = _covariance("P0", np.zeros((self.n, self.n)) if P0 is None else P0, self.n)
 
+    @property
+    def c(self) -> Optional[np.ndarray]:
+        return None if self.B is None or not self.controls[-1].constant else self.B[:, -1]
+
+    @property
+    def inputs(self) -> tuple[Quantity, ...]:
+        """Controls that come from outside"""
+        return tuple(one for one in self.controls if not one.constant)
+
     @classmethod
     def of_continuous(cls, F: ArrayLike, H: ArrayLike, R: ArrayLike, Qc: ArrayLike, *, dt: float,
-                      B: Optional[ArrayLike] = None, L: Optional[ArrayLike] = None, jitter: float = 0.0, time_unit: str = "s",
+                      B: Optional[ArrayLike] = None, c: Optional[ArrayLike] = None, L: Optional[ArrayLike] = None, jitter: float = 0.0, time_unit: str = "s",
                       **more: Any) -> Model:
-        """Of x' = F x + B u + noise with spectral density Qc (n x n, or n of independent noises; unit^2 / s, where dt is in s),
+        """Of x' = F x + B u + c + noise with spectral density Qc (n x n, or n of independent noises; unit^2 / s, where dt is in s),
         in steps of dt, or where rows have times, between those.  Controls stay as they are over a step.
         L: n x r, where r noises move the states, x' = F x + B u + L w: Qc is of w, r x r, or r of independent noises
         jitter: share of dt, below 1/2, by which a step may be off from a multiple of it, and is taken for that.
@@ -126,11 +140,11 @@ class Model:
         if time_unit not in UNITS:
             raise ModelError("time_unit", f"is none of {', '.join(UNITS)}")
         density = _covariance("Qc", Qc, n) if L is None else _density(_columns("L", L, n), Qc)
-        of = Continuous(F_, density, None if B is None else _columns("B", B, n), float(dt), float(jitter), time_unit)
+        of = Continuous(F_, density, _pushes(B, c, n), float(dt), float(jitter), time_unit)
         A, Q, B_ = of.step(of.dt)
         if not all(np.all(np.isfinite(one)) for one in (A, Q)):
             raise ModelError("dt", "is so long that the model is not representable")
-        made = cls(A, H, R, Q, B=B_, **more)
+        made = cls(A, H, R, Q, **_split(B_, c is not None), **more)
         made.continuous = of
         return made
 
@@ -171,21 +185,44 @@ class Model:
     def changed(self, **what: object) -> Model:
         """The model with some of what it was made of in another way."""
         made = dict(
-            A=self.A, H=self.H, R=self.R, Q=None if self.G is not None else self.Q, G=self.G, B=self.B,
-            x0=self.x0, P0=self.P0, unknown=np.flatnonzero(self.unknown).tolist(), states=self.states,
-            measurements=self.measurements, controls=self.controls, gaps=self.gaps, name=self.name)
+            A=self.A, H=self.H, R=self.R, Q=None if self.G is not None else self.Q, G=self.G,
+            **_split(self.B, self.c is not None), d=self.d, x0=self.x0, P0=self.P0, unknown=np.flatnonzero(self.unknown).tolist(), states=self.states,
+            measurements=self.measurements, controls=self.inputs, gaps=self.gaps, name=self.name)
         if "Q" in what:
             made["G"] = None
         if "G" in what:
             made["Q"] = None
+        if self.c is not None and np.shape(what.get("B")) == self.B.shape and "c" not in what:  # with c in it
+            what = {**what, **_split(np.asarray(what["B"]), True)}
         other = Model(**{**made, **what})  # type: ignore[arg-type]
-        other.continuous = None if what.keys() & {"A", "B", "Q", "G"} else self.continuous
+        other.continuous = None if what.keys() & {"A", "B", "c", "Q", "G"} else self.continuous
         other.sensors = () if what.keys() & {"measurements"} else self.sensors
-        other.builder = self.builder if what.keys() <= {"states", "measurements", "gaps", "name"} else None
+        other.builder = self.builder if what.keys() <= {"states", "measurements", "gaps", "name", "d"} else None
+        if other.builder and "d" in what:
+            offsets = {} if other.d is None else {"d": other.d.tolist()}
+            other.builder = {**{key: one for key, one in other.builder.items() if key != "d"}, **offsets}
         return other
 
     def __repr__(self) -> str:
         return f"Model({self.name!r}, n={self.n}, m={self.m}, l={self.l})"
+
+
+ONE = Quantity("1", range=1.0, constant=True)
+
+
+def _pushes(B: Optional[ArrayLike], c: Optional[ArrayLike], n: int) -> Optional[np.ndarray]:
+    """B, and c as its last column"""
+    if c is None:
+        return None if B is None else _columns("B", B, n)
+    offset = _vector("c", c, n)[:, None]
+    return _columns("B", offset if B is None else np.hstack([_columns("B", B, n), offset]), n)
+
+
+def _split(B: Optional[np.ndarray], has_offset: bool) -> dict[str, Optional[np.ndarray]]:
+    """The other way round, as a Model takes them"""
+    if not has_offset or B is None:
+        return {"B": B}
+    return {"B": B[:, :-1] if B.shape[1] > 1 else None, "c": B[:, -1]}
 
 
 def root_of(P: np.ndarray) -> np.ndarray:

@@ -1,12 +1,12 @@
 """Model files: TOML, one model a file.
 
     [model]         A, B, H, Q (or G), R, x0, P0 as nested arrays, a vector flat; or builder = "..." with its
-                    parameters; or in the place of A and Q: F, Qc and dt of x' = F x + B u + noise (or L w, Qc of w),
-                    and jitter, a share of dt.
+                    parameters; or in the place of A and Q: F, Qc and dt of x' = F x + B u + c + noise (or L w, Qc of w),
+                    and jitter, a share of dt.  Offsets: c (n) of the states, d (m) of the measurements.
                     P0 = "unknown", or "unknown" in the place of a state's variance.
     [states], [measurements], [controls]   names, units, ranges, fractions: a list each, one for each of them
     [[sensors]]     in the place of H, R and [measurements], one for each: name, measurements (names), H, R, units, ranges,
-                    fractions
+                    fractions, d, delay
     [gaps]          max_gap, min_run
 """
 
@@ -30,7 +30,7 @@ if sys.version_info >= (3, 11):
 else:
     import tomli as tomllib
 
-MATRICES = ("A", "B", "H", "Q", "G", "R", "x0", "P0", "F", "L", "Qc", "dt", "jitter")
+MATRICES = ("A", "B", "c", "d", "H", "Q", "G", "R", "x0", "P0", "F", "L", "Qc", "dt", "jitter")
 ROWS_MAX = 100_000_000  # of a gap, or of a run
 FRACTION_MAX = 1000
 LARGEST, SHOWN = sys.float_info.max, 40
@@ -40,7 +40,7 @@ SECTIONS = {
     "measurements": ("names", "units", "ranges", "fractions"),
     "controls": ("names", "units", "ranges", "fractions"),
     "gaps": ("max_gap", "min_run"),
-    "sensors": ("name", "measurements", "H", "R", "delay", "units", "ranges", "fractions"),
+    "sensors": ("name", "measurements", "H", "R", "d", "delay", "units", "ranges", "fractions"),
 }
 
 
@@ -199,7 +199,7 @@ def rebuilt(model: Model, given: Mapping[str, Any]) -> Model:
 
 def _sensors(given: Mapping[str, Any], made: dict[str, Any], states: int) -> list[Sensor]:
     """What sensors there are; `made` gets their H and R, one below the other, and their measurements"""
-    for section, key in (("model", "H"), ("model", "R"), ("measurements", "measurements")):
+    for section, key in (("model", "H"), ("model", "R"), ("model", "d"), ("measurements", "measurements")):
         if key in made or section == key and section in given:
             raise ModelError(key, "is each sensor's own, where there are [[sensors]]")
     parts = [_sensor(number, one, states) for number, one in enumerate(given["sensors"])]
@@ -210,6 +210,8 @@ def _sensors(given: Mapping[str, Any], made: dict[str, Any], states: int) -> lis
         if name in names[:number]:
             raise SensorError(number, ModelError("name", f"{name} is there twice"))
     made["H"], made["R"] = np.vstack([one.H for _, one in parts]), block_diagonal([one.R for _, one in parts])
+    if any(one.d is not None for _, one in parts):
+        made["d"] = np.concatenate([np.zeros(one.m) if one.d is None else one.d for _, one in parts])
     made["measurements"] = [quantity for _, one in parts for quantity in one.measurements]
     return [Sensor(name, tuple(quantity.name for quantity in one.measurements), _delay(number, given["sensors"][number], made))
             for number, (name, one) in enumerate(parts)]
@@ -239,7 +241,7 @@ def _sensor(number: int, given: Mapping[str, Any], states: int) -> tuple[str, Mo
         default = [name] if size == 1 else [f"{name}{k + 1}" for k in range(size)]
         said = {"names" if key == "measurements" else key: given[key] for key in ("measurements", "units", "ranges", "fractions")
                 if key in given}
-        return name, Model(np.eye(states), H, R, np.zeros(states), P0=np.ones(states),
+        return name, Model(np.eye(states), H, R, np.zeros(states), P0=np.ones(states), d=_array("d", given["d"]) if "d" in given else None,
                            measurements=quantities("measurements", said, size, default))
     except ModelError as problem:
         raise SensorError(number, problem) from None
@@ -262,10 +264,10 @@ def _needed(made: dict[str, Any]) -> tuple[str, ...]:
 
 def _built(model: dict[str, Any]) -> dict[str, Any]:
     builder = _typed(model.pop("builder"), str, "builder", "a text")
-    replaced = {key: model.pop(key) for key in ("x0", "P0") if key in model}
+    own = [one.name for one in builders.BUILDERS[builder].parameters] if builder in builders.BUILDERS else []
+    replaced = {key: model.pop(key) for key in ("x0", "P0", "c", "d") if key in model and key not in own}
     made = builders.build(builder, model, has_prior="P0" in replaced)
-    if "x0" in replaced:
-        made["x0"] = _array("x0", replaced["x0"])
+    made.update({key: _array(key, value) for key, value in replaced.items() if key != "P0"})
     if "P0" in replaced:
         made.update(_prior(replaced["P0"]))
     return made
@@ -364,14 +366,17 @@ def text_of(model: Model) -> str:
         lines += [f"{key} = {_value(value)}" for key, value in {**unit, **model.builder}.items()]
     else:
         for key, value in _matrices(model).items():
-            if value is not None and not (parts and key in ("H", "R")):
-                lines.append(f"{key} = {_rows(value) if isinstance(value, np.ndarray) else _value(value)}")
+            if value is not None and not (parts and key in ("H", "R", "d")):
+                lines.append(f"{key} = {_numbers(value) if isinstance(value, np.ndarray) else _value(value)}")
         lines += [f"x0 = {_list(model.x0)}", f"P0 = {_prior_text(model)}"]
-    for which in ("states", "controls") if parts else ("states", "measurements", "controls"):
-        lines += _section(which, getattr(model, which))
+    for which in ("states", "inputs") if parts else ("states", "measurements", "inputs"):
+        lines += _section("controls" if which == "inputs" else which, getattr(model, which))
+    first = 0
     for (name, H, R, measured), sensor in zip(parts, model.sensors):
+        d, first = None if model.d is None else model.d[first : first + len(H)], first + len(H)
         _, _, names, *more = _section("measurements", measured)
         lines += ["", "[[sensors]]", f"name = {_quoted(name)}", f"measurements{names[5:]}", f"H = {_rows(H)}", f"R = {_rows(R)}"]
+        lines += [] if d is None else [f"d = {_list(d)}"]
         lines += [f"delay = {sensor.delay!r}"] if sensor.delay else []
         lines += more
     if model.gaps != Gaps():
@@ -391,8 +396,12 @@ def _sensor_parts(model: Model) -> list[tuple[str, np.ndarray, np.ndarray, tuple
 def _matrices(model: Model) -> dict[str, Any]:
     of = model.continuous
     if of is not None:
-        return {"F": of.F, "Qc": of.Qc, "dt": of.dt, "time_unit": None if of.unit == "s" else of.unit, "jitter": of.jitter or None, "B": of.B, "H": model.H, "R": model.R}
-    return {key: getattr(model, key) for key in ("A", "B", "H", "G" if model.G is not None else "Q", "R")}
+        pushes = of.B if of.B is None or model.c is None else of.B[:, :-1] if of.B.shape[1] > 1 else None
+        return {"F": of.F, "Qc": of.Qc, "dt": of.dt, "time_unit": None if of.unit == "s" else of.unit, "jitter": of.jitter or None,
+                "B": pushes, "c": None if model.c is None else of.B[:, -1], "H": model.H, "R": model.R, "d": model.d}
+    pushes = model.B if model.c is None else model.B[:, :-1] if model.l > 1 else None
+    return {"A": model.A, "B": pushes, "c": model.c, "H": model.H, "d": model.d,
+            **{key: getattr(model, key) for key in ("G" if model.G is not None else "Q", "R")}}
 
 
 def text_of_builder(builder: str, parameters: Mapping[str, Any], model: Model) -> str:
@@ -442,6 +451,10 @@ def _value(given: Any) -> str:
 
 def _list(row: np.ndarray) -> str:
     return "[" + ", ".join(repr(float(value)) for value in row) + "]"
+
+
+def _numbers(array: np.ndarray) -> str:
+    return _rows(array) if array.ndim == 2 else _list(array)
 
 
 def _rows(matrix: np.ndarray) -> str:

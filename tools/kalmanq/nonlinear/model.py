@@ -191,6 +191,10 @@ class NonlinearModel:
             return any("t" in one.takes for one in self.functions)
 
     @property
+    def inputs(self) -> tuple[Quantity, ...]:
+        return self.controls
+
+    @property
     def functions(self) -> list[Given]:
         """Of a row and of a step"""
         given = [one for key, one in self.given.items() if key not in ("plus", "minus", "simulated_controls")]

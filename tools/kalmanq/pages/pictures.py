@@ -63,6 +63,12 @@ def measured_states(model: Any) -> dict[int, list[tuple[int, float]]]:
     return made
 
 
+def without_offsets(model: Any, z: np.ndarray) -> np.ndarray:
+    """H x of measurements H x + d"""
+    d = getattr(model, "d", None)
+    return z if d is None else z - d
+
+
 def draw_run(run: Run, z: np.ndarray, ahead: Optional[tuple[np.ndarray, np.ndarray]] = None,
              times: Optional[np.ndarray] = None) -> Figure:
     """A panel a state: data, mean and band of 95 %, the smoothed ones over them, the forecast behind.  Of a nonlinear
@@ -73,7 +79,7 @@ def draw_run(run: Run, z: np.ndarray, ahead: Optional[tuple[np.ndarray, np.ndarr
         n, m = run.model.n, 0 if isinstance(run.model, Model) else run.model.m
         figure, axes = plt.subplots(n + m, 1, figsize=(8.6, 1.2 + 2.1 * (n + m)), sharex=True, squeeze=False,
                                     layout="constrained")
-        shown = measured_states(run.model)
+        shown, z = measured_states(run.model), without_offsets(run.model, z)
         for i, axis in enumerate(axes[:n, 0]):
             _draw_state(axis, run, z, i, shown.get(i, []), ahead, rows, step)
         for c, axis in enumerate(axes[n:, 0]):

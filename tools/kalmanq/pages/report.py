@@ -21,7 +21,7 @@ from kalmanq.nonlinear import NonlinearModel, NonlinearSmoother
 from kalmanq.nonlinear.comparison import arithmetics
 from kalmanq.pages import charts, page, verdict
 from kalmanq.pages.charts import NARROW, buckets_for, chart
-from kalmanq.pages.pictures import measured_states
+from kalmanq.pages.pictures import measured_states, without_offsets
 from kalmanq.pages.verdict import Finding, Whiteness
 from kalmanq.run.campaigns import versions
 from kalmanq.run.comparison import compare
@@ -30,9 +30,9 @@ from kalmanq.run.results import Run
 
 AnyModel = Union[Model, NonlinearModel]
 MATRICES = {
-    "A": "A, from a row to the next", "B": "B, of the controls", "H": "H, from states to measurements",
+    "A": "A, from a row to the next", "B": "B, of the controls (1: the offset c)", "H": "H, from states to measurements",
     "G": "G, with the process noise G G'", "Q": "Q, covariance of the process noise",
-    "R": "R, covariance of the measurement noise"}
+    "R": "R, covariance of the measurement noise", "d": "d, offsets of the measurements"}
 
 
 @dataclass(frozen=True)
@@ -105,7 +105,7 @@ def _nonlinear_of(model: NonlinearModel, z: np.ndarray, u: Optional[np.ndarray],
 def page_of(study: Study, model_path: Path, data_name: str) -> str:
     model, run = study.model, study.run
     sizes = ", ".join(counted(count, what) for count, what in (
-        (model.n, "state"), (model.m, "measurement"), (model.l, "control")) if count)
+        (model.n, "state"), (model.m, "measurement"), (len(model.inputs), "control")) if count)
     facts = [data_name, counted(study.rows, "row"), f"{100 * np.mean(np.isnan(study.z)):.3g} % missing",
              f"arithmetic {run.arithmetic}{', compiled' if study.is_compiled else ''}", sizes, f"log-likelihood {number(float(np.sum(run.log_likelihood)), 8)}"]
     sections = [_verdict(study), _states(study), _residuals(study), _nis(study), _autocorrelation(study),
@@ -125,10 +125,10 @@ def _verdict(study: Study) -> str:
 
 
 def _states(study: Study) -> str:
-    run, shown = study.run, measured_states(study.model)
+    run, shown, z = study.run, measured_states(study.model), without_offsets(study.model, study.z)
     figures = []
     for i, state in enumerate(study.model.states):
-        measured = [study.z[:, c] / factor for c, factor in shown.get(i, [])]
+        measured = [z[:, c] / factor for c, factor in shown.get(i, [])]
         filtered = run.mean[:, i], run.sigma[:, i]
         smoothed = None if run.smoothed is None else (run.smoothed[:, i], run.smoothed_sigma[:, i])
         later = f"; {_ends(*smoothed)}, smoothed, each" if smoothed else ""
@@ -278,7 +278,7 @@ def _compiled(model: Model) -> list[str]:
 
 def _model(model: AnyModel, path: Path) -> str:
     names = {"x": model.states, "u": model.controls, "z": model.measurements}
-    sides = {"A": ("x", "x"), "B": ("x", "u"), "H": ("z", "x"), "G": ("x", ""), "Q": ("x", "x"), "R": ("z", "z")}
+    sides = {"A": ("x", "x"), "B": ("x", "u"), "H": ("z", "x"), "G": ("x", ""), "Q": ("x", "x"), "R": ("z", "z"), "d": ("z", "")}
     made = [page.table("States, measurements and controls", ["name", "what", "unit", "range", "fraction bits"],
                        [_quantity(one, what) for what, which in (("state", "x"), ("measurement", "z"),
                                                                  ("control", "u")) for one in names[which]],
@@ -287,8 +287,9 @@ def _model(model: AnyModel, path: Path) -> str:
         matrix = getattr(model, name, None)
         if matrix is None or (name == "Q" and model.G is not None):
             continue
+        matrix = matrix if name != "d" else matrix[:, None]
         columns = [one.name for one in names[of_column]] if of_column in names else \
-            [f"noise {k + 1}" for k in range(matrix.shape[1])]
+            ["d"] if name == "d" else [f"noise {k + 1}" for k in range(matrix.shape[1])]
         made.append(page.table(MATRICES[name], ["", *columns], [
             [one.name, *(number(cell) for cell in row)] for one, row in zip(names[of_row], matrix)]))
     made.append(_prior(model if isinstance(model, Model) else model.frame))

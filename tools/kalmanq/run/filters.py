@@ -85,8 +85,7 @@ class Filter(Readable):
 
     def predict(self, u: Optional[ArrayLike] = None, dt: Optional[float] = None) -> None:
         """To the next row; u: l controls, or None; dt: of a model in continuous time, if not its own."""
-        words = None if u is None else self.parts.words(row_of(u, self.model.l, "u"), "controls")
-        require(self._call("predict", self._process(dt), self._pointer(words)), "predict")
+        require(self._call("predict", self._process(dt), self._pointer(self.parts.pushes(u))), "predict")
         self._moved(1, dt=dt)
 
     def update(self, z: ArrayLike, robust: Optional[Robust] = None, watch: Optional[Any] = None) -> None:
@@ -114,7 +113,7 @@ class Filter(Readable):
         if self._next is not None and dt is None:  # the first step is not as those after it
             ahead = self.copy()
             for k in range(steps):
-                ahead.predict(None if controls is None else controls[k])
+                ahead.predict(None if controls is None else controls[k, : len(self.model.inputs)])
             return ahead
         ahead = Filter(self.model, self.arithmetic.name, parts=self.parts)
         require(self._call("forecast", self._process(dt), self._pointer(words), steps, ahead._handle), "forecast")
@@ -141,13 +140,14 @@ class Filter(Readable):
         return a.numbers(made, scale)
 
     def measurement(self) -> tuple[np.ndarray, np.ndarray]:
-        """z^ = H x (m) and its covariance S = H P H' + R (m x m)."""
+        """z^ = H x + d (m) and its covariance S = H P H' + R (m x m)."""
         m, a = self.model.m, self.arithmetic
         z, S = a.empty(m), np.zeros((m, m), a.number_of_any_size)
         require(self._call("measurement", self.parts.sensor, self._pointer(z), self._pointer(S, self._any_size)),
                 "measurement")
         fractions = np.array(self.parts.fractions("measurements"))
-        return a.values(z, fractions), a.numbers(S, fractions[:, None] + fractions)
+        expected = a.values(z, fractions) + (0.0 if self.model.d is None else self.model.d)
+        return expected, a.numbers(S, fractions[:, None] + fractions)
 
     # ------------------------------------------------------------------ sequences
 

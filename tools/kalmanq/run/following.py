@@ -110,7 +110,7 @@ class FrozenGainFilter(Filter):
         """predict and update, which may rest on the gain."""
         given = row_of(z, self.model.m, "z")
         self.parts.words(given, "measurements")  # what is refused changes nothing
-        controls = None if u is None else self.parts.words(row_of(u, self.model.l, "u"), "controls")
+        controls = self.parts.pushes(u)
         self.begins, self._left = False, None if controls is None else controls[0]
         self._sequence(Rows(given))
 

@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import Any, Callable, Optional, Sequence
 
 import numpy as np
 
 from kalmanq.core import arithmetic_of, ffi, lib, require
+from kalmanq.data.rows import controls_of, row_of
 from kalmanq.errors import KalmanqError, ModelError
 from kalmanq.model import Model, Quantity
 
@@ -76,10 +78,17 @@ class Parts:
             row, column = map(int, np.argwhere(np.isnan(given))[0])
             raise KalmanqError(f"{quantities[column].name}: a control is missing", lib.KQ_ERR_NOT_FINITE, row)
         formats = self.formats[which] if self.arithmetic.is_fixed else None
-        return self.arithmetic.words(given, quantities, formats, which)
+        less = self.model.d if which == "measurements" and self.model.d is not None else 0.0
+        return self.arithmetic.words(given, quantities, formats, which, less)
+
+    def pushes(self, u: Any, rows: int = 1) -> Optional[np.ndarray]:
+        """Words of controls, rows x l, or None; an offset's 1 is among them"""
+        made = controls_of(u if u is None or rows > 1 else row_of(u, len(self.model.inputs), "u"), self.model, rows)
+        return None if made is None else self.words(made, "controls")
 
     def carried(self, controls: Optional[np.ndarray], left: Optional[np.ndarray], rows: int) -> Optional[np.ndarray]:
         """Words of controls as C reads them: at row t what moves the state from row t - 1, `left` at the first."""
+        left = self.pushes(None) if left is None else left
         if rows == 0 or (controls is None and left is None):
             return None
         made = self.arithmetic.empty(rows, self.model.l)
@@ -205,6 +214,8 @@ def prepared(parts: Parts, kind: str, length: int, what: str, prepare: Callable[
 
 def prepare_formats(model: Model, which: str) -> Any:
     quantities: Sequence[Quantity] = getattr(model, which)
+    if which == "measurements" and model.d is not None:  # what is left without d
+        quantities = [replace(one, range=None if one.range is None else one.range + abs(d)) for one, d in zip(quantities, model.d)]
     made = ffi.new("kq_format_q31[]", max(len(quantities), 1))
     for k, quantity in enumerate(quantities):
         if quantity.range is None:

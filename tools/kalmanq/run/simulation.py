@@ -6,6 +6,7 @@ from typing import Optional, Union
 
 import numpy as np
 
+from kalmanq.data.rows import controls_of
 from kalmanq.errors import KalmanqError
 from kalmanq.model import Model, root_of
 
@@ -13,8 +14,8 @@ from kalmanq.model import Model, root_of
 def simulate(model: Model, rows: int, seed: Union[int, np.random.SeedSequence], u: Optional[np.ndarray] = None,
              times: Optional[np.ndarray] = None) -> tuple[np.ndarray, np.ndarray]:
     """States (rows x n) and measurements (rows x m).  An unknown state begins at x0."""
-    if model.l and u is None:
-        u = np.zeros((rows, model.l))
+    if model.l:
+        u = controls_of(np.zeros((rows, len(model.inputs))) if u is None else u, model, rows)
     draw = np.random.Generator(np.random.PCG64(seed))
     A, B, G = _steps(model, rows, times)
     V, S = root_of(model.R), root_of(model.P0)
@@ -25,7 +26,7 @@ def simulate(model: Model, rows: int, seed: Union[int, np.random.SeedSequence], 
         x[t] = A[t] @ x[t - 1] + G[t] @ noise[t]
         if B is not None and u is not None:
             x[t] += B[t] @ u[t - 1]
-    return x, x @ model.H.T + error @ V.T
+    return x, x @ model.H.T + error @ V.T + (0.0 if model.d is None else model.d)
 
 
 def _steps(model: Model, rows: int, times: Optional[np.ndarray]) -> list[Optional[np.ndarray]]:
