@@ -84,6 +84,9 @@ def models_to_write():
         model = random_model(random, int(random.integers(1, 7)), int(random.integers(1, 3)))
         model = model.changed(controls=[Quantity(one.name, range=1.0) for one in model.controls]) if model.l else model
         made.append(model.changed(name=f"random_{k}"))
+        if k % 2:
+            offsets = {"c": random.normal(size=model.n), "d": 3 * random.normal(size=model.m)}
+            made.insert(5, model.changed(**offsets, name=f"offsets_{k}"))
     low_noise = made[1].changed(R=made[1].R * 1e-3, name="low_noise")  # a lean sensor takes it otherwise than a full one
     return [*made[:5], low_noise, *made[5:]]
 

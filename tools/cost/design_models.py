@@ -97,17 +97,19 @@ def write(folder: Path, name: str, parts: Parts, way: str, record: Record, extra
     def rows(array: np.ndarray) -> str:
         return ", ".join(f"{{{cells(row)}}}" for row in array)
 
-    given = "controls[(t) - 1], " if model.l else ""
-    first = "controls[0], " if model.l else ""
+    pushes, formats = len(model.inputs), parts.formats["measurements"] if is_fixed else None
+    measured = parts.arithmetic.words(np.nan_to_num(z), model.measurements, formats, "measurements")
+    given = "controls[(t) - 1], " if pushes else ""
+    first = "controls[0], " if pushes else ""
     lines = [f'#include "{made.name}.h"', f"typedef {word} word;", f"#define DESIGN(name) {made.name}_##name",
              f"#define ALL {made.name.upper()}_ALL", f"#define MEAN kq_mean_{T}", f"#define SIGMA kq_sigma_{T}",
              f"#define STEP(t) DESIGN(step)({given}rows[t], present[t])", f"#define STEP_OF(z) DESIGN(step)({first}z, ALL)",
              f"enum {{ N = {model.n}, M = {model.m}, ROWS = {len(z)}, COUNTED = {COUNTED} }};",
-             f"static const word rows[ROWS][M] = {{{rows(parts.words(np.nan_to_num(z), 'measurements'))}}};",
+             f"static const word rows[ROWS][M] = {{{rows(measured)}}};",
              f"static const uint32_t present[ROWS] = {{{', '.join(f'0x{bits:x}' for bits in present_of(z))}}};",
              f"static const word expected[ROWS][N] = {{{rows(run.words['mean'])}}};"]
-    if u is not None:
-        lines.append(f"static const word controls[ROWS][{model.l}] = {{{rows(parts.words(u, 'controls'))}}};")
+    if pushes:
+        lines.append(f"static const word controls[ROWS][{pushes}] = {{{rows(parts.words(u, 'controls')[:, :pushes])}}};")
     (place / "design.h").write_text("\n".join(lines) + "\n", encoding="utf-8")
     what = {"name": made.name, "arithmetic": T, "way": way, **shape(model), **(extra or {})}
     (place / "design.json").write_text(json.dumps(what, indent=1), encoding="utf-8")

@@ -19,7 +19,7 @@ from kalmanq.compiler.host import Host
 from kalmanq.compiler.offers import COLUMNS, Offer, add_ways, offers
 from kalmanq.compiler.product import fingerprint, remarked
 from kalmanq.compiler.proven.proof_file import no_less
-from kalmanq.data import tables
+from kalmanq.data import rows as given_rows, tables
 from kalmanq.data.files import require_folder, whole
 from kalmanq.errors import KalmanqError
 from kalmanq.firmware.c_source import identifier, source
@@ -87,7 +87,10 @@ def _of_any_dt(options: Options, model: Model) -> Options:
 def _designs(options: Options, model: Model) -> tuple[Designs, list[Record]]:
     flash, ram = PARTS[options.core]
     part = Part(options.core, int(1024 * (options.flash or flash)), int(1024 * (options.ram or ram)))
-    records = [Record(*tables.measurements_and_controls(options.data, model))] if options.data else []
+    records = []
+    if options.data:
+        z, u = tables.measurements_and_controls(options.data, model)
+        records = [Record(z, given_rows.controls_of(u, model, len(z)))]
     ranged, notes = with_ranges(model, records)
     records = records or draw(ranged)
     return design(ranged, part, records, notes), records
@@ -171,7 +174,7 @@ def _in_lines(text: str) -> list[str]:
 def _told(made: Designs, compiled: Sequence[Offer], chosen: Optional[Way], written: list[Path]) -> dict:
     return {
         "model": made.model.name, "core": made.part.core, "flash": made.part.flash, "ram": made.part.ram,
-        "ranges": {one.name: one.range for which in (made.model.states, made.model.measurements, made.model.controls)
+        "ranges": {one.name: one.range for which in (made.model.states, made.model.measurements, made.model.inputs)
                    for one in which}, "notes": [str(one) for one in made.notes],
         "chosen_ranges": [asdict(one) for one in made.notes],
         "formats": [dict(zip(("name", "format", "headroom_bits", "last_bit"), row)) for row in _formats(made)],

@@ -9,7 +9,7 @@ from typing import Any, Iterable, Iterator, Sequence
 
 import numpy as np
 
-from kalmanq.core import lib
+from kalmanq.core import lib, nearest
 from kalmanq.errors import KalmanqError
 from kalmanq.model import Quantity
 from kalmanq.run.filters import Filter
@@ -43,7 +43,7 @@ class Writer:
         self.unknown = sum(1 << int(i) for i in np.flatnonzero(self.model.unknown))
         self.is_diagonal = is_diagonal(self.model.R)
         word = "int32_t" if self.is_fixed else "float"
-        moved = [(f"const {word} u[{self.model.l}]", "u")] if self.model.l else []
+        moved = [(f"const {word} u[{len(self.model.inputs)}]", "u")] if self.model.inputs else []
         moved += [("float dt", "dt")] if any_dt else []
         self.u, self.given = (", ".join(texts) for texts in zip(*moved)) if moved else ("", "")
         self.z = f"const {word} z[{self.model.m}], uint32_t present"
@@ -54,7 +54,7 @@ class Writer:
         known = {f"{self.upper}_{word}" for word in ("STATES", "MEASUREMENTS", "CONTROLS", "ALL")}
         made: dict[str, list[str]] = {kind: [] for kind in KINDS}
         for kind, letter in zip(KINDS, ("", "Z_", "U_")):
-            for one in getattr(self.model, kind):
+            for one in self.of(kind):
                 name = f"{self.upper}_{letter}{re.sub(r'[^A-Z0-9]+', '_', one.name.upper()).strip('_') or 'X'}"
                 while known & {name + suffix for suffix in SUFFIXES}:
                     name += "_"
@@ -62,10 +62,14 @@ class Writer:
                 made[kind].append(name)
         return made
 
+    def of(self, kind: str) -> Sequence[Quantity]:
+        """What the user reads and gives"""
+        return self.model.inputs if kind == "controls" else getattr(self.model, kind)
+
     def quantities(self) -> Iterator[tuple[str, Quantity, str, int]]:
         """What each is ("state 0"), its enumerator and its fraction bits"""
         for kind in KINDS:
-            rows = zip(getattr(self.model, kind), self.names[kind], self.parts.fractions(kind))
+            rows = zip(self.of(kind), self.names[kind], self.parts.fractions(kind))
             for k, (one, name, fraction) in enumerate(rows):
                 yield f"{kind[:-1]} {k}", one, name, fraction
 
@@ -144,7 +148,7 @@ def _header(w: Writer, remarks: Sequence[str]) -> str:
     comment = [*_usage(w), "", *_table(w), *(["", *remarks] if remarks else [])]
     definitions = [*_enumerations(w), *_ranges(w), *(_conversions(w) if w.is_fixed else [])]
     return HEADER.substitute(
-        name=w.name, upper=w.upper, n=w.model.n, m=w.model.m, l=w.model.l, T=w.T, u=w.u or "void", z=w.z,
+        name=w.name, upper=w.upper, n=w.model.n, m=w.model.m, l=len(w.model.inputs), T=w.T, u=w.u or "void", z=w.z,
         both=f"{w.u}, {w.z}" if w.u else w.z,
         after=f", dt ({w.model.continuous.unit}) later.  Another dt than the last one costs what kq_process_init_continuous does"
         if w.any_dt else "", math="#include <math.h>\n" if w.is_fixed else "",
@@ -239,12 +243,12 @@ $init
 
 ${moving}kq_status ${name}_predict($u)
 {
-$moved    return $predict;
+$moved$pushes    return $predict;
 }
 
-kq_status ${name}_update($z)
+${less}kq_status ${name}_update($z)
 {
-$update    return kq_update_subset_$T(&model_filter, &model_sensor, z, present);
+$rest$update    return kq_update_subset_$T(&model_filter, &model_sensor, $taken, present);
 }
 
 kq_status ${name}_step($both)
@@ -257,6 +261,16 @@ kq_filter_$T *${name}_filter(void) { return &model_filter; }
 """)
 
 
+LESS = """\
+/* z - d, saturated; what is no value stays so */
+static int32_t less(int32_t z, int32_t d)
+{
+    const int64_t rest = (int64_t)z - d;
+    if (z == KQ_NOT_A_VALUE_Q31 || rest < -INT32_MAX) return z == KQ_NOT_A_VALUE_Q31 ? z : -INT32_MAX;
+    return rest > INT32_MAX ? INT32_MAX : (int32_t)rest;
+}
+
+"""
 MOVING = """\
 /* A, B and Q of a step of dt; nothing to do where it is as long as the last one */
 static kq_status move(float dt)
@@ -277,21 +291,44 @@ MOVED = """\
 
 def _text(w: Writer) -> str:
     n, m, l, T = w.model.n, w.model.m, w.model.l, w.T
-    u, at_once, fixed_sizes = "u" if l else "NULL", "", ""
+    u, at_once, fixed_sizes = "NULL" if not l else "all" if w.model.c is not None else "u", "", ""
+    taken = "z" if w.model.d is None else "rest"
     predict = f"kq_predict_{T}(&model_filter, &model_process, {u})"
     if w.way == "sizes":
         fixed_sizes = f'#include "kq_fixed_{T}.h" /* in src/fixed_size of the library */\n\n'
         upper = "0" if np.any(np.tril(w.model.A, -1)) else "KQ_FIXED_UPPER"
         predict = f"kq_fixed_predict_{T}(&model_filter, &model_process, {u}, {n}, {l}, {upper})"
         at_once = f"    if (present == {w.upper}_ALL)\n" \
-                  f"        return kq_fixed_update_{T}(&model_filter, &model_sensor, z, {n}, {m}, 0);\n"
+                  f"        return kq_fixed_update_{T}(&model_filter, &model_sensor, {taken}, {n}, {m}, 0);\n"
     start = [f"KQ_DIFFUSE_{T.upper()}(model_start, {n}, 0);"] if w.unknown else []
     return TEXT.substitute(
         name=w.name, T=T, upper_T=T.upper(), n=n, u=w.u or "void", z=w.z, both=f"{w.u}, {w.z}" if w.u else w.z,
         given=w.given, fixed_sizes=fixed_sizes, predict=predict, update=at_once, init=_init(w),
+        pushes=_pushes(w), taken=taken, rest=_rest(w), less=LESS if w.is_fixed and w.model.d is not None else "",
         moving=MOVING.replace("$control", "rates_of_control" if l else "NULL") if w.any_dt else "", moved=MOVED if w.any_dt else "",
         tables="\n".join((_tables_fixed if w.is_fixed else _tables_float)(w)),
         objects="\n".join([*start, *(_objects_constant if w.is_constant else _objects)(w)]))
+
+
+def _pushes(w: Writer) -> str:
+    """The controls, and the 1 of the offset"""
+    if w.model.c is None:
+        return ""
+    one = f"INT32_C({1 << w.parts.fractions('controls')[-1]})" if w.is_fixed else "1.0f"
+    given = [*(f"u[{k}]" for k in range(len(w.model.inputs))), one]
+    return f"    const {'int32_t' if w.is_fixed else 'float'} all[{w.model.l}] = {{{', '.join(given)}}};\n"
+
+
+def _rest(w: Writer) -> str:
+    """z without its offsets"""
+    if w.model.d is None:
+        return ""
+    if w.is_fixed:
+        words = nearest(np.ldexp(w.model.d, w.parts.fractions("measurements")))
+        cells = [f"less(z[{k}], INT32_C({int(one)}))" for k, one in enumerate(words)]
+    else:
+        cells = [f"z[{k}] - {_float(one)}" if one >= 0 else f"z[{k}] + {_float(-one)}" for k, one in enumerate(w.model.d)]
+    return f"    const {'int32_t' if w.is_fixed else 'float'} rest[{w.model.m}] = {{{', '.join(cells)}}};\n"
 
 
 def _array(kind: str, name: str, cells: Sequence[str], columns: int, remark: str = "") -> list[str]:

@@ -47,7 +47,9 @@ def life_of(model: Model, records: Sequence[Record], rows: int) -> Life:
                 now = np.where(later <= 4.0**model.n * now, now, np.inf)
                 most = np.where(which, np.fmax(most, now), most)
                 wanders |= which & ~(later + driven <= 1.01 * (now + driven))
-    return Life(rows, most + driven, wanders)
+    most = most + driven
+    most[model.n:] += 0.0 if model.d is None else np.abs(model.d)
+    return Life(rows, most, wanders)
 
 
 def tail(count: float) -> float:

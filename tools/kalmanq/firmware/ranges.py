@@ -82,7 +82,7 @@ def _with_life(model: Model, records: Sequence[Record], seen: Reach, life: Life)
     made = [_ranged(one, span, *far, life.rows or None, chosen)
             for one, span, far in zip(given, (*seen.states, *seen.measurements), goes)]
     controls = [_ranged(one, span, None, False, None, chosen)
-                for one, span in zip(model.controls, controls_reach(model, records) / MARGIN)]
+                for one, span in zip(model.inputs, controls_reach(model, records) / MARGIN)]
     return model.changed(states=made[:model.n], measurements=made[model.n:], controls=controls), chosen
 
 
@@ -91,7 +91,7 @@ def _goes(model: Model, life: Life) -> list[tuple[float, bool]]:
     made = [(float(far), bool(wanders)) for far, wanders in zip(life.reach, life.wanders)]
     for j, row in enumerate(model.H):
         spans = [abs(factor) * (one.range or np.inf) for one, factor in zip(model.states, row) if factor]
-        most = sum(spans) + tail(life.rows * model.m) * model.R[j, j] ** 0.5
+        most = sum(spans) + tail(life.rows * model.m) * model.R[j, j] ** 0.5 + (0.0 if model.d is None else abs(model.d[j]))
         if most < made[model.n + j][0]:
             made[model.n + j] = float(most), False
     return made
@@ -102,7 +102,7 @@ def widened(model: Model, records: Sequence[Record]) -> tuple[Model, list[str]]:
     found, said = reach(model, records), []
     changed = {}
     for which in ("states", "measurements", "controls"):
-        changed[which] = list(getattr(model, which))
+        changed[which] = list(model.inputs if which == "controls" else getattr(model, which))
         for k, (one, span) in enumerate(zip(changed[which], getattr(found, which))):
             if one.range is not None and span > one.range and np.isfinite(span):
                 made = _rounded_up(MARGIN * span)

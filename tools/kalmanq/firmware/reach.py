@@ -7,6 +7,7 @@ from typing import Optional, Sequence
 
 import numpy as np
 
+from kalmanq.data.rows import controls_of
 from kalmanq.model import Model, Quantity
 from kalmanq.run.filters import Filter
 from kalmanq.run.parts import is_diagonal
@@ -39,8 +40,8 @@ def draw(model: Model, rows: int = ROWS, seeds: Sequence[int] = range(SEEDS)) ->
         random = np.random.Generator(np.random.PCG64([seed, rows]))
         u = None
         if model.l:
-            spans = np.array([one.range or 0.0 for one in model.controls])
-            u = random.uniform(-spans, spans, (rows, model.l))
+            spans = np.array([one.range or 0.0 for one in model.inputs])
+            u = controls_of(random.uniform(-spans, spans, (rows, len(spans))), model, rows)
         x, z = simulate(model, rows, seed, u)
         end = min(_inside(x, model.states), _inside(z, model.measurements))
         _leave_gaps(model, z, random)
@@ -90,7 +91,7 @@ def _between(model: Model, record: Record, mean: np.ndarray, P: np.ndarray) -> n
     most = np.nanmax(np.abs(x), axis=0, initial=0.0)
     if not is_diagonal(model.R):
         return most
-    for h, r, z in zip(model.H, np.diag(model.R), record.z[1:].T):
+    for h, r, z in zip(model.H, np.diag(model.R), (record.z[1:] - (0.0 if model.d is None else model.d)).T):
         gain = S @ h
         variance = gain @ h + r
         there = np.isfinite(z) & (variance > 0) & np.isfinite(variance)

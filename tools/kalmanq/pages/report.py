@@ -88,7 +88,7 @@ def _linear_of(model: Model, z: np.ndarray, u: Optional[np.ndarray], arithmetic:
     """The run, arithmetics beside double, and ranges that are too narrow"""
     run = compiled_run(model, arithmetic, z, u) if is_compiled else Smoother(model, arithmetic).run(z, u, times=times)
     _, compared = compare(model, z, u, {"compiled": compiled_run} if is_compiled else {}, times)
-    return run, compared, widened(model, [Record(z, u)])[1] if run.is_held else []
+    return run, compared, widened(model, [Record(z, controls_of(u, model, len(z)))])[1] if run.is_held else []
 
 
 def _nonlinear_of(model: NonlinearModel, z: np.ndarray, u: Optional[np.ndarray], arithmetic: str,
