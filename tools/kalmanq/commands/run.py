@@ -23,7 +23,7 @@ from kalmanq.compiler.simulation import CompiledFilter
 from kalmanq.core import names_of
 from kalmanq.data import joining, tables
 from kalmanq.data.files import refuse_one_output, refuse_output
-from kalmanq.data.rows import Rows
+from kalmanq.data.rows import Rows, controls_of
 from kalmanq.errors import KalmanqError, KalmanqWarning
 from kalmanq.model import Model
 from kalmanq.nonlinear import NonlinearFilter, NonlinearModel, NonlinearSmoother
@@ -177,7 +177,7 @@ class _FileRun:
         begun = None  # the first block, which knows how rows are named
         for first, block, z, u in self._blocks():
             begun = begun or block
-            smoother.add(Rows(z, u, block.times))
+            smoother.add(Rows(z, controls_of(u, self.model, len(z)), block.times))
         for first, rows in smoother.rows():
             self._run(lambda *_: smoother.take(rows), rows.z, rows.u, replace(begun, times=rows.times).place if begun.is_joined else
                       lambda row: begun.place(first + row))

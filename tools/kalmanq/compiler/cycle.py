@@ -188,6 +188,6 @@ class CycleText(Text):
         return []
 
     def _step(self) -> list[str]:
-        u = ", u" if self.given.of.l else ""
+        u = ", u" if self.given.inputs else ""
         return function(f"unsigned {self.given.name}_step({self.filter}{self.u}, {self.z})",
                         [f"{self.given.name}_predict(f{u});", f"return {self.given.name}_update(f, z);"])

@@ -55,7 +55,7 @@ class Text:
     def __init__(self, given: Request, a: Arithmetic):
         self.given, self.a = given, a
         self.filter = f"{given.type} *restrict f"
-        self.u = f", const {a.type} u[{given.of.l}]" if given.of.l else ""
+        self.u = f", const {a.type} u[{given.inputs}]" if given.inputs else ""
         self.z = f"const {a.type} z[{given.of.m}]"
         self.settles = a.steady is not None
 
@@ -129,7 +129,7 @@ class Text:
     # ---- predict
 
     def _control(self) -> list[str]:
-        if not self.given.of.l:
+        if not self.given.inputs:
             return []
         type_, zero = self.a.type, self.a.zero
         low = "-most" if type_ == "int32_t" else f"u < {zero} ? -most : {zero}"
@@ -138,8 +138,8 @@ class Text:
             f"return u > {zero} ? most : {low};"], "A control, or the nearer end of its range")
 
     def _controls(self) -> list[str]:
-        return [f"const {self.a.type} u{k} = control(f, u[{k}], {self.a.most_control(k)});"
-                for k in range(self.given.of.l)]
+        given = [f"control(f, u[{k}], {self.a.most_control(k)})" for k in range(self.given.inputs)]
+        return [f"const {self.a.type} u{k} = {one};" for k, one in enumerate([*given, *(self.a.one for _ in range(self.given.of.l - len(given)))])]
 
     def _predict(self) -> list[str]:
         a = self.a
@@ -221,7 +221,7 @@ class Text:
         return function(f"unsigned {given.name}_update_some({self.filter}, {self.z}, unsigned present)", lines)
 
     def _step(self) -> list[str]:
-        given, u = self.given, ", u" if self.given.of.l else ""
+        given, u = self.given, ", u" if self.given.inputs else ""
         lines: list[str] = []
         if self.settles:
             all_ = " && ".join(f"{self.a.accepts(j)}" for j in range(given.of.m))
@@ -233,7 +233,7 @@ class Text:
     def row(self, of: Row) -> list[str]:
         """The calls of a row, for programs that run a record"""
         name, m = self.given.name, self.given.of.m
-        u = f", {of.u}" if self.given.of.l else ""
+        u = f", {of.u}" if self.given.inputs else ""
         whole = f"{name}_update(&f, {of.z})"
         some = f"{of.present} == {self.given.all} ? {whole} : {name}_update_some(&f, {of.z}, {of.present})" if m > 1 else whole
         return [f"if ({of.what} == {PREDICTS | UPDATES} && {of.present} == {self.given.all}) {of.taken} = {name}_step(&f{u}, {of.z});",

@@ -286,7 +286,13 @@ class FloatFilter(Arithmetic):
         mixing = self.given.mixing
         terms = [f" {'-' if mixing[j, k] < 0 else '+'} {self.number(abs(mixing[j, k]))} * z[{k}]" for k in range(j)
                  if self.given.together[j] >> k & 1 and mixing[j, k]]
+        if d := float(self.given.offsets[j]):
+            terms.append(f" {'-' if d > 0 else '+'} {self.number(abs(d))}")
         return f"z[{j}]{''.join(terms)}"
+
+    @property
+    def one(self) -> str:
+        return self.number(1)
 
     def mean_text(self, i: int) -> str:
         return f"f->x[{i}] + f->low[{i}]"

@@ -33,10 +33,10 @@ class Header:
     def _what(self) -> list[str]:
         model, options = self.given.model, self.given.options
         return [f"{self.name}: a Kalman filter of {count(model.n, 'state')}, {count(model.m, 'measurement')} and "
-                f"{count(model.l, 'control')} in {options.arithmetic}.", "Written by kalmanq compile."]
+                f"{count(self.given.inputs, 'control')} in {options.arithmetic}.", "Written by kalmanq compile."]
 
     def _usage(self) -> list[str]:
-        u = ", u" if self.given.of.l else ""
+        u = ", u" if self.given.inputs else ""
         rows = [(f"static {self.given.type} f;", ""), (f"{self.name}_start(&f);", "once"),
                 (f"{self.name}_update(&f, z);", "the first sample"),
                 (f"{self.name}_step(&f{u}, z);", "each next sample"),
@@ -52,7 +52,7 @@ class Header:
     def _quantities(self) -> list[str]:
         rows = [("", "name", "unit", "range", "format")]
         for which in ("states", "measurements", "controls"):
-            for k, one in enumerate(getattr(self.a.model, which)):
+            for k, one in enumerate(getattr(self.a.model, "inputs" if which == "controls" else which)):
                 rows.append((f"{which[:-1]} {k}", plain(one.name), plain(one.unit), f"{one.range:g}" if one.range else "",
                              self.a.format_of(which, k)))
         rows = rows if rows[1][-1] else [row[:-1] for row in rows]
@@ -63,7 +63,7 @@ class Header:
         """They stay set until f->events is set to 0."""
         rows = [("REFUSED", "a measurement was NaN, infinite or outside its range: it was not taken")]
         rows += [("CONTROL_REFUSED", "a control was outside its range: the nearer end was taken; NaN: 0")] \
-            if self.given.of.l else []
+            if self.given.inputs else []
         rows += [("GATED", "a measurement was too far off: it was not taken")] \
             if self.given.options.gate is not None else []
         rows += self.a.events

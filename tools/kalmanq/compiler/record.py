@@ -87,11 +87,12 @@ def _samples(given: Request, rows: int, draws: np.random.Generator) -> tuple[np.
     root, noise = _root(of.Q), _root(np.asarray(model.R))
     pushes = np.array([PUSHED * (one.range or 1.0) for one in model.controls])
     u = draws.standard_normal((rows, of.l)).clip(-3, 3) * pushes
+    u[:, given.inputs:] = 1
     stays = of.x0 if np.allclose(of.A @ of.x0, of.x0, rtol=1e-6, atol=0) else np.zeros(of.n)  # far from 0 at rest
     x, z = of.x0 - stays, np.empty((rows, of.m))
     for t in range(rows):
         x = A @ x + root @ draws.standard_normal(of.n) + of.B @ u[t]
-        z[t] = model.H @ (stays + x) + noise @ draws.standard_normal(of.m)
+        z[t] = model.H @ (stays + x) + noise @ draws.standard_normal(of.m) + (0.0 if model.d is None else model.d)
     return z.astype(np.float32).astype(float), u.astype(np.float32).astype(float)
 
 
@@ -104,7 +105,7 @@ def exact(given: Request, record: Record, taken: np.ndarray) -> tuple[np.ndarray
     """Means and covariances in long double, by Joseph's form; taken: the components that the filter took"""
     A, B, H, Q, R, x, P = (getattr(given.of, name).astype(float).astype(LONG)
                            for name in ("A", "B", "H", "Q", "R", "x0", "P0"))
-    mixed, u = record.z.astype(LONG) @ given.mixing.astype(LONG).T, record.u.astype(LONG)
+    mixed, u = record.z.astype(LONG) @ given.mixing.astype(LONG).T - given.offsets, record.u.astype(LONG)
     means, covariances = np.empty((len(taken), len(A)), LONG), np.empty((len(taken), *A.shape), LONG)
     eye = np.eye(len(A), dtype=LONG)
     for t, bits in enumerate(taken.tolist()):

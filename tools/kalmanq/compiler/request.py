@@ -73,6 +73,17 @@ class Request:
         return (1 << self.of.m) - 1
 
     @property
+    def inputs(self) -> int:
+        """Controls that are given"""
+        return sum(not one.constant for one in self.model.controls)
+
+    @property
+    def offsets(self) -> np.ndarray:
+        """Of what is taken of the measurements"""
+        d = getattr(self.model, "d", None)
+        return np.zeros(self.of.m) if d is None else self.mixing @ d
+
+    @property
     def type(self) -> str:
         return f"{self.name}_filter"
 

@@ -13,6 +13,7 @@ import numpy as np
 from kalmanq.compiler.host import Host, Ran
 from kalmanq.compiler.product import Product, compiled
 from kalmanq.compiler.request import Options
+from kalmanq.data.rows import controls_of
 from kalmanq.model import Model
 from kalmanq.run.results import Run
 
@@ -65,7 +66,7 @@ class CompiledFilter:
     def restart(self) -> None:
         of = self.product.given.of.doubles()
         self.mean, self.covariance = np.array(of.x0), np.array(of.P0)
-        self.begins, self.left = True, np.zeros(self.model.l)  # the last row's control moves the state to the next
+        self.begins, self.left = True, self._rest()  # the last row's control moves the state to the next
         self.events, self.digest = 0, 0
         self._ahead: list[Ahead] = []
 
@@ -99,8 +100,13 @@ class CompiledFilter:
         self.events |= events
         if len(run):
             self.begins, self.mean, self.covariance = False, ran.mean[-1], ran.covariance[-1]
-            self.left = self.left if u is None else np.array(u[-1], float)
+            self.left = self.left if u is None else controls_of(u, self.model, len(run))[-1]
         return run
+
+    def _rest(self) -> np.ndarray:
+        """Without controls"""
+        made = controls_of(None, self.model, 1)
+        return np.zeros(self.model.l) if made is None else made[0]
 
     def _ran(self, z: np.ndarray, u: Optional[np.ndarray]) -> Ran:
         controls = self._carried(u, len(z))
@@ -110,7 +116,8 @@ class CompiledFilter:
 
     def _carried(self, u: Optional[np.ndarray], rows: int) -> np.ndarray:
         """Of the step that leads to each row"""
-        given = np.zeros((rows, self.model.l)) if u is None else np.asarray(u, float).reshape(rows, -1)
+        given = controls_of(None if u is None else np.asarray(u, float).reshape(rows, -1), self.model, rows)
+        given = np.zeros((rows, self.model.l)) if given is None else given
         return np.vstack([self.left[None], given[:-1]]) if rows else given
 
     def _explain(self, run: Run, z: np.ndarray, u: Optional[np.ndarray], ran: Ran) -> None:
@@ -120,12 +127,12 @@ class CompiledFilter:
         if self.begins:
             x[0], P[0] = self.mean, self.covariance
         S = model.H @ P @ model.H.T + model.R
-        scored(run, z - x @ model.H.T, S, ran)
+        scored(run, z - x @ model.H.T - (0.0 if model.d is None else model.d), S, ran)
 
     def forecast(self, steps: int) -> Ahead:
         """So many rows ahead without measurements and controls.  No row can be run after it."""
         while len(self._ahead) < steps:
-            self.left = np.zeros(self.model.l)
+            self.left = self._rest()
             ran = self._ran(np.full((1, self.model.m), np.nan), None)
             self.begins = False
             self._ahead.append(Ahead(ran.mean[-1], ran.covariance[-1]))

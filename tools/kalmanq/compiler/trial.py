@@ -47,14 +47,14 @@ class Trial:
                           *self._near(), *self._main()])
 
     def _rows(self) -> list[str]:
-        n, m, l = len(self.given.carried), self.given.of.m, self.given.of.l
+        n, m, l = len(self.given.carried), self.given.of.m, self.given.inputs
         given = [("u", self.record.u), *([] if self.record.now is None else [("now", self.record.now)])] if l else []
         controls = [f"{self.a.type} {', '.join(f'{name}[{l}]' for name, _ in given)};"] if l else []
         clocks = [] if self.record.clock is None else [f"{self.a.type} clock[3];"]
         lines = []
         for t in range(ROWS):
             cells = [*(str(one[t]) for one in (self.record.what, self.record.present, self.ran.taken)),
-                     *(self._list("controls", values[t]) for _, values in given),
+                     *(self._list("controls", values[t][:l]) for _, values in given),
                      *(f"{{{', '.join(self.a.literal(float(np.nan_to_num(one))) for one in self.record.clock[t])}}}" for _ in clocks),
                      self._list("measurements", self.record.z[t]),
                      f"{{{', '.join(self.a.literal(value) for value in self.ran.reading[t])}}}"]

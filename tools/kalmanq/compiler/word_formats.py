@@ -107,9 +107,13 @@ def ranged(model: Model, sigma: np.ndarray) -> Model:
     except KalmanqError:
         pass
     states = [_with_range(one, 2.0**10 * s + abs(x)) for one, s, x in zip(model.states, sigma, model.x0)]
-    spans = np.abs(model.H) @ [one.range for one in states] + 8 * np.sqrt(np.diag(model.R))
+    spans = np.abs(model.H) @ [one.range for one in states] + 8 * np.sqrt(np.diag(model.R)) + _offsets(model)
     return model.changed(states=states, measurements=[_with_range(one, s) for one, s in zip(model.measurements, spans)],
-                         controls=[_with_range(one, 2.0**15) for one in model.controls])
+                         controls=[_with_range(one, 2.0**15) for one in model.inputs])
+
+
+def _offsets(model: Model) -> np.ndarray:
+    return np.zeros(model.m) if model.d is None else np.abs(model.d)
 
 
 def _with_range(one: Quantity, span: float) -> Quantity:
@@ -130,7 +134,7 @@ def formats(given: Request, model: Model, settled: Union[Settled, Cycle, None], 
     u = [_fraction(one, 31, one.range) for one in model.controls]
     ends_of = 2.0 ** np.array(ends)
     moved = ends_of + np.abs(of.A - np.eye(of.n)) @ ends_of + np.abs(of.B) @ (2.0 ** (31 - np.array(u, int)))
-    spans = np.abs(given.mixing) @ [one.range for one in model.measurements]
+    spans = np.abs(given.mixing) @ ([one.range for one in model.measurements] + _offsets(model))
     reach = np.abs(of.H) @ moved
     z = [_measured(*one) for one in zip(model.measurements, spans, reach)]
     most = reach + np.abs(given.mixing) @ (2.0 ** (31 - np.array(z)))  # of any word

@@ -38,7 +38,13 @@ class Readings(Arithmetic):
             if self.given.together[j] >> k & 1 and mixing[j, k]:
                 more = self.mean.scaled(float(mixing[j, k]), f"z[{k}]", self.formats.z[j] - self.formats.z[k])
                 text = f"(int32_t)((uint32_t){text} + (uint32_t){more.removeprefix(' + ')})"
-        return text
+        d = round(math.ldexp(float(self.given.offsets[j]), self.formats.z[j]))
+        return f"(int32_t)((uint32_t){text} - (uint32_t){d if d >= 0 else f'({d})'})" if d else text
+
+    @property
+    def one(self) -> str:
+        """Of a control that is always 1"""
+        return str(1 << self.formats.u[-1])
 
     def fraction(self, which: str, k: int) -> int:
         return {"states": self.formats.read, "measurements": self.formats.z, "controls": self.formats.u}[which][k]

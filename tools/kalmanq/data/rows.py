@@ -130,7 +130,7 @@ def rows_of(given: Any, quantities: Sequence[Quantity], name: str) -> np.ndarray
 
 def controls_of(u: Any, model: Model, rows: int) -> Optional[np.ndarray]:
     """A row for each row of z."""
-    if model.c is not None:
+    if getattr(model, "c", None) is not None:
         return _with_one(u, model, rows)
     if u is None:
         return None

@@ -207,7 +207,7 @@ class Model:
         return f"Model({self.name!r}, n={self.n}, m={self.m}, l={self.l})"
 
 
-ONE = Quantity("1", range=1.0, constant=True)
+ONE = Quantity("1", range=1.0, fraction=30, constant=True)
 
 
 def _pushes(B: Optional[ArrayLike], c: Optional[ArrayLike], n: int) -> Optional[np.ndarray]:

@@ -15,6 +15,9 @@ LASTING = 1 - 1e-12
 
 def refuse(model: Model, arithmetic: str) -> None:
     """KalmanqError for the first thing that is in the way."""
+    for name in ("c", "d"):
+        if getattr(model, name) is not None:
+            raise KalmanqError(f"{name}: the proven forms have no offsets: leave out --form, or use kalmanq design")
     _start(model)
     _noises(model)
     _settling(model)
