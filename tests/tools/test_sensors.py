@@ -3,9 +3,11 @@
 from __future__ import annotations
 
 import csv
+import ctypes
 import json
 import subprocess
 import sys
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -17,6 +19,8 @@ from kalmanq import Filter, KalmanqError, Smoother
 from kalmanq.core import arithmetic_of, ffi, require
 from kalmanq.data import joining, tables
 from kalmanq.model import model_file
+
+ROOT = Path(__file__).resolve().parents[2]
 
 WALK = """
 [model]
@@ -255,12 +259,12 @@ def test_what_is_told_late_is_in_the_row_that_it_was_measured_at(seed, delay, bl
     assert all(np.array_equal(made.columns[name][is_there], right.columns[name], equal_nan=True) for name in made.columns)
 
 
-@pytest.mark.parametrize("command", [("compile",), ("design", "--core", "m4f"), ("compile", "--form", "covariance")])
-def test_c_that_is_written_has_no_delays(command, tmp_path):
+@pytest.mark.parametrize("command", [("compile",), ("compile", "--form", "covariance")])
+def test_c_that_is_compiled_has_no_delays(command, tmp_path):
     path = walk(tmp_path)
     path.write_text(path.read_text().replace("R = 0.01", "R = 0.01\ndelay = 0.1"))
-    done = kalmanq(command[0], path, *command[1:], *(() if command[0] == "design" else ("-o", tmp_path / "walk.c")))
-    assert done.returncode == 1 and "sensors: imu has a delay of 0.1" in done.stderr and "kq_update_delayed" in done.stderr
+    done = kalmanq(command[0], path, *command[1:], "-o", tmp_path / "walk.c")
+    assert done.returncode == 1 and "sensors: imu has a delay of 0.1" in done.stderr and "kalmanq design" in done.stderr
     assert not (tmp_path / "walk.c").exists()
 
 
@@ -317,6 +321,99 @@ def test_two_rates_with_jitter_and_a_late_receiver_on_the_chip(seed, T, off, tmp
     sigma = np.sqrt(np.diag(told["covariance"]))
     mean, spread = on_the_chip(model, T, log, 0.12)
     assert np.abs((mean - told["mean"]) / sigma).max() < off and np.abs(spread / sigma - 1).max() < off
+
+
+RANGES = (("]\nunits", "]\nranges = [60]\nunits"), ("R = [[0.04", "ranges = [1000, 100]\nR = [[0.04"), ('"a"]', '"a"]\nranges = [1000, 100, 50]'))
+
+
+class Firmware:
+    """What design writes of a model, with the library, on this machine"""
+
+    def __init__(self, folder: Path, path: Path, T: str, *more: str):
+        done = kalmanq("design", path, "--core", "m4f", "--arith", T, "--way", "init", "--out", folder, *more)
+        assert done.returncode == 0, done.stderr
+        self.a, self.name = arithmetic_of(T), model_file.read(path).name
+        sources = [ROOT / "src" / f"kq_{one}_{T}.c" for one in ("filter", "steady", "lengths")]
+        flags = ["-std=c11", "-O1", "-Wall", "-Wextra", "-Wpedantic", "-Wconversion", "-Werror", "-ffp-contract=off", "-shared", "-fPIC"]
+        subprocess.run(["cc", *flags, f"-I{ROOT / 'include'}", str(folder / f"{self.name}.c"), *map(str, sources), "-lm", "-o",
+                        str(folder / "firmware.so")], check=True)
+        self.library = ctypes.CDLL(str(folder / "firmware.so"))
+        self.filter = getattr(self.library, f"{self.name}_filter")
+        self.filter.restype = ctypes.c_void_p
+        assert self.call("init") == 0
+
+    def call(self, function, *given):
+        made = []
+        for one in given:
+            word = ctypes.c_int32 if self.a.is_fixed else ctypes.c_float
+            made.append((word * len(one))(*one.tolist()) if isinstance(one, np.ndarray) else
+                        ctypes.c_float(one) if isinstance(one, float) else ctypes.c_size_t(one))
+        return getattr(self.library, f"{self.name}_{function}")(*made)
+
+    def reading(self, n: int) -> np.ndarray:
+        f = ffi.cast(f"kq_filter_{self.a.name} *", self.filter())
+        return np.array([[self.a.function(one)(f, i) for i in range(n)] for one in ("mean", "sigma")], float)
+
+
+@pytest.mark.parametrize("seed", range(3))
+def test_the_firmware_of_design_takes_what_is_late(seed, tmp_path):
+    """400 Hz with jitter, and 10 Hz that tells 120 ms late: the C file, by a function a sensor, beside the host's run of the log"""
+    log, _, _ = late_log(tmp_path, seed, 0.12)
+    path = walk(tmp_path)
+    text = path.read_text().replace("R = [[0.04", "delay = 0.12\nR = [[0.04")
+    for old, new in RANGES:
+        text = text.replace(old, new, 1)
+    path.write_text(text)
+    told = json.loads(kalmanq("run", path, log, "--json").stdout)
+    sigma, firmware = np.sqrt(np.diag(told["covariance"])), Firmware(tmp_path, path, "f32", "--any-dt")
+    steps, measured, late = instants(log, 120_000)
+    for k, now in enumerate(steps):
+        assert k == 0 or firmware.call("predict", float((now - steps[k - 1]) * 1e-6)) == 0
+        if now in measured:
+            assert firmware.call("update_imu", measured[now], 1) == 0
+        if now - 120_000 in late:
+            z = late[now - 120_000]
+            assert firmware.call("update_gps", np.nan_to_num(z), int((~np.isnan(z)) @ [1, 2]), k - steps.index(now - 120_000)) == 0
+    mean, spread = firmware.reading(3)
+    assert np.abs((mean - told["mean"]) / sigma).max() < 1e-4 and np.abs(spread / sigma - 1).max() < 1e-5
+    assert firmware.call("update_gps", np.zeros(2), 3, 1000) != 0
+
+
+def instants(log: Path, late: int) -> tuple[list[int], dict[int, np.ndarray], dict[int, np.ndarray]]:
+    """When something is measured, in microseconds; what the first sensor and the late one measured then"""
+    rows = [[int(row[0]), *(float(cell or "nan") for cell in row[1:])] for row in list(csv.reader(log.open()))[1:]]
+    told = {row[0] - late: np.array(row[2:]) for row in rows if not np.isnan(row[2]) and row[0] - late >= rows[0][0]}
+    return sorted({row[0] for row in rows} | set(told)), {row[0]: np.array(row[1:2]) for row in rows if not np.isnan(row[1])}, told
+
+
+@pytest.mark.parametrize("T, off", [("f32", 2e-5), ("q31", 1e-5)])
+@pytest.mark.parametrize("late", [0, 3])
+def test_the_firmware_of_sensors_in_steps(T, off, late, tmp_path):
+    """A temperature and its slow reference, which comes 3 rows late; offsets among them"""
+    path = tmp_path / "room.toml"
+    path.write_text("[model]\nname = 'room'\nA = [[0.98, 0.05], [0.0, 0.9]]\nc = [0.4, 0.0]\nQ = [0.01, 0.02]\nx0 = [20.0, 0.0]\nP0 = [4.0, 1.0]\n"
+                    "[states]\nranges = [100, 20]\n[[sensors]]\nname = 'quick'\nH = [1.0, 0.0]\nR = 0.25\nranges = [100]\n"
+                    f"[[sensors]]\nname = 'reference'\nH = [1.0, 1.0]\nR = 0.01\nd = [-1.5]\nranges = [100]\ndelay = {late}\n")
+    for seed in range(3):
+        draw = np.random.default_rng(seed)
+        z = 20 + draw.normal(size=(60, 2))
+        z[np.arange(60) % 7 != 0, 1] = np.nan
+        f, firmware = Filter(model_file.read(path), T), Firmware(tmp_path, path, T)
+        scale = 2.0 ** np.array(f.parts.fractions("measurements"))
+        words = np.round(z * scale) if T == "q31" else z.astype(np.float32)
+        given = words / scale if T == "q31" else words.astype(float)
+        for t in range(60):
+            assert t == 0 or firmware.call("predict") == 0
+            assert firmware.call("update_quick", words[t, :1].astype(int) if T == "q31" else words[t, :1], 1) == 0
+            if t >= late and not np.isnan(z[t - late, 1]):
+                one = words[t - late, 1:]
+                assert firmware.call("update_reference", one.astype(int) if T == "q31" else one, 1, *([late] if late else [])) == 0
+        known = given.copy()
+        known[60 - late:, 1] = np.nan
+        f.run(known)
+        mean, sigma = firmware.reading(2) / (2.0 ** np.array(f.parts.fractions("states")) if T == "q31" else 1)
+        assert np.abs((mean - f.mean) / f.sigma).max() <= (off if late else 1e-6) or np.array_equal(mean, f.mean.astype(np.float32))
+        assert np.abs(sigma / f.sigma - 1).max() < 1e-5
 
 
 def test_a_delay_in_rows(tmp_path):

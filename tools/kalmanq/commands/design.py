@@ -19,10 +19,10 @@ from kalmanq.compiler.host import Host
 from kalmanq.compiler.offers import COLUMNS, Offer, add_ways, offers
 from kalmanq.compiler.product import fingerprint, remarked
 from kalmanq.compiler.proven.proof_file import no_less
-from kalmanq.data import rows as given_rows, tables
+from kalmanq.data import joining, rows as given_rows
 from kalmanq.data.files import require_folder, whole
 from kalmanq.errors import KalmanqError
-from kalmanq.firmware.c_source import identifier, source
+from kalmanq.firmware.c_source import bytes_of_delays, identifier, source
 from kalmanq.firmware.costs import COMPACT, CORES, flags, include_path
 from kalmanq.firmware.designs import PARTS, Designs, Part, Trial, Way, design
 from kalmanq.firmware.ranges import with_ranges
@@ -53,13 +53,14 @@ class Options:
 
 
 def design_file(options: Options, console: Console) -> None:
-    model = model_file.read_for_c(options.model)
+    model = model_file.read(options.model)
     if options.any_dt:
         options = _of_any_dt(options, model)
     if options.out:
         require_folder(options.out)
     made, records = _designs(options, model)
-    compiled = offers(model, made.model, options.name or identifier(made.model.name))
+    is_late = any(one.delay for one in model.sensors)
+    compiled = [] if is_late else offers(model, made.model, options.name or identifier(made.model.name))
     add_ways(made, compiled, records)
     chosen = made.chosen(options.arithmetic, options.way)
     written = _write(options, made, chosen, compiled) if chosen and options.out else []
@@ -75,6 +76,9 @@ ANY_DT = "Steps are of the model's dt there.  Another dt comes on top: the code,
          "kq_process_init_continuous (process.h)."
 
 
+LATE = "What is late takes {} bytes of RAM more, and the flash and instructions of a delay (kq_update_delayed, lag.h)."
+
+
 def _of_any_dt(options: Options, model: Model) -> Options:
     if model.continuous is None:
         raise KalmanqError(f"--any-dt: {model.name} is of steps that are all alike: give F, Qc and dt in the place of A and Q")
@@ -86,10 +90,10 @@ def _of_any_dt(options: Options, model: Model) -> Options:
 
 def _designs(options: Options, model: Model) -> tuple[Designs, list[Record]]:
     flash, ram = PARTS[options.core]
-    part = Part(options.core, int(1024 * (options.flash or flash)), int(1024 * (options.ram or ram)))
+    part = Part(options.core, int(1024 * (options.flash or flash)), int(1024 * (options.ram or ram)) - bytes_of_delays(model, "f32"))
     records = []
     if options.data:
-        z, u = tables.measurements_and_controls(options.data, model)
+        z, u, _ = joining.record(options.data, model)
         records = [Record(z, given_rows.controls_of(u, model, len(z)))]
     ranged, notes = with_ranges(model, records)
     records = records or draw(ranged)
@@ -141,10 +145,10 @@ def _written(options: Options, texts: dict[str, str]) -> list[Path]:
 
 
 def _remarks(made: Designs, chosen: Way, any_dt: bool) -> list[str]:
-    cost = chosen.cost
+    cost, late = chosen.cost, bytes_of_delays(made.model, chosen.arithmetic)
     return [f"Expected on {CORES[made.part.core]}: {cost.instructions} instructions a step, {cost.flash} bytes of",
             f"flash and {cost.ram} of RAM beside a program without a filter, {cost.stack} of stack.",
-            *(_in_lines(ANY_DT) if any_dt else []), *_in_lines(_accuracy(chosen.trial)), *(line for one in made.notes for line in _in_lines(f"{one}.")),
+            *(_in_lines(ANY_DT) if any_dt else []), *(_in_lines(LATE.format(late)) if late else []), *_in_lines(_accuracy(chosen.trial)), *(line for one in made.notes for line in _in_lines(f"{one}.")),
             *(_in_lines(f"lean: {made.lean[chosen.arithmetic].said}.") if chosen.way == "lean" else []),
             *_built(made.part.core, chosen.way)]
 

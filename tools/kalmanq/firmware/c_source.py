@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import re
 from dataclasses import dataclass
 from string import Template
@@ -9,9 +10,9 @@ from typing import Any, Iterable, Iterator, Sequence
 
 import numpy as np
 
-from kalmanq.core import lib, nearest
+from kalmanq.core import arithmetic_of, lib, nearest
 from kalmanq.errors import KalmanqError
-from kalmanq.model import Quantity
+from kalmanq.model import Model, Quantity
 from kalmanq.run.filters import Filter
 from kalmanq.run.parts import CONSTANT, Parts, is_diagonal, known_prior, ways_of
 
@@ -20,6 +21,7 @@ WORDS = frozenset("""auto break case char const continue default do double else 
     bool class delete new template this namespace main kalmanq assert complex ctype errno fenv float inttypes iso646
     limits locale math setjmp signal stdalign stdarg stdatomic stdbool stddef stdint stdio stdlib stdnoreturn string
     tgmath threads time uchar wchar wctype""".split())
+LATEST = 1.5  # times a sensor's delay, that there is memory for
 KINDS = ("states", "measurements", "controls")
 SUFFIXES = ("", "_FRACTION", "_RANGE", "_RAW", "_VALUE")  # of what the header defines of a quantity
 
@@ -31,6 +33,17 @@ class Source:
     name: str
     header: str
     text: str
+
+
+@dataclass(frozen=True)
+class SensorCall:
+    """A sensor's measurements first, first + 1, ...; late: its delay in steps of dt"""
+
+    name: str
+    title: str
+    first: int
+    count: int
+    late: int
 
 
 class Writer:
@@ -48,6 +61,22 @@ class Writer:
         self.u, self.given = (", ".join(texts) for texts in zip(*moved)) if moved else ("", "")
         self.z = f"const {word} z[{self.model.m}], uint32_t present"
         self.names = self._names()
+        self.sensors = self._sensors()
+        self.latest = latest_of(self.model)
+
+    def _sensors(self) -> list[SensorCall]:
+        """Of a model file that names them"""
+        made, first, step = [], 0, self.model.continuous.dt if self.model.continuous else 1.0
+        for one in self.model.sensors:
+            late, count = one.delay / step, len(one.measurements)
+            name = identifier(one.name).removeprefix("filter_")
+            while name in (*(other.name for other in made), "some"):
+                name += "_"
+            if late and not self.any_dt and abs(late - round(late)) > 1e-6:
+                raise KalmanqError(f"sensors: the delay of {one.name}, {one.delay:g}, is no multiple of dt: make it one, or give --any-dt")
+            made.append(SensorCall(name, one.name, first, count, round(late)))
+            first += count
+        return made
 
     def _names(self) -> dict[str, list[str]]:
         """Each another one than all that the header has beside it"""
@@ -74,6 +103,18 @@ class Writer:
                 yield f"{kind[:-1]} {k}", one, name, fraction
 
 
+def latest_of(model: Model) -> int:
+    """Steps that the latest measurement may be late; 0: all come in time"""
+    step = model.continuous.dt if model.continuous else 1.0
+    return max((math.ceil(LATEST * one.delay / step - 1e-6) for one in model.sensors), default=0)
+
+
+def bytes_of_delays(model: Model, arithmetic: str) -> int:
+    """RAM for what is late"""
+    latest = latest_of(model)
+    return 4 * arithmetic_of(arithmetic).length("lag", model.n, model.m, latest) if latest else 0
+
+
 def identifier(text: str) -> str:
     """For files and functions: no word of C, no header of C or of the library, nothing that begins as its names do."""
     made = re.sub(r"\W+", "_", text, flags=re.ASCII).strip("_").lower() or "filter"
@@ -95,6 +136,8 @@ def source(parts: Parts, way: str, name: str = "", remarks: Sequence[str] = (), 
         raise KalmanqError("steps of any length are of a model with F, Qc and dt, in f32 and prepared at the start (init)")
     if parts.arithmetic.name == "f64":
         raise KalmanqError("a design is in f32 or q31")
+    if any(one.delay for one in parts.model.sensors) and np.any(parts.model.unknown):
+        raise KalmanqError("sensors: a delay, and a start that is unknown: give P0")
     if way not in ways_of(parts):
         raise KalmanqError(f"{parts.model.name} cannot be written as {way}: R is correlated or too small, or the "
                            "start is unknown")
@@ -133,7 +176,7 @@ kq_status ${name}_update($z);
 /** Predict and update.  Where the update is refused, the predict stands. */
 kq_status ${name}_step($both);
 
-/** For the library's readings: kq_mean_$T(${name}_filter(), ...), kq_sigma_$T, ... */
+$sensors/** For the library's readings: kq_mean_$T(${name}_filter(), ...), kq_sigma_$T, ... */
 kq_filter_$T *${name}_filter(void);
 
 #ifdef __cplusplus
@@ -149,7 +192,7 @@ def _header(w: Writer, remarks: Sequence[str]) -> str:
     definitions = [*_enumerations(w), *_ranges(w), *(_conversions(w) if w.is_fixed else [])]
     return HEADER.substitute(
         name=w.name, upper=w.upper, n=w.model.n, m=w.model.m, l=len(w.model.inputs), T=w.T, u=w.u or "void", z=w.z,
-        both=f"{w.u}, {w.z}" if w.u else w.z,
+        both=f"{w.u}, {w.z}" if w.u else w.z, sensors=_sensor_calls(w),
         after=f", dt ({w.model.continuous.unit}) later.  Another dt than the last one costs what kq_process_init_continuous does"
         if w.any_dt else "", math="#include <math.h>\n" if w.is_fixed else "",
         comment="\n".join(f" * {line}".rstrip() for line in comment),
@@ -174,6 +217,42 @@ def _table(w: Writer) -> list[str]:
     columns = 5 if w.is_fixed else 3
     widths = [max(len(row[k]) for row in rows) for k in range(columns)]
     return ["    " + "  ".join(f"{cell:<{width}}" for cell, width in zip(row, widths)) for row in rows]
+
+
+def _sensor_calls(w: Writer) -> str:
+    lines = []
+    for one in w.sensors:
+        lines += [f"/** Takes what is present of {plain(one.title)}, a bit for each of its measurements."]
+        if one.late:
+            lines[-1:] = [f"/** The same of {plain(one.title)}, measured `ago` predicts before now: 0 to {w.latest}, otherwise KQ_ERR_SIZE.",
+                          f"    Its delay is {one.late} steps of dt.  As if it had come in time where a predict ended at the instant that it",
+                          "    was measured at; otherwise take the nearest one. */"]
+        else:
+            lines[-1] += " */"
+        lines += [f"kq_status {_sensor_signature(w, one)};", ""]
+    return "".join(f"{line}\n" for line in lines)
+
+
+def _sensor_signature(w: Writer, one: SensorCall) -> str:
+    word = "int32_t" if w.is_fixed else "float"
+    return f"{w.name}_update_{one.name}(const {word} z[{one.count}], uint32_t present{', size_t ago' if one.late else ''})"
+
+
+def _sensor_functions(w: Writer) -> str:
+    """Each by the sensor of all, of which only its own measurements are present"""
+    lines = []
+    for one in w.sensors:
+        cells = [f"z[{k - one.first}]" if one.first <= k < one.first + one.count else "0" for k in range(w.model.m)]
+        own = f"(present & {(1 << one.count) - 1}u) << {one.first}" if one.first else f"present & {(1 << one.count) - 1}u"
+        lines += [f"kq_status {_sensor_signature(w, one)}", "{",
+                  f"    const {'int32_t' if w.is_fixed else 'float'} all[{w.model.m}] = {{{', '.join(cells)}}};"]
+        if one.late:
+            lines += [line.rstrip("\n") for line in [_rest(w, "all")] if line]
+            lines += [f"    return kq_update_delayed_{w.T}(&model_past, ago, &model_sensor, {'all' if w.model.d is None else 'rest'}, {own});"]
+        else:
+            lines += [f"    return {w.name}_update(all, {own});"]
+        lines += ["}", ""]
+    return "".join(f"{line}\n" for line in lines)
 
 
 def _enumerations(w: Writer) -> list[str]:
@@ -257,7 +336,7 @@ kq_status ${name}_step($both)
     return status ? status : ${name}_update(z, present);
 }
 
-kq_filter_$T *${name}_filter(void) { return &model_filter; }
+${sensors}kq_filter_$T *${name}_filter(void) { return &model_filter; }
 """)
 
 
@@ -301,9 +380,10 @@ def _text(w: Writer) -> str:
         at_once = f"    if (present == {w.upper}_ALL)\n" \
                   f"        return kq_fixed_update_{T}(&model_filter, &model_sensor, {taken}, {n}, {m}, 0);\n"
     start = [f"KQ_DIFFUSE_{T.upper()}(model_start, {n}, 0);"] if w.unknown else []
+    start += [f"KQ_DELAY_{T.upper()}(model_past, {n}, {m}, {w.latest});"] if w.latest else []
     return TEXT.substitute(
         name=w.name, T=T, upper_T=T.upper(), n=n, u=w.u or "void", z=w.z, both=f"{w.u}, {w.z}" if w.u else w.z,
-        given=w.given, fixed_sizes=fixed_sizes, predict=predict, update=at_once, init=_init(w),
+        given=w.given, fixed_sizes=fixed_sizes, predict=predict, update=at_once, init=_init(w), sensors=_sensor_functions(w),
         pushes=_pushes(w), taken=taken, rest=_rest(w), less=LESS if w.is_fixed and w.model.d is not None else "",
         moving=MOVING.replace("$control", "rates_of_control" if l else "NULL") if w.any_dt else "", moved=MOVED if w.any_dt else "",
         tables="\n".join((_tables_fixed if w.is_fixed else _tables_float)(w)),
@@ -319,15 +399,15 @@ def _pushes(w: Writer) -> str:
     return f"    const {'int32_t' if w.is_fixed else 'float'} all[{w.model.l}] = {{{', '.join(given)}}};\n"
 
 
-def _rest(w: Writer) -> str:
+def _rest(w: Writer, z: str = "z") -> str:
     """z without its offsets"""
     if w.model.d is None:
         return ""
     if w.is_fixed:
         words = nearest(np.ldexp(w.model.d, w.parts.fractions("measurements")))
-        cells = [f"less(z[{k}], INT32_C({int(one)}))" for k, one in enumerate(words)]
+        cells = [f"less({z}[{k}], INT32_C({int(one)}))" for k, one in enumerate(words)]
     else:
-        cells = [f"z[{k}] - {_float(one)}" if one >= 0 else f"z[{k}] + {_float(-one)}" for k, one in enumerate(w.model.d)]
+        cells = [f"{z}[{k}] - {_float(one)}" if one >= 0 else f"{z}[{k}] + {_float(-one)}" for k, one in enumerate(w.model.d)]
     return f"    const {'int32_t' if w.is_fixed else 'float'} rest[{w.model.m}] = {{{', '.join(cells)}}};\n"
 
 
@@ -460,6 +540,7 @@ def _objects(w: Writer) -> list[str]:
 def _init(w: Writer) -> str:
     calls = [] if w.is_constant else _init_fixed(w) if w.is_fixed else _init_float(w)
     calls.append(_init_filter(w))
+    calls += [f"kq_attach_{w.T}(&model_filter, &model_past.attached)"] if w.latest else []
     if len(calls) == 1:
         return f"    return {calls[0]};"
     others = [f"    if (!status) status = {call};" for call in calls[1:]]

@@ -196,7 +196,7 @@ class Model:
             what = {**what, **_split(np.asarray(what["B"]), True)}
         other = Model(**{**made, **what})  # type: ignore[arg-type]
         other.continuous = None if what.keys() & {"A", "B", "c", "Q", "G"} else self.continuous
-        other.sensors = () if what.keys() & {"measurements"} else self.sensors
+        other.sensors = self.sensors if [one.name for one in other.measurements] == [one.name for one in self.measurements] else ()
         other.builder = self.builder if what.keys() <= {"states", "measurements", "gaps", "name", "d"} else None
         if other.builder and "d" in what:
             offsets = {} if other.d is None else {"d": other.d.tolist()}

@@ -57,12 +57,12 @@ class SensorError(ModelError):
 
 
 def read_for_c(path: Path) -> Model:
-    """Of a filter that is written in C, which takes all in time"""
+    """Of a filter that kalmanq compile writes, which takes all in time"""
     model = read(path)
     for one in model.sensors:
         if one.delay:
-            raise ModelFileError(f"{path}: sensors: {one.name} has a delay of {one.delay:g}: the C that is written takes all in time; "
-                                 "leave the delay out, and have kq_update_delayed (kalmanq/lag.h) take what is late")
+            raise ModelFileError(f"{path}: sensors: {one.name} has a delay of {one.delay:g}: the C of compile takes all in time; "
+                                 "kalmanq design writes a filter that takes it late")
     return model
 
 
