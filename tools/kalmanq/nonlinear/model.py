@@ -191,7 +191,7 @@ class NonlinearModel:
             return any("t" in one.takes for one in self.functions)
 
     @property
-    def inputs(self) -> tuple[Quantity, ...]:
+    def inputs(self) -> Any:
         return self.controls
 
     @property

@@ -13,6 +13,7 @@ import numpy as np
 from kalmanq.compiler.equation_run import COMPILED, compiled_equations_run
 from kalmanq.compiler.offers import COLUMNS, EXPLAINED, offers
 from kalmanq.compiler.simulation import NO_SMOOTHER, compiled_run
+from kalmanq.data.rows import controls_of
 from kalmanq.firmware import costs
 from kalmanq.firmware.ranges import widened
 from kalmanq.firmware.reach import Record
