@@ -323,6 +323,35 @@ def test_two_rates_with_jitter_and_a_late_receiver_on_the_chip(seed, T, off, tmp
     assert np.abs((mean - told["mean"]) / sigma).max() < off and np.abs(spread / sigma - 1).max() < off
 
 
+@pytest.mark.parametrize("seed", range(3))
+def test_a_column_says_when_each_was_measured(seed, tmp_path):
+    """1 to 300 ms before it is told, in any order: equal to the files in which nothing was late"""
+    imu, gps, _, _ = two_rates(tmp_path, seed)
+    _, imu, gps = late_log(tmp_path, seed, 0.0)
+    (_, *fast), (_, *slow), draw = *(list(csv.reader(one.open())) for one in (imu, gps)), np.random.default_rng(seed)
+    rows = {round(float(row[0]) * 1e6): [row[1], "", "", ""] for row in fast}
+    for at, speed, pos in slow:
+        told = int(at) + int(draw.integers(1000, 300_000))
+        rows.setdefault(told, ["", "", "", ""])[1:] = [pos, speed, at]
+    log, names = tmp_path / "own.csv", "time_us,acc,pos,speed,gps_us"
+    log.write_text("\n".join([names, *(f"{at},{','.join(rows[at])}" for at in sorted(rows))]) + "\n")
+    path, late = walk(tmp_path), tmp_path / "late.toml"
+    late.write_text(path.read_text().replace("R = [[0.04", "delay = 0.3\nmeasured = 'gps_us'\nR = [[0.04"))
+    assert model_file.text_of(model_file.read(late)).count("measured = ") == 1
+    ran = [json.loads(kalmanq("run", model, *data, "--json").stdout) for model, data in ((path, (imu, gps)), (late, (log,)))]
+    assert ran[1]["log_likelihood"] == pytest.approx(ran[0]["log_likelihood"], rel=1e-12) and ran[1]["taken"] == ran[0]["taken"]
+    whole, made = (tables.joined(list(joining.blocks_of(log, model_file.read(late), blocks))) for blocks in (65536, 7))
+    assert np.array_equal(whole.times, made.times)
+    assert all(np.array_equal(whole.columns[name], made.columns[name], equal_nan=True) for name in whole.columns)
+    first = slow[0][0]
+    for old, new, said in ((f",{first}\n", ",\n", "the time that it was measured at is missing"), (f",{first}\n", f",{int(first) + 10**6}\n", "is after the row's time"),
+                           (f",{first}\n", f",{int(first) - 10**6}\n", "is more than 0.3 s before"), ("gps_us", "gps_ms", "gps_us")):
+        bad = tmp_path / "bad.csv"
+        bad.write_text(log.read_text().replace(old, new, 1))
+        done = kalmanq("run", late, bad)
+        assert done.returncode == 1 and said in done.stderr and done.stderr.count("\n") == 1, done.stderr
+
+
 RANGES = (("]\nunits", "]\nranges = [60]\nunits"), ("R = [[0.04", "ranges = [1000, 100]\nR = [[0.04"), ('"a"]', '"a"]\nranges = [1000, 100, 50]'))
 
 
@@ -440,6 +469,7 @@ def test_a_delay_in_rows(tmp_path):
     ('name = "gps"', 'name = "imu"', "line 19: name: imu is there twice"), ("R = 0.01", "", "line 11: R: is missing from"),
     ("R = 0.01", "S = 1\nR = 0.01", "line 16: S: no such key in .*sensors"),
     ("H = [0.0, 0.0, 1.0]", "H = [1.0]", "line 15: H: is 1 x 1"),
+    ("R = 0.01", "R = 0.01\nmeasured = 'at'", "measured: is the name of a column of times, beside `delay`"),
     ('["pos", "speed"]', '["pos"]', "measurements: names has 1 entries; there are 2"),
     ('["pos", "speed"]', '["pos", "acc"]', "measurements: have one name twice"),
     ("dt = 0.0025", "dt = 0.0025\nH = 1", "line 6: H: is each"),

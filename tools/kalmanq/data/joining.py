@@ -61,16 +61,17 @@ def _joined(sources: Sequence[Source], model: Any, rows: int, has_to_fit: bool) 
     names = [one.name for one in (*model.measurements, *model.inputs)]
     with ExitStack() as stack:
         made = [stack.enter_context(opened_table(source, [*model.measurements, *model.inputs], has_to_fit=has_to_fit,
-                                                 dt=dt_of(model), cure=cure_of(model), may_lack=True, is_alone=len(sources) == 1))
+                                                 dt=dt_of(model), cure=cure_of(model), may_lack=True, is_alone=len(sources) == 1,
+                                                 stamps=[one.measured for one in _sensors_of(model) if one.measured]))
                 for source in sources]
         _require_columns(made, model)
         unit = model.continuous.seconds if getattr(model, "continuous", None) else 1.0
-        delays = {name: unit * one.delay for one in _sensors_of(model) for name in one.measurements if one.delay}
-        if len(made) == 1 and not delays:
+        late = [(list(one.measurements), unit * one.delay, one.measured) for one in _sensors_of(model) if one.delay]
+        if len(made) == 1 and not late:
             yield from (_completed(block, names) for block in made[0].all_blocks(rows))
             return
         held, of_rows = _Held(model, made), [one.name for one in model.inputs if len(made) == 1]
-        for block in _merged([_File(one, rows, delays, of_rows) for one in made], names, dt_of(model)):
+        for block in _merged([_File(one, rows, late, of_rows) for one in made], names, dt_of(model)):
             yield held.filled(block)
 
 
@@ -99,15 +100,15 @@ def _completed(block: Block, names: Sequence[str]) -> Block:
 
 
 class _File:
-    """A file that is being read: its columns by how late they are.  A table without times has a row each dt, or, of steps,
+    """A file that is being read: its columns by how late they are (names, delay, the column of their own times).  A table without times has a row each dt, or, of steps,
     each 1.  complete: columns that each row has"""
 
-    def __init__(self, table: Table, rows: int, delays: Mapping[str, float], complete: Sequence[str]):
+    def __init__(self, table: Table, rows: int, late: Sequence[tuple[list[str], float, str]], complete: Sequence[str]):
         self.table, self._blocks, self._count, self._complete = table, table.all_blocks(rows), 0, complete
         self.known, self.first_row = -np.inf, 2  # up to where; its line
-        late = sorted({delays[name] for name in table.names if name in delays})
-        self.parts = [_Waiting(self, delay, [name for name in table.names if delays.get(name, 0) == delay])
-                      for delay in (0, *late)]
+        delayed = [(delay, names, measured) for names, delay, measured in late if set(names) & set(table.names)]
+        in_time = [name for name in table.names if not any(name in names for _, names, _ in delayed)]
+        self.parts = [_Waiting(self, 0, in_time), *(_Waiting(self, *one) for one in delayed)]
 
     def read(self, dt: float) -> None:
         block = next(self._blocks, None)
@@ -123,27 +124,48 @@ class _File:
         self._count += block.length
         self.known = times[-1]
         for part in self.parts:
-            part.add(times, block.columns)
+            part.add(times, block)
 
 
 class _Waiting:
-    """Rows that have been read, and wait for those of other files"""
+    """Rows that have been read, and wait for those of other files.  measured: a column of their own times, `delay` before the
+    row's at most"""
 
-    def __init__(self, file: _File, delay: float, names: Sequence[str]):
-        self.file, self._delay = file, delay
+    def __init__(self, file: _File, delay: float, names: Sequence[str], measured: str = ""):
+        self.file, self._delay, self._measured = file, delay, measured
         self.times, self.columns = np.zeros(0), {name: np.zeros(0) for name in names}
 
     @property
     def known(self) -> float:
         return self.file.known - self._delay
 
-    def add(self, times: np.ndarray, columns: Mapping[str, np.ndarray]) -> None:
+    def add(self, times: np.ndarray, block: Block) -> None:
         """What was measured before the first row of all is not there: no step has it."""
-        is_there = np.ones(len(times), bool)
+        columns, is_there, own = block.columns, np.ones(len(times), bool), times - self._delay
         if self._delay:
-            is_there = np.any([~np.isnan(columns[name]) for name in self.columns], axis=0) & (times >= self._delay)
-        self.times = np.concatenate([self.times, times[is_there] - self._delay])
-        self.columns = {name: np.concatenate([one, columns[name][is_there]]) for name, one in self.columns.items()}
+            is_there = np.any([~np.isnan(columns[name]) for name in self.columns], axis=0)
+        if self._measured:
+            own = self._own(times, is_there, block)
+        is_there &= own >= (0 if self._delay else -np.inf)
+        own = np.concatenate([self.times, own[is_there]])
+        order = np.argsort(own, kind="stable")
+        if self._measured and np.any(np.diff(own[order]) == 0):
+            raise TableError(self.file.table.source, f"{self._measured} has the time {own[order][np.argmin(np.diff(own[order]))]:.9g} s twice: "
+                             "leave one row out")
+        self.times = own[order]
+        self.columns = {name: np.concatenate([one, columns[name][is_there]])[order] for name, one in self.columns.items()}
+
+    def _own(self, times: np.ndarray, is_there: np.ndarray, block: Block) -> np.ndarray:
+        """When the measurements of each row were made"""
+        source, name, near = self.file.table.source, self._measured, 1e-9 * self._delay + 4 * np.spacing(np.abs(times))
+        if name not in block.columns:
+            raise TableError(source, f"there is no column {name}, or no times of rows beside it")
+        own = np.where(is_there, block.columns[name], np.nan)
+        for wrong, said in ((np.isnan(own), "the time that it was measured at is missing"), (own > times + near, "is after the row's time"),
+                            (times - own > self._delay + near, f"is more than {self._delay:g} s before the row's: make the sensor's delay longer")):
+            if np.any(wrong & is_there):
+                raise TableError(source, said, block.line(int(np.argmax(wrong & is_there))), name)
+        return np.where(is_there, own, -1.0)
 
     def taken(self, until: float) -> tuple[np.ndarray, dict[str, np.ndarray]]:
         count = int(np.searchsorted(self.times, until, side="right"))

@@ -68,13 +68,14 @@ def read(data: AnySource, wanted: Sequence[Union[str, Quantity]], rows: int = 65
 @contextmanager
 def opened_table(source: Source, wanted: Sequence[Union[str, Quantity]], optional: Sequence[str] = (), has_to_fit: bool = False,
                  dt: Optional[float] = None, cure: str = RESAMPLE, may_lack: bool = False,
-                 is_alone: bool = True) -> Iterator[Table]:
-    """As `read`; may_lack: it has some of the columns; is_alone: not one of several files that are joined"""
+                 is_alone: bool = True, stamps: Sequence[str] = ()) -> Iterator[Table]:
+    """As `read`; may_lack: it has some of the columns; is_alone: not one of several files that are joined; stamps: columns of
+    times beside those of the rows, where they are there"""
     for option, is_given in (("--sort", source.layout.sort), ("--jitter", source.layout.jitter is not None)):
         if is_given and dt is None:
             raise KalmanqError(f"{option}: where rows are at their times: of a linear model with F, Qc and dt, or functions of t or dt")
     with opened(source) as text:
-        yield Table(source, text, [_quantity(one) for one in wanted], optional, has_to_fit, dt, cure, may_lack, is_alone)
+        yield Table(source, text, [_quantity(one) for one in wanted], optional, has_to_fit, dt, cure, may_lack, is_alone, stamps)
 
 
 def _quantity(one: Union[str, Quantity]) -> Quantity:
@@ -85,7 +86,7 @@ class Table:
     """A text that is read once from its beginning to its end.  times: its column of times, if it is read"""
 
     def __init__(self, source: Source, text: TextIO, wanted: Sequence[Quantity], optional: Sequence[str],
-                 has_to_fit: bool, dt: Optional[float], cure: str, may_lack: bool, is_alone: bool):
+                 has_to_fit: bool, dt: Optional[float], cure: str, may_lack: bool, is_alone: bool, stamps: Sequence[str] = ()):
         self.source, self._has_to_fit, self._cure, self._is_alone = source, has_to_fit, cure, is_alone
         self._beyond: dict[str, tuple[str, int, int]] = {}  # of a quantity: why, the first row, how many
         self._numbers = Numbers(source.layout)
@@ -100,8 +101,10 @@ class Table:
         if optional and set(optional) <= set(cells):
             self._wanted += map(_quantity, optional)
             self._places += [place_of(source, cells, name, "", self._line) for name in optional]
-        place = time_column(source, cells, self._places, [one.name for one in wanted] if dt is None or cure else ())
+        stamped = {name: place_of(source, cells, name, "", self._line) for name in stamps if name in cells}
+        place = time_column(source, cells, [*self._places, *stamped.values()], [one.name for one in wanted] if dt is None or cure else ())
         self.times = None if dt is None or place is None else TimeColumn(source, cells[place], place, dt)
+        self._stamps = {name: TimeColumn(source, name, where, dt) for name, where in stamped.items()} if self.times else {}
         self._judged = None if place is None or self.times and not cure else Times(cells[place], place)
         self._line += 1
         self._begun_at = self._line
@@ -195,6 +198,8 @@ class Table:
         column = self.times or self._judged
         cells = [row[column.place].strip() for row in block] if column else []
         times = self.times.read(cells, self._line) if self.times else None
+        for name, one in self._stamps.items():
+            made[name] = one.stamps([row[one.place].strip() for row in block], self._line, self.times)
         if self.times and self._is_alone and self._line == self._begun_at:
             judge_units([self.times])
         if self._judged:

@@ -73,6 +73,17 @@ class TimeColumn:
         self._last = float(made[-1]), cells[-1]
         return made
 
+    def stamps(self, cells: Sequence[str], line: int, rows: TimeColumn) -> np.ndarray:
+        """Times beside those of the rows, in any order; NaN: none"""
+        made = np.full(len(cells), np.nan)
+        for k, cell in enumerate(one.replace(",", ".", 1) for one in cells):
+            if cell.lower() not in MISSING:
+                if not self.kind:
+                    self.origin, self.unit = rows.origin, self.unit or rows.unit
+                    self._begin(cell, line + k)
+                made[k] = self._seconds([cell], line + k)[0]
+        return made
+
     def _begin(self, cell: str, line: int) -> None:
         self.kind = "dates" if DATE.match(cell) else "clocks" if CLOCK.fullmatch(cell) else "numbers"
         if self.kind == "dates":

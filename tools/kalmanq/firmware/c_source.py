@@ -37,13 +37,14 @@ class Source:
 
 @dataclass(frozen=True)
 class SensorCall:
-    """A sensor's measurements first, first + 1, ...; late: its delay in steps of dt"""
+    """A sensor's measurements first, first + 1, ...; late: its delay in steps of dt, at most where it varies"""
 
     name: str
     title: str
     first: int
     count: int
     late: int
+    varies: bool
 
 
 class Writer:
@@ -72,9 +73,9 @@ class Writer:
             name = identifier(one.name).removeprefix("filter_")
             while name in (*(other.name for other in made), "some"):
                 name += "_"
-            if late and not self.any_dt and abs(late - round(late)) > 1e-6:
+            if late and not self.any_dt and not one.measured and abs(late - round(late)) > 1e-6:
                 raise KalmanqError(f"sensors: the delay of {one.name}, {one.delay:g}, is no multiple of dt: make it one, or give --any-dt")
-            made.append(SensorCall(name, one.name, first, count, round(late)))
+            made.append(SensorCall(name, one.name, first, count, round(late), bool(one.measured)))
             first += count
         return made
 
@@ -225,7 +226,7 @@ def _sensor_calls(w: Writer) -> str:
         lines += [f"/** Takes what is present of {plain(one.title)}, a bit for each of its measurements."]
         if one.late:
             lines[-1:] = [f"/** The same of {plain(one.title)}, measured `ago` predicts before now: 0 to {w.latest}, otherwise KQ_ERR_SIZE.",
-                          f"    Its delay is {one.late} steps of dt.  As if it had come in time where a predict ended at the instant that it",
+                          f"    Its delay is {'at most ' if one.varies else ''}{one.late} steps of dt.  As if it had come in time where a predict ended at the instant that it",
                           "    was measured at; otherwise take the nearest one. */"]
         else:
             lines[-1] += " */"

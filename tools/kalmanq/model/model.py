@@ -52,7 +52,8 @@ class Sensor:
 
     name: str
     measurements: tuple[str, ...]
-    delay: float = 0.0  # seconds from when it measured to the row that tells it; rows of a model of steps
+    delay: float = 0.0  # from when it measured to the row that tells it, in the unit of dt; rows of a model of steps
+    measured: str = ""  # a column with the time that it measured at: no more than `delay` before that of the row
 
 
 Quantities = Optional[Sequence[Union[Quantity, str]]]

@@ -6,7 +6,7 @@
                     P0 = "unknown", or "unknown" in the place of a state's variance.
     [states], [measurements], [controls]   names, units, ranges, fractions: a list each, one for each of them
     [[sensors]]     in the place of H, R and [measurements], one for each: name, measurements (names), H, R, units, ranges,
-                    fractions, d, delay
+                    fractions, d, delay, measured (a column: when, at most `delay` ago)
     [gaps]          max_gap, min_run
 """
 
@@ -40,7 +40,7 @@ SECTIONS = {
     "measurements": ("names", "units", "ranges", "fractions"),
     "controls": ("names", "units", "ranges", "fractions"),
     "gaps": ("max_gap", "min_run"),
-    "sensors": ("name", "measurements", "H", "R", "d", "delay", "units", "ranges", "fractions"),
+    "sensors": ("name", "measurements", "H", "R", "d", "delay", "measured", "units", "ranges", "fractions"),
 }
 
 
@@ -213,7 +213,8 @@ def _sensors(given: Mapping[str, Any], made: dict[str, Any], states: int) -> lis
     if any(one.d is not None for _, one in parts):
         made["d"] = np.concatenate([np.zeros(one.m) if one.d is None else one.d for _, one in parts])
     made["measurements"] = [quantity for _, one in parts for quantity in one.measurements]
-    return [Sensor(name, tuple(quantity.name for quantity in one.measurements), _delay(number, given["sensors"][number], made))
+    return [Sensor(name, tuple(quantity.name for quantity in one.measurements), _delay(number, given["sensors"][number], made),
+                   given["sensors"][number].get("measured", ""))
             for number, (name, one) in enumerate(parts)]
 
 
@@ -224,6 +225,10 @@ def _delay(number: int, given: Mapping[str, Any], made: Mapping[str, Any]) -> fl
             raise ModelError("delay", "is a number, 0 or more: seconds, or rows of a model of steps")
         if "dt" not in made and delay != int(delay):
             raise ModelError("delay", f"is in rows, as the model is of steps: {delay} is no whole number of them; or give F, Qc and dt")
+        measured = given.get("measured")
+        if measured is not None and (not isinstance(measured, str) or not measured or "dt" not in made or not delay):
+            raise ModelError("measured", "is the name of a column of times, beside `delay`, the most that they are before the row's, of a "
+                             "model with F, Qc and dt")
     except ModelError as problem:
         raise SensorError(number, problem) from None
     return float(delay)
@@ -378,6 +383,7 @@ def text_of(model: Model) -> str:
         lines += ["", "[[sensors]]", f"name = {_quoted(name)}", f"measurements{names[5:]}", f"H = {_rows(H)}", f"R = {_rows(R)}"]
         lines += [] if d is None else [f"d = {_list(d)}"]
         lines += [f"delay = {sensor.delay!r}"] if sensor.delay else []
+        lines += [f"measured = {_quoted(sensor.measured)}"] if sensor.measured else []
         lines += more
     if model.gaps != Gaps():
         lines += ["", "[gaps]", f"max_gap = {model.gaps.max_gap}"]
