@@ -91,8 +91,8 @@ def test_rows_of_the_mean_alone_have_the_bits_of_full_steps(arithmetic, seed):
 
 
 def test_the_readme_s_program_is_this():
-    """What the C program of README.md prints, to the last digit."""
-    page = (ROOT / "README.md").read_text(encoding="utf-8")
+    """What the C program of include/README.md prints, to the last digit."""
+    page = (ROOT / "include" / "README.md").read_text(encoding="utf-8")
     said = re.findall(r"^(\d)  filtered ([\d.]+) \+- ([\d.]+) m, (-?[\d.]+) m/s$", page, re.M)
     ahead = re.search(r"^in 1 s +([\d.]+) \+- ([\d.]+) m$", page, re.M)
     past = re.search(r"^4  smoothed ([\d.]+) \+- ([\d.]+) m, ([\d.]+) m/s$", page, re.M)
