@@ -136,9 +136,9 @@ KQ_NODISCARD kq_status kq_lagged_states_f64(kq_lag_f64 *lag, size_t k, kq_filter
  * A history does not take late measurements: of each measurement it keeps rotations of the root that its step was predicted
  * to, not H and z, and for the root that a late one leaves there they would have to be divided by a root that may be
  * singular.  A run to be smoothed as a whole is replayed instead, its rows in the order of their times, from the state
- * where the history was attached (kq_filter_copy); while it runs, attach a delay in the place of the history.
+ * where the history was attached (kq_filter_copy). While it runs, attach a delay in the place of the history.
  *
- * A delay keeps the maps of its steps apart, so that a late measurement changes them.  Memory and functions are those of a
+ * A delay keeps the maps of its steps apart, so that a late measurement changes them.  Memory and functions are as for a
  * lag; kq_lagged costs 3 n^3 multiplications for each of k steps.
  */
 
@@ -154,7 +154,7 @@ KQ_NODISCARD kq_status kq_delay_assign_f64(kq_lag_f64 *lag, int n, int m, size_t
 
 /**
  * Takes a measurement of the state of k steps ago, as if it had come at the end of that step: the filter, the states
- * of the lag and what is taken later, of any step, are those of the run in which it did.
+ * of the lag and what is taken later, of any step, are as in the run in which it did.
  *   lag      attached
  *   k        0 .. kq_lag_steps().  0 is kq_update_subset
  *   s, z     as in kq_update; not a sensor of innovations
@@ -165,10 +165,10 @@ KQ_NODISCARD kq_status kq_delay_assign_f64(kq_lag_f64 *lag, int n, int m, size_t
  * keep its measurements, controls, processes and sensors, to copy an old filter and to replay them is cheaper, in
  * instructions and in RAM; this needs none of them.
  * Accuracy: as the filter; of sharp measurements, in the middle, twice its rounding.
- * Events: those of kq_update.  After KQ_EVENT_OVERFLOW with KQ_EVENT_HISTORY_FULL the lag has ended.
+ * Events: as kq_update.  After KQ_EVENT_OVERFLOW with KQ_EVENT_HISTORY_FULL the lag has ended.
  * KQ_ERR_NULL, KQ_ERR_HISTORY_EMPTY, KQ_ERR_HISTORY_FULL as kq_lagged; KQ_ERR_SIZE (k); KQ_ERR_MISMATCH (not a delay;
- * a sensor of innovations, or of another size); those of kq_update.
- * Source: src/smoother/delayed.h; the joint law is that of Bar-Shalom et al., IEEE Trans. AES 40 (2004), exact here
+ * a sensor of innovations, or of another size); as kq_update.
+ * Source: src/smoother/delayed.h; the joint law is in Bar-Shalom et al., IEEE Trans. AES 40 (2004), exact here
  * for any k.
  */
 KQ_NODISCARD kq_status kq_update_delayed_f32(kq_lag_f32 *lag, size_t k, const kq_sensor_f32 *s, const float *z,

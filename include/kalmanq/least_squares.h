@@ -32,8 +32,8 @@ extern "C" {
  *   f        changed
  *   lambda   0 < lambda <= 1; 1 changes nothing.  q31: 0.99 is {(int32_t)(0.99 * 0x1p31), -31}
  * Events: KQ_EVENT_OVERFLOW: a variance would have passed the limit above; P stays.
- * Accuracy: only the increment of S is rounded, to an eps of a row's size (2^-24 f32, 2^-53 f64, 2^-30 q31);
- * errors do not add up in one direction.  1 - lambda below eps is lost.
+ * Accuracy: only the increment of S is rounded, to an eps of a row's size (2^-24 f32, 2^-53 f64, 2^-30 q31).
+ * Errors do not add up in one direction.  1 - lambda below eps is lost.
  * Cost: n^2 multiplications, one root, one division.
  * KQ_ERR_NULL, KQ_ERR_NOT_READY, KQ_ERR_NOT_FINITE, KQ_ERR_RANGE (lambda), KQ_ERR_COEFFICIENT (q31: lambda is
  * not normalised), KQ_ERR_RECORDING (lambda < 1, and a history, a lag or an instant is attached).

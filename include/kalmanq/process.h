@@ -69,7 +69,7 @@ typedef struct {
  *     static const kq_process_f32 motion = KQ_PROCESS_TABLE(2, 0, A, NULL, G);
  *
  * One more argument tells where A is 0, so that a step costs what it costs after init: n numbers in
- * parentheses; all rows from i on are 0 left of column number i.  (0, 1, 2) is an upper triangular A of three
+ * parentheses. All rows from i on are 0 left of column number i.  (0, 1, 2) is an upper triangular A of three
  * states.  A number too small costs time; one too large leaves out coefficients.  Without it A is dense.
  * No history and no freeze sees that you assign one table over another. */
 #define KQ_PROCESS_TABLE(n, l, A, B, ...) \
@@ -135,10 +135,10 @@ KQ_NODISCARD kq_status kq_process_init_root_f64(kq_process_f64 *p, const double 
  * KQ_ERR_NULL, KQ_ERR_SIZE, KQ_ERR_MEMORY, KQ_ERR_NOT_FINITE, KQ_ERR_NOT_SYMMETRIC, KQ_ERR_NOT_SEMIDEFINITE,
  * KQ_ERR_RANGE (dt; A, B or a sigma beyond what is representable).
  * Accuracy: 10 eps, of A, of B and of Q_ij beside sqrt(Q_ii Q_jj), and twice what an F that is off by eps makes,
- * from 1e-6 to 1e3 time constants, stiff models too; an oscillator without damping: |F| dt eps.  Where F is
+ * from 1e-6 to 1e3 time constants, stiff models too. An oscillator without damping: |F| dt eps.  Where F is
  * nilpotent (constant velocity, acceleration, random walk) a few eps.
  * Cost of a change of dt, velocities with a friction, M4F, f32: 10 thousand instructions at n = 2, 38 thousand at
- * n = 4, 305 thousand at n = 9; more by about 6 n^3 multiplications for each doubling of |F| dt above 1/2.
+ * n = 4, 305 thousand at n = 9. More by about 6 n^3 multiplications for each doubling of |F| dt above 1/2.
  * Stack: 1000 bytes (n = 9: 1440).
  * Source: Van Loan, IEEE Trans. AC 23 (1978), for what is computed; by Legendre coefficients and doubling of roots. */
 KQ_NODISCARD kq_status kq_process_init_continuous_f32(kq_process_f32 *p, const float *F, const float *B,
@@ -151,7 +151,7 @@ KQ_NODISCARD kq_status kq_process_init_continuous_f64(kq_process_f64 *p, const d
     (KQ_TRIANGLE((size_t)(n)) + (size_t)(n) * ((size_t)(n) + (size_t)(l) + (size_t)(m)) + \
         ((size_t)(n) + (size_t)(m)) * ((size_t)(n) + (size_t)(m)) + KQ_TRIANGLE((size_t)(n) + (size_t)(m)))
 
-/** A process whose noise is correlated with that of the measurement before the predict, E w[t] v[t]' = S:
+/** A process whose noise is correlated with the noise of the measurement before the predict, E w[t] v[t]' = S:
  *
  *     A* = A - K H,   B* = [B, K],   Q* = Q - K S',   K = S R^-1,   controls (u[t]; z[t])
  *
@@ -171,8 +171,8 @@ KQ_NODISCARD kq_status kq_process_init_continuous_f64(kq_process_f64 *p, const d
  *   S        n x m; not kept.  [Q, S; S', R] is positive semi-definite, may be singular
  *   present  bit c: the update took component c.  UINT32_MAX: all.  0: p is A, [B, 0] and Q
  * A component that is missing, or that a gate rejects, tells nothing of w.  The predict after it takes the process of
- * that `present`; z then needs a finite number in its place, which is not used.  Steps without measurements, as those
- * of kq_forecast, take present = 0.  A history keeps a pointer to each process: have one for each `present`, or smooth
+ * that `present`; z then needs a finite number in its place, which is not used.  Steps without measurements, as in
+ * kq_forecast, take present = 0.  A history keeps a pointer to each process: have one for each `present`, or smooth
  * while the filter runs (lag.h).  E w[t] v[t+1]' = S is another model.
  * After an error p, A*, B* and the root are what they were.
  * KQ_ERR_NULL, KQ_ERR_NOT_READY (s), KQ_ERR_SIZE (p has fewer than m controls), KQ_ERR_MEMORY, KQ_ERR_MISMATCH (s has
@@ -201,7 +201,7 @@ KQ_NODISCARD kq_status kq_process_change_transition_f64(kq_process_f64 *p, const
 /** Checks whether memory errors have damaged p, A or G.  The first call after an init or change keeps
  * seals, which later calls compare.
  *   p        its seal is written; not a const table
- * One turned bit is always found in the used bytes of p, in G and in A; in p alone if p was assigned from a
+ * One turned bit is always found in the used bytes of p, in G and in A. In p alone if p was assigned from a
  * table or made by kq_process_scale_noise.  B and formats are not checked.
  * KQ_ERR_NULL, KQ_ERR_NOT_READY, KQ_ERR_TABLE (damaged: initialise it again).
  * Cost: as kq_process_change_transition. */
@@ -235,9 +235,9 @@ typedef struct {
 /** Checks a table and keeps its arrays by reference, so that no later call overflows.  No float code.
  *   p            written; needs no memory
  *   range_error  written: KQ_NO_RANGE_ERROR, or what does not fit (KQ_ERR_RANGE); or NULL
- * Checked: sizes, pointers, fractions, ranges; coefficients (fixed_point.h); row norms of G at most 2^30, its
+ * Checked: sizes, pointers, fractions, ranges; coefficients (fixed_point.h). Row norms of G at most 2^30, its
  * diagonal >= 0; sum_k |A_ik| + sum_k |B_ik| <= 16 in raw values (KQ_ERR_RANGE: state i needs at least so
- * many more integer bits); |A_ii| <= 16 (KQ_ERR_COEFFICIENT: no format helps).
+ * many more integer bits). |A_ii| <= 16 (KQ_ERR_COEFFICIENT: no format helps).
  * KQ_ERR_NULL, KQ_ERR_SIZE, KQ_ERR_RANGE, KQ_ERR_COEFFICIENT, KQ_ERR_TABLE.  Cost: n^2 + n l additions. */
 KQ_NODISCARD kq_status kq_process_init_q31(kq_process_q31 *p, const kq_process_table_q31 *table,
     kq_range_error_q31 *range_error);

@@ -121,7 +121,7 @@ KQ_NODISCARD kq_status kq_steady_init_f64(kq_steady_f64 *st, const kq_process_f6
 /**
  * predict   x <- A x + B u
  * update    x <- x + K (z - H x)        also by a correlated sensor
- * step      predict, then update; refused as a whole
+ * step      predict, then update. Refused as a whole
  *   st       changed
  *   u        l, or NULL: no control
  *   z        m

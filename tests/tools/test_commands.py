@@ -5,6 +5,7 @@ from __future__ import annotations
 import csv
 import json
 import os
+import re
 import signal
 import subprocess
 import sys
@@ -210,6 +211,18 @@ def test_help_reads_well():
     assert said.returncode == 0
     for command in ("run", "check", "steady", "simulate", "compare", "report", "fit"):
         assert command in said.stdout and kalmanq(command, "--help").returncode == 0
+
+
+def test_doctor_says_what_is_missing_and_its_cure(tmp_path):
+    there = {one["name"]: one for one in json.loads(kalmanq("doctor", "--json").stdout)}
+    assert re.match(r"\d+\.\d+", there["numpy"]["version"]) and there["simavr"]["cure"] == "apt install simavr"
+    (tmp_path / "avr-gcc").write_text("#!/bin/sh\necho 'avr-gcc (GCC 12.3) 5.4.0'\n")
+    (tmp_path / "avr-gcc").chmod(0o755)
+    done = subprocess.run([sys.executable, "-m", "kalmanq.command_line", "doctor", "--json"], capture_output=True, text=True,
+                          env={**{key: one for key, one in os.environ.items() if key != "CC"}, "PATH": str(tmp_path)})
+    found = {one["name"]: one["version"] for one in json.loads(done.stdout)}
+    assert found["avr-gcc"] == "5.4.0" and found["C compiler"] is None and found["qemu-system-arm"] is None
+    assert kalmanq("doctor").stdout.splitlines()[0].startswith("kalmanq doctor")
 
 
 # ------------------------------------------------------------------------------ outputs and names of all kinds

@@ -370,7 +370,7 @@ def test_only_what_wanders_is_said_to():
 def test_what_grows_by_a_power_has_its_data_alone():
     model = Model(1.5, 1, 1, 1, P0=1)
     ranged, notes = with_ranges(model, [Record(np.full((50, 1), 4.0))])
-    assert ranged.states[0].range < 15 and "the model grows without end: the range is that of the data alone" in str(notes[0])
+    assert ranged.states[0].range < 15 and "the model grows without end: the range comes from the data alone" in str(notes[0])
 
 
 @lru_cache(None)

@@ -150,7 +150,7 @@ REFUSED = [
      "there is no column speed of the sensor gps"),
     (lambda f: [written(f, "a.csv", "t,x", ["0"], [1.0])], "there is no column of any sensor: acc, pos, speed"),
     (lambda f: [written(f, "a.csv", "t,acc", ["0"], [1.0]), written(f, "b.csv", "t,pos,speed", ["2024-01-01"], [1.0], [1.0])],
-     "b.csv: row 2, column t: the times are dates, those of the other file numbers"),
+     "b.csv: row 2, column t: the times are dates, the other file's are numbers"),
     (lambda f: [written(f, "a.csv", "t,acc", ["0", "1"], [1.0, 2.0]),
                 written(f, "b.csv", "t,pos,speed", ["0", "7"], [1.0] * 2, [1.0] * 2)],
      "the unit of the times cannot be told: as seconds, the median step is 1, dt is 0.0025"),

@@ -145,7 +145,7 @@ REFUSED = {
     "no unit": ("t", ["0", "100", "210", "300"], r"column t: the unit of the times cannot be told: as seconds, the median step "
                 r"is 100, dt is 0.1: --time 't \[ms\]' says it"),
     "counter": ("t", ["100000000", "100100000", "100200000"], "unit of the times cannot be told"),
-    "other unit": ("t [mm]", ["0", "1"], "row 2, column t .mm.: mm is none of the units s, "),
+    "other unit": ("t [mm]", ["0", "1"], "row 2, column t .mm.: mm is not one of the units s, "),
     "midnight": ("time", ["23:59:59", "00:00:00"], "the time goes back, .* but a clock that begins anew needs a date"),
     "other kind": ("t", ["0", "0.1", "2024-01-01"], "row 4, column t: '2024-01-01' is no time, as the others are numbers"),
     "no date": ("t", ["2024-01-01", "2024-13-01"], "row 3, column t: '2024-13-01' is no time, as the others are dates"),

@@ -135,7 +135,7 @@ def test_a_model_in_weeks_is_the_one_in_seconds(tmp_path):
     assert again["rows"] == 8 and again["taken"] == 8
     weeks.write_text(weeks.read_text().replace('"week"', '"fortnight"'))
     done = kalmanq("run", weeks, log)
-    assert done.returncode == 1 and "line 4: time_unit: is none of ms, s, min, h, day, week, year" in done.stderr
+    assert done.returncode == 1 and "line 4: time_unit: is not one of ms, s, min, h, day, week, year" in done.stderr
 
 
 def test_the_page_s_log_with_time_stamps(tmp_path):

@@ -78,7 +78,7 @@ a filter: gcc `-O2` (AVR `-Os`), then clang `-Oz`; all other columns are gcc's. 
 their roots (`kq_process_init_root`, `kq_filter_init_root`), as in q31's tables always. Lean: process and
 sensor are constant tables, P0 is given by its root, and the sensor is one that takes low-noise measurements coarsely
 (`KQ_PROCESS_TABLE`, `KQ_SENSOR_LEAN_TABLE_<T>`). RAM: the objects and the tape, on AVR also the constants.
-Worst stack: the deepest of all calls, those of init, the first ones and noise-free measurements included.
+Worst stack: the deepest of all calls, with init, the first calls and noise-free measurements.
 Step: instructions of a settled `kq_step`; worst update: the dearest one found over hard inputs (R from 0 to P0,
 sigmas 14 decades apart, P0 standing for infinity). Part: flash + RAM of the smallest that holds it, with
 {START_UP} bytes of flash for the start-up, and objects, tape and worst stack in RAM.

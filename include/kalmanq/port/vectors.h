@@ -2,7 +2,7 @@
  * The loops over words that a core may do better than C says them: the portable form.  Replaced as
  * integer.h is (port/README.md), with the same bits.  Not for callers of the library.
  *
- * `bits` and the bounds are those of src/arithmetic/fixed.h.
+ * `bits` and the bounds are in src/arithmetic/fixed.h.
  */
 #ifndef KALMANQ_PORT_VECTORS_H
 #define KALMANQ_PORT_VECTORS_H

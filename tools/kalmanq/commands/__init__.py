@@ -24,8 +24,8 @@ COMMANDS = {
                "Does the data fit the model?  A page with a verdict, pictures and figures."),
     "fit": ("kalmanq.commands.fit", "Estimate parameters, with standard errors.  Exit code 3: no maximum; OUT then has "
                                     "the best that was found."),
-    "examples": (f"{STUDIES}.examples", "The theory's examples: rocket, densities, concentration, prediction-error, "
-                                        "stationary, smoothing."),
+    "doctor": ("kalmanq.commands.doctor", "What is installed, which compilers and emulators are there, what is missing for which command."),
+    "examples": (f"{STUDIES}.examples", "The theory's examples: stationary, smoothing."),
     "gallery": (f"{STUDIES}.gallery", "Textbook models with data, fitted, smoothed and drawn: level, trend, season, "
                                       "ARMA, regression, factor, ..."),
     "study": (f"{STUDIES}.study", "Run a study of the library's behaviour, and write its findings."),

@@ -105,7 +105,7 @@ def require_steps(model: Model, times: Optional[np.ndarray], what: str) -> None:
     steps, dt = model.continuous.between(times), model.continuous.dt
     if np.any(steps != dt):
         at = int(np.argmax(steps != dt))
-        raise KalmanqError(f"{what}: a filter of steps of dt = {dt:g} alone, and from {times[at]:g} to {times[at + 1]:g} {model.continuous.unit} is none: "
+        raise KalmanqError(f"{what}: a filter of steps of dt = {dt:g} alone, and the step from {times[at]:g} to {times[at + 1]:g} {model.continuous.unit} is not one: "
                            f"leave {what} out; --jitter takes steps that are nearly dt for dt; --time none takes each row for one")
 
 

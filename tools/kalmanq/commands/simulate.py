@@ -95,7 +95,7 @@ def _told(model: Model, z: np.ndarray, times: Optional[np.ndarray]) -> np.ndarra
     for sensor in model.sensors:
         own = slice(first, first := first + len(sensor.measurements))
         if sensor.measured:
-            raise KalmanqError(f"{sensor.name} has a column of its own times, which is not drawn: leave `measured` out of the model")
+            raise KalmanqError(f"{sensor.name} has a column of times (`measured`), which is not drawn: leave `measured` out of the model")
         late = sensor.delay / (model.continuous.dt if model.continuous else 1)
         rows = round(late)
         if late and (times is not None or abs(late - rows) > 1e-6):

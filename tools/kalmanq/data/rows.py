@@ -63,7 +63,7 @@ def times_of(given: Any, model: Model, rows: int, varying: Optional[Varying] = N
     if getattr(model, "continuous", None) is None:
         raise KalmanqError("times: the model is of steps that are all alike: give F, Qc and dt (Model.of_continuous)")
     if varying is not None and any(getattr(varying, name) is not None for name in "ABQ"):
-        raise KalmanqError("times: A, B and Q are those of the times, and cannot vary otherwise")
+        raise KalmanqError("times: the times make A, B and Q, so these cannot vary otherwise")
     return rising(given, rows)
 
 
@@ -80,7 +80,7 @@ def rising(given: Any, rows: int) -> np.ndarray:
     if not np.all(np.isfinite(made)):
         raise KalmanqError("the time is missing", row=int(np.argmin(np.isfinite(made))))
     if np.any(np.diff(made) <= 0):
-        raise KalmanqError("the time is not after the one before: sort the rows, and join those of one time",
+        raise KalmanqError("the time is not after the one before: sort the rows, and join rows of one time",
                            row=int(np.argmax(np.diff(made) <= 0)) + 1)
     return made
 

@@ -98,7 +98,7 @@ class TimeColumn:
         self.origin = self.origin or Origin(self.kind, self._base, float(self._parsed([cell], line)[0]), self._per_second,
                                             self._zone)
         if self.origin.kind != self.kind:
-            raise TableError(self.source, f"the times are {self.kind}, those of the other file {self.origin.kind}: write both "
+            raise TableError(self.source, f"the times are {self.kind}, the other file's are {self.origin.kind}: write both "
                              "alike", line, self.name)
         if bool(self.origin.zone) != bool(self._zone):
             said = [one or "no time zone" for one in (self._zone, self.origin.zone)]
@@ -107,7 +107,7 @@ class TimeColumn:
     def _refuse_other_unit(self, line: int) -> None:
         unit = unit_of(self.source.layout.time or "") or unit_of(self.name)
         if unit and not self.unit:
-            raise TableError(self.source, f"{unit} is none of the units {', '.join(PER_SECOND)}: --time "
+            raise TableError(self.source, f"{unit} is not one of the units {', '.join(PER_SECOND)}: --time "
                              f"'{without_unit(self.name)} [s]' says which it is", line, self.name)
 
     def _seconds(self, cells: Sequence[str], line: int) -> np.ndarray:

@@ -36,7 +36,7 @@ class Choice:
         if self.rows is None:
             return said + data
         if self.model is None:
-            return f"{said}{data}, and the model grows without end: the range is that of the data alone"
+            return f"{said}{data}, and the model grows without end: the range comes from the data alone"
         on = "; it wanders, and goes farther later: declare what bounds it" if self.wanders else ""
         return f"{said}{data + ', ' if self.data else ''}the model {self.model:.3g} in {self.rows} rows " \
                f"(farther: a chance of {self.chance:.0e}){on}"

@@ -139,7 +139,7 @@ class Model:
         if isinstance(jitter, bool) or not isinstance(jitter, (int, float)) or not 0 <= jitter < 0.5:
             raise ModelError("jitter", "is not a share of dt from 0 to below 0.5")
         if time_unit not in UNITS:
-            raise ModelError("time_unit", f"is none of {', '.join(UNITS)}")
+            raise ModelError("time_unit", f"is not one of {', '.join(UNITS)}")
         density = _covariance("Qc", Qc, n) if L is None else _density(_columns("L", L, n), Qc)
         of = Continuous(F_, density, _pushes(B, c, n), float(dt), float(jitter), time_unit)
         A, Q, B_ = of.step(of.dt)

@@ -204,7 +204,7 @@ def _sensors(given: Mapping[str, Any], made: dict[str, Any], states: int) -> lis
             raise ModelError(key, "is each sensor's own, where there are [[sensors]]")
     parts = [_sensor(number, one, states) for number, one in enumerate(given["sensors"])]
     if not parts:
-        raise ModelError("sensors", "there is none")
+        raise ModelError("sensors", "there are no sensors: give at least one")
     names = [name for name, _ in parts]
     for number, name in enumerate(names):
         if name in names[:number]:

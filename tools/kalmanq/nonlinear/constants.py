@@ -91,7 +91,7 @@ def placed(tree: ast.Module, names: Sequence[str]) -> ast.Module:
         if len(places) != 1:
             lines = ", ".join(str(tree.body[k].lineno) for k in places)
             raise ModelError(name, f"is free, but is assigned in lines {lines}: assign it once" if places else
-                             "is free, but is no constant of the file: write NAME = number in a line of its own")
+                             "is free, but is no constant of the file: write NAME = number in a separate line")
         (made,) = ast.parse(f"{name} = {PUT}({name!r}, {name})").body
         for one in ast.walk(made):
             ast.copy_location(one, tree.body[places[0]])

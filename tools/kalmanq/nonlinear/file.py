@@ -90,7 +90,7 @@ def _model(path: Path, source: bytes, constants: Optional[Numbers] = None) -> No
 def free_of(model: NonlinearModel, names: Sequence[str]) -> Free:
     """Its formulas with symbols for constants of its file"""
     if names and model.path is None:
-        raise ModelError(names[0], "is free: constants are those of a model file; a model of functions has Q, R, x0 and P0")
+        raise ModelError(names[0], "is free: only a model file has constants; a model of functions has Q, R, x0 and P0")
     path = Path(model.path or "")
     try:
         return Free(model, names, lambda symbols: _executed(path, source_of(path), symbols))

@@ -119,7 +119,7 @@ def counted(count: int, what: str) -> str:
 
 
 def _verdict(study: Study) -> str:
-    said = [page.paragraph("Estimates, verdict and pictures are those of the C that `kalmanq compile` writes, run on this "
+    said = [page.paragraph("Estimates, verdict and pictures come from the C that `kalmanq compile` writes, run on this "
                            f"machine; {LEFT_OUT}.")] if study.is_compiled else []
     return page.section("Does the data fit the model?", page.paragraph(verdict.headline(study.found), "headline"), *said,
                         page.finding_list(study.found), name="verdict", kind="verdict")
@@ -271,7 +271,7 @@ def _compiled(model: Model) -> list[str]:
     rows = [[costs.CORES[core], *offer.cells(core)] for offer in made for core in offer.costs]
     table = [page.table("Compiled for this model alone", ["core", *COLUMNS], rows, text_columns=(1, 2))] if rows else []
     return [page.paragraph("`kalmanq compile` writes C for this model alone. The errors of the factor form were observed over "
-                           "records with gaps, those of the covariance form are proven. Behind each cost is how far off "
+                           "records with gaps. The errors of the covariance form are proven. Behind each cost is how far off "
                            "such an estimate was at most, of about 100 filters on that emulated core (gcc 12, -O2). "
                            f"Columns: {EXPLAINED}."), *table,
             *(page.paragraph(f"Compiled in {one.arithmetic}, {one.form}: {one.remark}.") for one in made if one.remark)]

@@ -197,7 +197,7 @@ def _advice_correlated(one: Whiteness) -> str:
     if len(one.significant) and one.significant[0] == 1:
         if one.correlation[0] > 0:
             return ("Innovations follow one another: the filter lags behind. Try a larger Q, a state more (a velocity, "
-                    "a bias), or noise that is correlated, as a state of its own.")
+                    "a bias), or noise that is correlated, as a separate state.")
         return "Innovations alternate: the filter follows the noise. Try a larger R or a smaller Q."
     return f"The data repeat themselves{f' after {later[0]} rows' if later else ''}: a season or an oscillation that " \
            "the model does not have?"

@@ -207,7 +207,7 @@ class Filter(Readable):
         own = self._steps.own
         if rows.times is not None:
             if self.time is None and not self.begins:
-                raise KalmanqError("times: the time of the last row is not known: give those of all rows")
+                raise KalmanqError("times: the time of the last row is not known: give the times of all rows")
             begun = rows.times[0] - self.model.continuous.dt if self.time is None else self.time  # no predict before row 0
             if begun >= rows.times[0]:
                 raise KalmanqError("the time is not after the one before", row=0)

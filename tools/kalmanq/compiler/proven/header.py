@@ -130,7 +130,7 @@ def in_part(plan: Plan) -> list[str]:
     if not plan.partial:
         return []
     name, type_ = plan.name, f"{plan.type} *restrict f"
-    told = f"; f->nis{'' if plan.subject.words.is_fixed else ' and the likelihood'} stay those of the last whole one." \
+    told = f"; f->nis{'' if plan.subject.words.is_fixed else ' and the likelihood'} stay as the last whole one left them." \
         if plan.nis else "."
     return ["/** Takes what is present of a sample, a bit for each component.  A sample in part",
             f" *  counts as one of a gap{told} */",

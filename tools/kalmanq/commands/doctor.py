@@ -1,0 +1,107 @@
+"""kalmanq doctor: what is installed, what is missing, which commands want it, and how to get it."""
+
+from __future__ import annotations
+
+import importlib.util
+import os
+import platform
+import re
+import shutil
+import subprocess
+from dataclasses import dataclass
+from importlib import metadata
+from typing import Optional, Sequence
+
+from rich.console import Console
+
+from kalmanq.commands.messages import EXTRAS, print_json, table
+from kalmanq.commands.options import JSON, command_of
+from kalmanq.compiler.host import NoCompiler, compiler
+
+
+@dataclass(frozen=True)
+class Options:
+    json: bool = JSON
+
+
+@dataclass(frozen=True)
+class Found:
+    """version: None where it is missing; serves: what wants it"""
+
+    name: str
+    version: Optional[str]
+    serves: str
+    cure: str
+
+    @property
+    def state(self) -> str:
+        return "missing" if self.version is None else self.version
+
+
+MODULES = {"numpy": "all commands", "scipy": "fit, design, report, compare, simulate --runs", "matplotlib": "--plot, report",
+           "PIL": "--plot, report", "kalmanq_studies": "examples, gallery, study"}
+SOURCES = {"PIL": "pillow", "kalmanq_studies": "kalmanq-studies"}
+PROGRAMS = (  # what serves the C that design and compile write: on a chip, and on an emulated one
+    ("arm-none-eabi-gcc", "C for Cortex-M", "gcc-arm-none-eabi libnewlib-arm-none-eabi"),
+    ("riscv64-unknown-elf-gcc", "C for RISC-V", "gcc-riscv64-unknown-elf picolibc-riscv64-unknown-elf"),
+    ("avr-gcc", "C for AVR", "gcc-avr avr-libc"),
+    ("qemu-system-arm", "running it on an emulated Cortex-M", "qemu-system-arm"),
+    ("qemu-system-riscv32", "running it on an emulated RISC-V", "qemu-system-misc"),
+    ("simavr", "running it on an emulated AVR", "simavr"))
+
+
+def look() -> list[Found]:
+    modules = [Found(name, _module(name), serves, _cure(name)) for name, serves in MODULES.items()]
+    programs = [Found(name, _program([name]), serves, f"apt install {packages}") for name, serves, packages in PROGRAMS]
+    return [Found("python", platform.python_version(), "all commands", ""), *modules, _host_compiler(), *programs]
+
+
+def _module(name: str) -> Optional[str]:
+    if importlib.util.find_spec(name) is None:
+        return None
+    try:
+        return metadata.version(SOURCES.get(name, name))
+    except metadata.PackageNotFoundError:
+        return "found"
+
+
+def _cure(name: str) -> str:
+    if name == "kalmanq_studies":
+        return "pip install ./tools/studies"
+    return f"pip install './tools[{EXTRAS[name]}]'" if name in EXTRAS else "pip install ./tools"
+
+
+def _host_compiler() -> Found:
+    serves = "compile, design, fit of nonlinear models, --compiled"
+    try:
+        name = compiler()
+    except NoCompiler:
+        return Found("C compiler", None, serves, "apt install gcc, or set CC")
+    return Found(f"C compiler ({name})", _program([name]), serves, "apt install gcc, or set CC")
+
+
+def _program(words: Sequence[str]) -> Optional[str]:
+    """Of the first line that it says of itself; "found" if it says none"""
+    if shutil.which(words[0]) is None:
+        return None
+    try:
+        done = subprocess.run([*words, "--version"], capture_output=True, text=True, timeout=20, env={**os.environ, "LC_ALL": "C"})
+    except (OSError, subprocess.TimeoutExpired):
+        return "found, but it does not run"
+    numbers = re.findall(r"\d+\.\d+(?:\.\d+)?", re.sub(r"\(.*?\)", "", done.stdout.split("\n")[0]))
+    return numbers[0] if numbers and done.returncode == 0 else "found"
+
+
+def tell(options: Options, console: Console) -> None:
+    found = look()
+    if options.json:
+        return print_json([{"name": one.name, "version": one.version, "serves": one.serves, "cure": one.cure} for one in found])
+    made = table("what", "version", "for", "if missing", title="kalmanq doctor")
+    for one in found:
+        made.add_row(one.name, one.state, one.serves, one.cure if one.version is None else "")
+    console.print(made)
+    missing = sum(one.version is None for one in found)
+    console.print(f"{missing} missing; each is for the commands of its row alone" if missing else "nothing is missing")
+
+
+command = command_of(Options, tell)
