@@ -545,7 +545,7 @@ def test_what_takes_no_times_says_so():
     for refused, said in ((lambda: Filter(steps).run([1, 2], times=[0, 1]), "F, Qc and dt"),
                           (lambda: Filter(steps).predict(dt=1.0), "F, Qc, dt"),
                           (lambda: Filter(model).predict(dt=0.0), "above 0"),
-                          (lambda: Filter(model).run([1, 2], times=[0, 1], varying=Varying(A=[1, 1])), "those of the times")):
+                          (lambda: Filter(model).run([1, 2], times=[0, 1], varying=Varying(A=[1, 1])), "the times make A, B and Q")):
         with pytest.raises(KalmanqError, match=said):
             refused()
     f = Filter(model)
