@@ -1,0 +1,39 @@
+"""The site's first page: its commands as they stand there, but for the installation; and the pages that are made."""
+
+from __future__ import annotations
+
+import os
+import re
+import runpy
+import shutil
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+ROOT = Path(__file__).resolve().parents[2]
+BLOCKS = re.findall(r"^```sh\n(.*?)^```", (ROOT / "tools/docs/start.md").read_text(encoding="utf-8"), re.S | re.M)
+
+
+@pytest.mark.skipif(not all(map(shutil.which, ("arm-none-eabi-gcc", "qemu-system-arm"))), reason="no emulator of Arm")
+def test_five_minutes(tmp_path):
+    for name in ("tools", "port"):
+        (tmp_path / name).symlink_to(ROOT / name)
+    kalmanq = tmp_path / "bin" / "kalmanq"
+    kalmanq.parent.mkdir()
+    kalmanq.write_text(f'#!/bin/sh\nexec "{sys.executable}" -B -m kalmanq.command_line "$@"\n')
+    kalmanq.chmod(0o755)
+    lines = "".join(BLOCKS).replace("pip install -v './tools[all]'\n", "")
+    done = subprocess.run(["bash", "-euc", lines], cwd=tmp_path, capture_output=True, text=True, timeout=300,
+                          env={**os.environ, "PATH": f"{kalmanq.parent}:{os.environ['PATH']}"})
+    assert done.returncode == 0, done.stderr
+    assert done.stdout.count("walk: 0 wrong") == 2 and (tmp_path / "my.png").read_bytes()[1:4] == b"PNG"
+
+
+def test_made_pages_have_every_header_command_and_message():
+    made = runpy.run_path(str(ROOT / "tools/docs/make_pages.py"))
+    headers, messages = made["headers"](), made["messages"]()
+    assert all(f"doxygenfile}} {path.name}" in headers for path in (ROOT / "include/kalmanq").glob("*.h"))
+    assert "P0 is unknown" in messages and messages.count("\n- ") > 300
+    assert "--smooth" in made["helped"]("run")
