@@ -23,7 +23,6 @@ def headers() -> str:
 
 
 def commands() -> str:
-    sys.path.insert(0, str(PACKAGE.parent))
     from kalmanq.commands import COMMANDS
 
     parts = []
@@ -34,7 +33,7 @@ def commands() -> str:
 
 
 def helped(name: str) -> str:
-    environment = {**os.environ, "PYTHONPATH": str(PACKAGE.parent), "COLUMNS": "100", "NO_COLOR": "1", "TERM": "dumb"}
+    environment = {**os.environ, "COLUMNS": "100", "NO_COLOR": "1", "TERM": "dumb"}
     done = subprocess.run([sys.executable, "-m", "kalmanq.command_line", name, "--help"], capture_output=True, text=True, env=environment,
                           check=True)
     return "\n".join(line.rstrip() for line in done.stdout.splitlines()).strip()
