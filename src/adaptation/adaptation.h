@@ -194,7 +194,7 @@ static void advance(scaled *v, int stride, const process *p)
 }
 
 /* The lower triangle as the upper one */
-static void mirror(scaled *D, int n)
+static void mirror_triangle(scaled *D, int n)
 {
     for (int i = 0; i < n; i++) {
         for (int j = 0; j < i; j++) D[i * n + j] = D[j * n + i];
@@ -214,7 +214,7 @@ static void advance_covariance(scaled *D, const process *p)
         }
         for (int j = i; j < n; j++) D[i * n + j] = scaled_saturated(moved[j]);
     }
-    mirror(D, n);
+    mirror_triangle(D, n);
 }
 
 /* The adaptation that is attached to f.  A copy of its filter goes on without it. */
@@ -351,7 +351,7 @@ static void correct_covariance(scaled *D, const scaled *k, const scaled *v, scal
             D[i * n + j] = scaled_minus(D[i * n + j], part);
         }
     }
-    mirror(D, n);
+    mirror_triangle(D, n);
 }
 
 /* What a scalar measurement, normalised, says; then D and d as they are after it. */

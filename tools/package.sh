@@ -1,0 +1,98 @@
+#!/usr/bin/env bash
+# Packages: stages a tree for a package manager in build/packages/NAME and looks it over.
+#   tools/package.sh NAME          arduino, platformio, zephyr, esp-idf, cmsis-pack, conan, vcpkg, meson, onefile, all
+#   tools/package.sh NAME --check  and the ecosystem's own checker, where it is installed
+set -euo pipefail
+root=$(cd "$(dirname "${BASH_SOURCE[0]}")/.." && pwd)
+packages="$root/build/packages"
+version=$(sed -n 's/.*KQ_VERSION_STRING "\(.*\)"/\1/p' "$root/include/kalmanq/version.h")
+all="arduino platformio zephyr esp-idf cmsis-pack conan vcpkg meson onefile"
+
+fail() { echo "package.sh: $*" >&2 && exit 1; }
+has() { command -v "$1" >/dev/null || { echo "$name: not checked by $1, which is not installed" && return 1; }; }
+
+# The version is the header's, and what a manifest names is there
+look_over() {
+    case $name in
+    arduino) grep -qx "version=$version" library.properties && compile src src/kq_filter_f32.c kalmanq.h ;;
+    platformio) [ "$(python3 -c 'import json; print(json.load(open("library.json"))["version"])')" = "$version" ] ;;
+    zephyr) [ -f port/packages/zephyr/Kconfig ] && [ -f port/packages/zephyr/CMakeLists.txt ] &&
+        [ "$(grep -c port/packages/zephyr zephyr/module.yml)" = 2 ] ;;
+    esp-idf) grep -qx "version: \"$version\"" idf_component.yml && [ -f src/kq_status.c ] &&
+        ! grep -q '/\.\.' CMakeLists.txt ;;
+    cmsis-pack) look_over_pack ;;
+    conan) python3 -m py_compile conanfile.py test_package/conanfile.py && rm -r __pycache__ test_package/__pycache__ &&
+        grep -qx "    version = \"$version\"" conanfile.py ;;
+    vcpkg) [ "$(python3 -c 'import json; print(json.load(open("kalmanq/vcpkg.json"))["version"])')" = "$version" ] ;;
+    meson) grep -q "version: '$version'" kalmanq/meson.build && listed kalmanq kalmanq/meson.build ;;
+    onefile) compile . kalmanq_f32.c kalmanq.h ;;
+    esac
+}
+
+listed() { # FOLDER MANIFEST: the sources that it names are all that there are
+    [ "$(grep -o 'kq_[a-z0-9_]*\.c' "$2" | sort)" = "$(cd "$1/src" && printf '%s\n' kq_*.c | sort)" ]
+}
+
+look_over_pack() {
+    python3 - kalmanq.kalmanq.pdsc "$version" <<'END'
+import sys, pathlib, xml.etree.ElementTree as tree
+pack = tree.parse(sys.argv[1]).getroot()
+names = [file.get("name") for file in pack.iter("file")]
+missing = [name for name in names if not pathlib.Path(name).exists()]
+versions = {part.get("Cversion") for part in pack.iter("component")} | {part.get("version") for part in pack.iter("release")}
+conditions = {part.get("id") for part in pack.iter("condition")}
+used = {part.get("condition") for part in pack.iter("component")} - {None}
+sources = {f"src/{path.name}" for path in pathlib.Path("src").glob("kq_*.c")} - set(names)
+sys.exit(bool(missing or versions != {sys.argv[2]} or used - conditions or sources != {"src/kq_prepare_q31.c"}))
+END
+}
+
+compile() { # INCLUDE FILE HEADER
+    echo "#include <$3>" | cc -std=c11 -I"$1" -x c -fsyntax-only - && cc -std=c11 -w -I"$1" -fsyntax-only "$2"
+}
+
+check() {
+    case $name in
+    arduino) has arduino-cli && arduino-cli compile --fqbn arduino:avr:uno --library . examples/first ;;
+    platformio) has pio && pio_pack ;;
+    zephyr) has west && python3 -c 'import yaml; from pykwalify.core import Core' &&
+        python3 -c 'import kconfiglib, sys; sys.exit(len(kconfiglib.Kconfig("port/packages/zephyr/Kconfig").warnings))' ;;
+    esp-idf) has compote && compote component pack --name kalmanq --dest-dir "$packages" ;;
+    cmsis-pack) has xmllint && xmllint --noout kalmanq.kalmanq.pdsc ;;
+    conan) has conan && CONAN_HOME="$packages/conan_home" conan profile detect --force &&
+        CONAN_HOME="$packages/conan_home" conan create . --no-remote ;;
+    vcpkg) has vcpkg && vcpkg install kalmanq --overlay-ports=. ;;
+    meson) has meson && meson_program ;;
+    onefile) ;; # the test package.onefile compares its results
+    esac
+}
+
+# PlatformIO fetches the list of licences; without it a manifest is refused.
+pio_pack() {
+    python3 - "$packages/kalmanq_platformio.tar.gz" <<'END'
+import sys
+from platformio.package.manifest import schema
+from platformio.package.pack import PackagePacker
+schema.ManifestSchema.load_spdx_licenses = staticmethod(lambda: {"licenses": [{"licenseId": "MIT"}]})
+print(PackagePacker(".").pack(sys.argv[1]))
+END
+}
+
+meson_program() {
+    local program="$packages/meson_program"
+    rm -rf "$program" && mkdir -p "$program/subprojects"
+    cp -r ./* "$program/subprojects" && cp "$root/port/packages/first.c" "$program"
+    printf "project('first', 'c')\nexecutable('first', 'first.c', dependencies: dependency('kalmanq'))\n" >"$program/meson.build"
+    meson setup "$program/build" "$program" && meson compile -C "$program/build" && "$program/build/first"
+}
+
+[ $# -ge 1 ] && [ $# -le 2 ] && [ "${2:---check}" = --check ] || { sed -n '2,4s/^# \{0,1\}//p' "$0" >&2 && exit 1; }
+names=$1
+[ "$names" != all ] || names=$all
+for name in $names; do
+    python3 "$root/port/packages/packages.py" "$name" "$packages/$name"
+    cd "$packages/$name"
+    look_over || fail "$name: build/packages/$name does not hold together"
+    [ "${2:-}" != --check ] || check || echo "$name: its checker failed or is not installed" >&2
+    echo "$name $version: build/packages/$name"
+done
