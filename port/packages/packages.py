@@ -112,7 +112,7 @@ def cmsis_pack(to):
         <files>{files}
         </files>
       </component>""")
-    write(to / f"kalmanq.kalmanq.pdsc", f"""
+    write(to / "kalmanq.kalmanq.pdsc", f"""
 <?xml version="1.0" encoding="UTF-8"?>
 <package schemaVersion="1.7.7" xmlns:xs="http://www.w3.org/2001/XMLSchema-instance" xs:noNamespaceSchemaLocation="PACK.xsd">
   <vendor>kalmanq</vendor>
@@ -138,7 +138,7 @@ def cmsis_pack(to):
         </files>
       </component>{"".join(parts)}
   </components>
-</package>""".replace("{{", "{"))
+</package>""")
 
 
 def conan(to):
@@ -184,7 +184,7 @@ class Kalmanq(ConanFile):
         self.cpp_info.system_libs = ["m"] if self.settings.os != "Windows" else []
 ''')
     write(consumer / "conanfile.py", '''
-from pathlib import Path
+import os
 
 from conan import ConanFile
 from conan.tools.build import can_run
@@ -208,7 +208,7 @@ class Consumer(ConanFile):
 
     def test(self):
         if can_run(self):
-            self.run(str(Path(self.cpp.build.bindir) / "first"), env="conanrun")
+            self.run(os.path.join(self.cpp.build.bindir, "first"), env="conanrun")
 ''')
     write(consumer / "CMakeLists.txt", """
 cmake_minimum_required(VERSION 3.22)
@@ -239,7 +239,7 @@ def meson(to):
     """subprojects/: the tree with a meson.build, and the wrap that provides its dependency."""
     tree(to / "kalmanq")
     files = ",\n  ".join(f"'src/{name}'" for name in SOURCES)
-    write(to / "kalmanq.wrap", f"[wrap-file]\ndirectory = kalmanq\n\n[provide]\nkalmanq = kalmanq_dep")
+    write(to / "kalmanq.wrap", "[wrap-file]\ndirectory = kalmanq\n\n[provide]\nkalmanq = kalmanq_dep")
     write(to / "kalmanq/meson.build", f"""
 project('kalmanq', 'c', version: '{VERSION}', license: 'MIT',
   default_options: ['c_std=c11', 'buildtype=release', 'optimization=2', 'default_library=static'])

@@ -13,7 +13,7 @@ for compiler in g++ clang++; do
         done
         # shellcheck disable=SC2086
         if printf '#include <kalmanq/kalmanq.h>\nvoid drop(kq_filter_f32 *f) { kq_predict_f32(f, nullptr, nullptr); }\n' |
-            $compiler -std=c++$standard $flags - 2>"${TMPDIR:-/tmp}/cxx.$$"; then
+            $compiler -std=c++$standard ${flags% -fsyntax-only} -c -o /dev/null - 2>"${TMPDIR:-/tmp}/cxx.$$"; then
             echo "$compiler, C++$standard: nobody says that a status is dropped" && exit 1
         fi
         grep -q 'unused-result\|nodiscard' "${TMPDIR:-/tmp}/cxx.$$"
