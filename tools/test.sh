@@ -30,6 +30,8 @@ groups_of() { # [NAME]
     unit* | fuzz* | bits.host.* | bits.falsified* | bits.generator*) ;;
     vectors.replay.host | vectors.sanitized | vectors.falsified | vectors.generator) ;;
     package.port | package.levels) echo cores ;;
+    package.cxx) echo clang ;;
+    package.staged | package.onefile*) echo interpreter ;;
     package.fixed_sizes) echo cores tools ;;
     package*) echo package cores tools ;;
     flags.gcc | flags.gcc.*) ;;
