@@ -408,6 +408,41 @@ def test_the_firmware_of_design_takes_what_is_late(seed, tmp_path):
     assert firmware.call("update_gps", np.zeros(2), 3, 1000) != 0
 
 
+def test_the_c_of_compile_has_a_function_a_sensor(tmp_path):
+    """Beside update_some, to the bit; and the events of a number that is none"""
+    path = walk(tmp_path)
+    text = path.read_text().replace("F = [[0.0, 1.0, 0.0], [0.0, 0.0, 1.0], [0.0, 0.0, -0.5]]\nQc = [0.0, 0.0, 2.0]\ndt = 0.0025",
+                                    "A = [[1, 0.1, 0], [0, 1, 0.1], [0, 0, 0.9]]\nQ = [1e-6, 1e-6, 0.01]")
+    for old, new in RANGES:
+        text = text.replace(old, new, 1)
+    path.write_text(text)
+    for T in ("f32", "q31"):
+        assert kalmanq("compile", path, "--arith", T, "-o", tmp_path / "walk.c").returncode == 0
+        (tmp_path / "main.c").write_text(ONE_BY_ONE.replace("WORD", "int32_t" if T == "q31" else "float").replace("SCALE", "65536" if T == "q31" else "1"))
+        subprocess.run(["cc", "-std=c11", "-O1", "-Wall", "-Wextra", "-Wpedantic", "-Wconversion", "-Werror", str(tmp_path / "walk.c"),
+                        str(tmp_path / "main.c"), "-lm", "-o", str(tmp_path / "main")], check=True)
+        assert subprocess.run([str(tmp_path / "main")]).returncode == 0
+
+
+ONE_BY_ONE = """#include <string.h>
+#include "walk.h"
+int main(void)
+{
+    walk_filter one, other;
+    memset(&one, 0, sizeof one), memset(&other, 0, sizeof other);
+    walk_start(&one), walk_start(&other);
+    for (int t = 0; t < 200; t++) {
+        const WORD z[3] = {(WORD)(t % 7 * SCALE), (WORD)(t % 5 * SCALE), (WORD)(-t % 3 * SCALE)};
+        if (t) walk_predict(&one), walk_predict(&other);
+        if (walk_update_imu(&one, z) != 1 || walk_update_some(&other, z, 1) != 1) return 1;
+        if (t % 4 == 0 && (walk_update_gps(&one, z + 1) != 3 || walk_update_some(&other, z, 6) != 6)) return 2;
+        if (memcmp(&one, &other, sizeof one)) return 3;
+    }
+    return 0;
+}
+"""
+
+
 def instants(log: Path, late: int) -> tuple[list[int], dict[int, np.ndarray], dict[int, np.ndarray]]:
     """When something is measured, in microseconds; what the first sensor and the late one measured then"""
     rows = [[int(row[0]), *(float(cell or "nan") for cell in row[1:])] for row in list(csv.reader(log.open()))[1:]]

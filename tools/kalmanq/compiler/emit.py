@@ -62,7 +62,7 @@ class Text:
     def parts(self) -> list[list[str]]:
         """Its functions"""
         return [self._leave(), self._start(), self._start_at(), self._control(), self._predict(), self._taken(),
-                self._update(), self._update_some(), self._step(), self._covariance()]
+                self._update(), self._update_some(), self._updates_of_sensors(), self._step(), self._covariance()]
 
     def code(self, remarks: Sequence[str]) -> str:
         parts = [*self.parts(), self.a.functions(), lag.functions(self.given, self.a, self.a.steady)]
@@ -219,6 +219,15 @@ class Text:
                  *self._whole_groups(), self._refused("present"),
                  f"return taken == {given.all}u ? {given.name}_update(f, z) : take(f, z, taken);"]
         return function(f"unsigned {given.name}_update_some({self.filter}, {self.z}, unsigned present)", lines)
+
+    def _updates_of_sensors(self) -> list[str]:
+        given, lines = self.given, []
+        for name, first, size in given.sensors:
+            cells = [f"z[{k - first}]" if first <= k < first + size else self.a.zero for k in range(given.of.m)]
+            lines += function(f"unsigned {given.name}_update_{name}({self.filter}, const {self.a.type} z[{size}])", [
+                f"const {self.a.type} all[{given.of.m}] = {{{', '.join(cells)}}};",
+                f"return {given.name}_update_some(f, all, {((1 << size) - 1) << first}u){f' >> {first}' if first else ''};"])
+        return lines
 
     def _step(self) -> list[str]:
         given, u = self.given, ", u" if self.given.inputs else ""

@@ -90,6 +90,9 @@ class Header:
         if self.given.of.m > 1:
             lines += ["/** Takes the components of a sample whose bits are set in `present`. */",
                       f"unsigned {self.name}_update_some({self.filter}, {z}, unsigned present);", ""]
+        for name, _, size in self.given.sensors:
+            lines += [f"/** Takes what {name} has measured. */",
+                      f"unsigned {self.name}_update_{name}({self.filter}, const {self.a.type} z[{size}]);", ""]
         lines += ["/** Predict and update: the same result in fewer instructions. */",
                   f"unsigned {self.name}_step({self.filter}{u}, {z});", ""]
         return [*lines, *self._covariance()]

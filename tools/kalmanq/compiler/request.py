@@ -8,9 +8,9 @@ from typing import Optional, Sequence
 import numpy as np
 
 from kalmanq.compiler.exact import Numbers, decimals
-from kalmanq.compiler.names import named
+from kalmanq.compiler.names import identifiers, named
 from kalmanq.errors import KalmanqError
-from kalmanq.model import Model
+from kalmanq.model import Model, Quantity
 
 ARITHMETICS = ("f32", "f64", "q31")
 FLOATS = {"f32": np.float32, "f64": np.float64}
@@ -82,6 +82,15 @@ class Request:
         """Of what is taken of the measurements"""
         d = getattr(self.model, "d", None)
         return np.zeros(self.of.m) if d is None else self.mixing @ d
+
+    @property
+    def sensors(self) -> list[tuple[str, int, int]]:
+        """Of a model file that names several: of each its name in C, its first component, and how many it has"""
+        of = self.model.sensors if isinstance(self.model, Model) and self.of.m > 1 else ()
+        sizes = [len(one.measurements) for one in of]
+        first = np.concatenate([[0], np.cumsum(sizes)[:-1]]).astype(int) if sizes else []
+        names = ["some_" if name == "some" else name for name in identifiers([Quantity(one.name) for one in of])]
+        return [(name, int(at), size) for name, at, size in zip(names, first, sizes)]
 
     @property
     def type(self) -> str:
