@@ -205,7 +205,7 @@ class Model:
         return other
 
     def __repr__(self) -> str:
-        return f"Model({self.name!r}, n={self.n}, m={self.m}, l={self.l})"
+        return f"Model({self.name!r}, n={self.n}, m={self.m}, l={len(self.inputs)})"
 
 
 ONE = Quantity("1", range=1.0, fraction=30, constant=True)
