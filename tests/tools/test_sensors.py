@@ -358,8 +358,8 @@ RANGES = (("]\nunits", "]\nranges = [60]\nunits"), ("R = [[0.04", "ranges = [100
 class Firmware:
     """What design writes of a model, with the library, on this machine"""
 
-    def __init__(self, folder: Path, path: Path, T: str, *more: str):
-        done = kalmanq("design", path, "--core", "m4f", "--arith", T, "--way", "init", "--out", folder, *more)
+    def __init__(self, folder: Path, path: Path, T: str, *more: str, way: str = "init"):
+        done = kalmanq("design", path, "--core", "m4f", "--arith", T, "--way", way, "--out", folder, *more)
         assert done.returncode == 0, done.stderr
         self.a, self.name = arithmetic_of(T), model_file.read(path).name
         sources = [ROOT / "src" / f"kq_{one}_{T}.c" for one in ("filter", "steady", "lengths")]
@@ -478,6 +478,28 @@ def test_the_firmware_of_sensors_in_steps(T, off, late, tmp_path):
         mean, sigma = firmware.reading(2) / (2.0 ** np.array(f.parts.fractions("states")) if T == "q31" else 1)
         assert np.abs((mean - f.mean) / f.sigma).max() <= (off if late else 1e-6) or np.array_equal(mean, f.mean.astype(np.float32))
         assert np.abs(sigma / f.sigma - 1).max() < 1e-5
+
+
+@pytest.mark.parametrize("way", ["lean", "tables", "init"])
+def test_fixed_point_goes_several_steps_at_once(way, tmp_path):
+    """1 to 5 dt, with a control and offsets: the host's words at these times"""
+    path = tmp_path / "cart.toml"
+    path.write_text("[model]\nname = 'cart'\nF = [[0.0, 1.0], [0.0, -0.5]]\nB = [0.0, 2.0]\nc = [0.0, -0.3]\nQc = [0.0, 0.3]\ndt = 0.1\nH = [1.0, 0.0]\n"
+                    "R = 0.04\nd = [3.0]\nP0 = [4.0, 1.0]\n[states]\nranges = [100, 20]\n[measurements]\nranges = [100]\n[controls]\nranges = [9]\n")
+    firmware, draw = Firmware(tmp_path, path, "q31", "--steps", "5", way=way), np.random.default_rng(1)
+    count, u, z = draw.integers(1, 6, 60), draw.normal(size=(60, 1)), 3 + draw.normal(size=(60, 1))
+    f = Filter(model_file.read(path), "q31", way="lean" if way == "lean" else "")
+    scales = [2.0 ** f.parts.fractions(which)[0] for which in ("measurements", "controls")]
+    words = [np.round(one * scale).astype(int) for one, scale in zip((z, u), scales)]
+    run = f.run(words[0] / scales[0], words[1] / scales[1], times=0.1 * np.cumsum([0, *count[1:]]))
+    for t in range(60):
+        assert t == 0 or firmware.call("predict", words[1][t - 1], int(count[t])) == 0
+        assert firmware.call("update", words[0][t], 1) == 0
+    assert np.array_equal(firmware.reading(2)[0], run.words["mean"][-1])
+    assert firmware.call("predict", words[1][0], 6) != 0 and firmware.call("predict", words[1][0], 0) != 0
+    for more in (["--steps", "5", "--arith", "f32"], ["--steps", "5", "--any-dt"]):
+        done = kalmanq("design", path, "--core", "m0", *more)
+        assert done.returncode == 1 and "--steps: of a model with F, Qc and dt, in q31" in done.stderr
 
 
 def test_a_delay_in_rows(tmp_path):

@@ -16,6 +16,7 @@ if TYPE_CHECKING:  # for type checkers; at run time a name is imported when it i
     from kalmanq.fitting import Estimate, Estimation, Fit, fit, gradient, likelihood
     from kalmanq.model import Gaps, Model, Quantity
     from kalmanq.nonlinear import NonlinearFilter, NonlinearModel, NonlinearSmoother
+    from kalmanq.run.correlated import decorrelated
     from kalmanq.run.filters import AdaptiveFilter, Filter, LagSmoother, Robust, Smoother, run_many
     from kalmanq.run.following import InstantSmoother, FrozenGainFilter
     from kalmanq.run.results import Run
@@ -29,6 +30,7 @@ _PLACES = {
     "fitting": "Estimate Estimation Fit fit gradient likelihood",
     "model": "Gaps Model Quantity",
     "nonlinear": "NonlinearFilter NonlinearModel NonlinearSmoother",
+    "run.correlated": "decorrelated",
     "run.filters": "AdaptiveFilter Filter LagSmoother Robust Smoother run_many",
     "run.following": "InstantSmoother FrozenGainFilter",
     "run.results": "Run",

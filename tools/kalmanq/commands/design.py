@@ -49,6 +49,7 @@ class Options:
     name: str = typer.Option("", "--name", help="Of files and functions; otherwise the model's.")
     out: Optional[Path] = typer.Option(None, "--out", "-o", metavar="FOLDER", help="Where NAME.c and NAME.h go; it has to be there.")
     any_dt: bool = typer.Option(False, "--any-dt", help="Of a model with F, Qc and dt: the C file's predict takes a dt; f32, init.")
+    steps: int = typer.Option(1, "--steps", min=1, max=64, help="Of a model with F, Qc and dt: the C file's predict goes 1 to so many dt; q31.")
     json: bool = JSON
 
 
@@ -56,6 +57,10 @@ def design_file(options: Options, console: Console) -> None:
     model = model_file.read(options.model)
     if options.any_dt:
         options = _of_any_dt(options, model)
+    if options.steps > 1:
+        if model.continuous is None or options.any_dt or options.arithmetic not in (None, "q31") or options.way in ("sizes", COMPILED):
+            raise KalmanqError("--steps: of a model with F, Qc and dt, in q31, and as lean, tables or init; f32 has --any-dt")
+        options = replace(options, arithmetic="q31", way=options.way or "tables")
     if options.out:
         require_folder(options.out)
     made, records = _designs(options, model)
@@ -122,7 +127,7 @@ def _write(options: Options, made: Designs, chosen: Way, compiled: Sequence[Offe
     if chosen.way == COMPILED:
         return _write_compiled(options, made, next(one for one in compiled if one.arithmetic == chosen.arithmetic))
     text = source(Parts(made.model, chosen.arithmetic), chosen.way, options.name or identifier(made.model.name),
-                  _remarks(made, chosen, options.any_dt), options.any_dt)
+                  _remarks(made, chosen, options.any_dt), options.any_dt, options.steps)
     return _written(options, {f"{text.name}.h": text.header, f"{text.name}.c": text.text})
 
 

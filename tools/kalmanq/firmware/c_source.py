@@ -50,15 +50,16 @@ class SensorCall:
 class Writer:
     """What both texts are made from.  names: of enumerators, by kind; u, z: arguments of functions."""
 
-    def __init__(self, parts: Parts, way: str, name: str, any_dt: bool):
+    def __init__(self, parts: Parts, way: str, name: str, any_dt: bool, steps: int = 1):
         self.parts, self.way, self.name, self.any_dt = parts, way, name, any_dt
+        self.longer = _longer(parts, steps)
         self.model, self.T, self.is_fixed = parts.model, parts.arithmetic.name, parts.arithmetic.is_fixed
         self.upper, self.is_constant = name.upper(), way in CONSTANT
         self.unknown = sum(1 << int(i) for i in np.flatnonzero(self.model.unknown))
         self.is_diagonal = is_diagonal(self.model.R)
         word = "int32_t" if self.is_fixed else "float"
         moved = [(f"const {word} u[{len(self.model.inputs)}]", "u")] if self.model.inputs else []
-        moved += [("float dt", "dt")] if any_dt else []
+        moved += [("float dt", "dt")] if any_dt else [("uint32_t steps", "steps")] if self.longer else []
         self.u, self.given = (", ".join(texts) for texts in zip(*moved)) if moved else ("", "")
         self.z = f"const {word} z[{self.model.m}], uint32_t present"
         self.names = self._names()
@@ -104,6 +105,15 @@ class Writer:
                 yield f"{kind[:-1]} {k}", one, name, fraction
 
 
+def _longer(parts: Parts, steps: int) -> list[Parts]:
+    """Of two and more steps of dt at once"""
+    made = []
+    for count in range(2, steps + 1):
+        A, Q, B = parts.model.continuous.step(count * parts.model.continuous.dt)
+        made.append(Parts(parts.model.changed(A=A, Q=Q, **({} if B is None else {"B": B})), "q31"))
+    return made
+
+
 def latest_of(model: Model) -> int:
     """Steps that the latest measurement may be late; 0: all come in time"""
     step = model.continuous.dt if model.continuous else 1.0
@@ -128,11 +138,14 @@ def plain(text: str) -> str:
     return re.sub(r"([*?/])(?=[/*?])", r"\1 ", printable)
 
 
-def source(parts: Parts, way: str, name: str = "", remarks: Sequence[str] = (), any_dt: bool = False) -> Source:
+def source(parts: Parts, way: str, name: str = "", remarks: Sequence[str] = (), any_dt: bool = False, steps: int = 1) -> Source:
     """The filter of a model in f32 or q31; remarks go to the top of the header.
 
     any_dt   of a model in continuous time, in f32 as init: a predict is told the length of its step
+    steps    of a model in continuous time, in q31: a predict is told how many dt it goes, so many at most
     """
+    if steps > 1 and (parts.model.continuous is None or parts.arithmetic.name != "q31" or way == "sizes"):
+        raise KalmanqError("--steps: of a model with F, Qc and dt, in q31, and not as sizes; f32 has --any-dt")
     if any_dt and (parts.model.continuous is None or parts.arithmetic.name != "f32" or way != "init"):
         raise KalmanqError("steps of any length are of a model with F, Qc and dt, in f32 and prepared at the start (init)")
     if parts.arithmetic.name == "f64":
@@ -142,7 +155,7 @@ def source(parts: Parts, way: str, name: str = "", remarks: Sequence[str] = (), 
     if way not in ways_of(parts):
         raise KalmanqError(f"{parts.model.name} cannot be written as {way}: R is correlated or too small, or the "
                            "start is unknown")
-    writer = Writer(parts, way, identifier(name or parts.model.name), any_dt)
+    writer = Writer(parts, way, identifier(name or parts.model.name), any_dt, steps)
     return Source(writer.name, _header(writer, remarks), _text(writer))
 
 
@@ -195,7 +208,7 @@ def _header(w: Writer, remarks: Sequence[str]) -> str:
         name=w.name, upper=w.upper, n=w.model.n, m=w.model.m, l=len(w.model.inputs), T=w.T, u=w.u or "void", z=w.z,
         both=f"{w.u}, {w.z}" if w.u else w.z, sensors=_sensor_calls(w),
         after=f", dt ({w.model.continuous.unit}) later.  Another dt than the last one costs what kq_process_init_continuous does"
-        if w.any_dt else "", math="#include <math.h>\n" if w.is_fixed else "",
+        if w.any_dt else f", 1 to {len(w.longer) + 1} dt later, otherwise KQ_ERR_SIZE" if w.longer else "", math="#include <math.h>\n" if w.is_fixed else "",
         comment="\n".join(f" * {line}".rstrip() for line in comment),
         definitions="".join(f"{line}\n" for line in definitions))
 
@@ -373,7 +386,7 @@ def _text(w: Writer) -> str:
     n, m, l, T = w.model.n, w.model.m, w.model.l, w.T
     u, at_once, fixed_sizes = "NULL" if not l else "all" if w.model.c is not None else "u", "", ""
     taken = "z" if w.model.d is None else "rest"
-    predict = f"kq_predict_{T}(&model_filter, &model_process, {u})"
+    predict = f"kq_predict_{T}(&model_filter, {'model_processes[steps - 1]' if w.longer else '&model_process'}, {u})"
     if w.way == "sizes":
         fixed_sizes = f'#include "kq_fixed_{T}.h" /* in src/fixed_size of the library */\n\n'
         upper = "0" if np.any(np.tril(w.model.A, -1)) else "KQ_FIXED_UPPER"
@@ -386,7 +399,7 @@ def _text(w: Writer) -> str:
         name=w.name, T=T, upper_T=T.upper(), n=n, u=w.u or "void", z=w.z, both=f"{w.u}, {w.z}" if w.u else w.z,
         given=w.given, fixed_sizes=fixed_sizes, predict=predict, update=at_once, init=_init(w), sensors=_sensor_functions(w),
         pushes=_pushes(w), taken=taken, rest=_rest(w), less=LESS if w.is_fixed and w.model.d is not None else "",
-        moving=MOVING.replace("$control", "rates_of_control" if l else "NULL") if w.any_dt else "", moved=MOVED if w.any_dt else "",
+        moving=MOVING.replace("$control", "rates_of_control" if l else "NULL") if w.any_dt else "", moved=MOVED if w.any_dt else f"    if (steps < 1 || steps > {len(w.longer) + 1}) return KQ_ERR_SIZE;\n" if w.longer else "",
         tables="\n".join((_tables_fixed if w.is_fixed else _tables_float)(w)),
         objects="\n".join([*start, *(_objects_constant if w.is_constant else _objects)(w)]))
 
@@ -489,9 +502,11 @@ def _tables_fixed(w: Writer) -> list[str]:
         cells = [f"{{{formats[k].range}, {formats[k].fraction}}}" for k in range(len(getattr(model, kind)))]
         lines += _array("kq_format_q31", f"{kind[:-1]}_format", cells, 4)
     lines += ["/* {mantissa, exponent}, in words of the states */"]
-    lines += _scaled("transition", process.transition, n * n, min(n, 4), "A, n x n")
-    lines += _scaled("control", process.control, n * l, min(l, 4), "B, n x l") if l else []
-    lines += _words("noise_root", process.noise_root, root, "G, upper triangle by columns and exponents: Q = G G'")
+    for count, table in enumerate([process, *(one.process_table for one in w.longer)], 1):
+        end, of = ("", "") if count == 1 else (f"_{count}", f" of {count} dt")
+        lines += _scaled(f"transition{end}", table.transition, n * n, min(n, 4), f"A, n x n{of}")
+        lines += _scaled(f"control{end}", table.control, n * l, min(l, 4), f"B, n x l{of}") if l else []
+        lines += _words(f"noise_root{end}", table.noise_root, root, f"G, upper triangle by columns and exponents: Q = G G'{of}")
     lines += _scaled("measurement", sensor.measurement, m * n, min(n, 4), "H, m x n")
     lines += _scaled("variance", sensor.noise, m if w.is_diagonal else m * (m + 1) // 2, 4, "R")
     lines += _words("first_mean", prior.mean, n, "x0 and the root of P0: before the first sample")
@@ -500,12 +515,24 @@ def _tables_fixed(w: Writer) -> list[str]:
     return lines if w.is_constant else lines + _tables_to_init(w)
 
 
+def _ends(w: Writer) -> list[str]:
+    """Of names of a step, of two, ..."""
+    return ["", *(f"_{count}" for count in range(2, len(w.longer) + 2))]
+
+
+def _processes(w: Writer, const: str) -> list[str]:
+    names = ", ".join(f"&model_process{end}" for end in _ends(w))
+    return [f"static {const}kq_process_q31 *const model_processes[{len(w.longer) + 1}] = {{{names}}};"] if w.longer else []
+
+
 def _tables_to_init(w: Writer) -> list[str]:
     n, m, l = w.model.n, w.model.m, w.model.l
     control = [f"    .controls = {l}, .control_format = control_format, .control = control,"] if l else []
-    return ["static const kq_process_table_q31 process_table = {",
-            f"    .states = {n}, .state_format = state_format, .transition = transition,", *control,
-            "    .noise_root = noise_root};", "static const kq_sensor_table_q31 sensor_table = {",
+    tables = [line for end in _ends(w) for line in [
+        f"static const kq_process_table_q31 process_table{end} = {{",
+        f"    .states = {n}, .state_format = state_format, .transition = transition{end},", *(one.replace("= control,", f"= control{end},") for one in control),
+        f"    .noise_root = noise_root{end}}};"]]
+    return [*tables, "static const kq_sensor_table_q31 sensor_table = {",
             f"    .states = {n}, .components = {m}, .correlated = {int(not w.is_diagonal)},",
             "    .state_format = state_format, .measurement_format = measurement_format,",
             "    .measurement = measurement, .noise = variance};"]
@@ -520,8 +547,10 @@ def _objects_constant(w: Writer) -> list[str]:
     of_A, of_H = (f"({', '.join(map(str, numbers))})" for numbers in w.parts.zeros)
     if w.is_fixed:
         controls = "control_format" if l else "NULL"
-        return [f"static const kq_process_q31 model_process = KQ_PROCESS_TABLE_Q31(\n    {n}, {l}, state_format, {controls}, "
-                f"transition, {control}, noise_root, {of_A});",
+        rows = [of_A, *(f"({', '.join(map(str, one.zeros[0]))})" for one in w.longer)]
+        return [*(f"static const kq_process_q31 model_process{end} = KQ_PROCESS_TABLE_Q31(\n    {n}, {l}, state_format, {controls}, "
+                  f"transition{end}, {control + end if l else control}, noise_root{end}, {row});" for end, row in zip(_ends(w), rows)),
+                *_processes(w, "const "),
                 f"static const kq_sensor_q31 model_sensor = KQ_{kind}_Q31(\n    {n}, {m}, state_format, measurement_format, "
                 f"measurement, variance, {of_H});"]
     return [f"static const kq_process_f32 model_process = KQ_PROCESS_TABLE({n}, {l}, transition, {control}, "
@@ -531,7 +560,7 @@ def _objects_constant(w: Writer) -> list[str]:
 
 def _objects(w: Writer) -> list[str]:
     if w.is_fixed:
-        return ["static kq_process_q31 model_process;", "static kq_sensor_q31 model_sensor;"]
+        return [*(f"static kq_process_q31 model_process{end};" for end in _ends(w)), *_processes(w, ""), "static kq_sensor_q31 model_sensor;"]
     kind = "KQ_SENSOR_DIAGONAL_F32" if w.is_diagonal else "KQ_SENSOR_F32"
     moved = [f"static float model_memory[KQ_CONTINUOUS_LEN({w.model.n}, {w.model.l})], model_dt;"] if w.any_dt else []
     return [f"KQ_PROCESS_F32(model_process, {w.model.n}, {w.model.l});", *moved,
@@ -559,7 +588,7 @@ def _init_float(w: Writer) -> list[str]:
 
 
 def _init_fixed(w: Writer) -> list[str]:
-    return ["kq_process_init_q31(&model_process, &process_table, NULL)",
+    return [*(f"kq_process_init_q31(&model_process{end}, &process_table{end}, NULL)" for end in _ends(w)),
             f"kq_sensor_init{'_diagonal' if w.is_diagonal else ''}_q31(&model_sensor, &sensor_table, NULL)"]
 
 

@@ -1,0 +1,95 @@
+"""S, E w[t] v[t]' = S: filters, smoothers and likelihoods beside the joint normal of all states and measurements."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from kalmanq import Filter, KalmanqError, Model, Quantity, Smoother, decorrelated
+from kalmanq.model.model import root_of
+
+ROWS = 6
+
+
+def drawn(seed: int):
+    """A model, S, controls, measurements with gaps, and whether the joint covariance is singular"""
+    r = np.random.default_rng(seed)
+    n, l = int(r.integers(1, 4)), int(r.integers(0, 2))
+    m, rank = int(r.integers(1, n + 1)), n if seed % 4 else 1
+    joint = (root := r.normal(size=(n + m, rank + m))) @ root.T
+    A, H, B = 0.9 * r.normal(size=(n, n)) / n, r.normal(size=(m, n)), r.normal(size=(n, l)) if l else None
+    offsets = {"c": r.normal(size=n), "d": r.normal(size=m)} if seed % 3 == 0 else {}
+    model = Model(A, H, joint[n:, n:], joint[:n, :n], B=B, P0=np.eye(n), x0=r.normal(size=n), **offsets,
+                  states=[Quantity(f"x{i}", range=2.0**10) for i in range(n)], measurements=[Quantity(f"z{j}", range=2.0**10) for j in range(m)],
+                  controls=[Quantity("u", range=16)] * l or None)
+    z, u = r.normal(size=(ROWS, m)), r.normal(size=(ROWS, l)) if l else None
+    z[r.random(z.shape) < 0.25] = np.nan
+    return model, joint[:n, n:], z, u
+
+
+def dense(model: Model, S: np.ndarray, z: np.ndarray, u):
+    """Means and covariances of each state given all rows, and the log-likelihood: by one joint normal of x0, w and v"""
+    n, m, T = model.n, model.m, len(z)
+    size = n + T * (n + m)
+    C = np.zeros((size, size))
+    C[:n, :n] = model.P0
+    for t in range(T):
+        w, v = slice(n + t * (n + m), 2 * n + t * (n + m)), slice(2 * n + t * (n + m), n + (t + 1) * (n + m))
+        C[w, w], C[v, v], C[w, v], C[v, w] = model.Q, model.R, S, S.T
+    x, mean, X, Z, expected = np.eye(n, size), model.x0, [], [], []
+    for t in range(T):
+        v = slice(2 * n + t * (n + m), n + (t + 1) * (n + m))
+        X.append((x, mean))
+        row = model.H @ x
+        row[:, v] += np.eye(m)
+        Z.append(row), expected.append(model.H @ mean + (0 if model.d is None else model.d))
+        x, mean = model.A @ x, model.A @ mean
+        x[:, n + t * (n + m):2 * n + t * (n + m)] += np.eye(n)
+        if model.B is not None:
+            pushes = np.concatenate([[] if u is None else u[t], [1.0] if model.c is not None else []])
+            mean = mean + model.B @ pushes
+    there = ~np.isnan(z.ravel())
+    L, e = np.vstack(Z)[there], (z.ravel() - np.concatenate(expected))[there]
+    V = L @ C @ L.T
+    gain = np.linalg.solve(V, e)
+    states = [(mean + x @ C @ L.T @ gain, x @ C @ x.T - x @ C @ L.T @ np.linalg.solve(V, L @ C @ x.T)) for x, mean in X]
+    return states, -0.5 * (len(e) * np.log(2 * np.pi) + np.linalg.slogdet(V)[1] + e @ gain)
+
+
+@pytest.mark.parametrize("seed", range(200))
+def test_it_is_the_joint_normal(seed):
+    model, S, z, u = drawn(seed)
+    if not np.any(~np.isnan(z)):
+        z[0] = 0
+    states, likelihood = dense(model, S, z, u)
+    equal, controls, varying = decorrelated(model, S, z, u)
+    run = Smoother(equal).run(z, controls, varying=varying)
+    for t, (mean, C) in enumerate(states):
+        sigma = np.sqrt(np.diag(C).clip(1e-30))
+        assert np.abs(run.smoothed[t] - mean).max() < 1e-8 * max(1, np.abs(mean).max())
+        assert run.smoothed_sigma[t] == pytest.approx(sigma, rel=1e-6, abs=1e-7)
+    assert float(np.sum(run.log_likelihood)) == pytest.approx(likelihood, abs=1e-7 * max(1, abs(likelihood)))
+    last = Filter(equal, "f32").run(z, controls, varying=varying)
+    assert np.abs(last.mean[-1] - states[-1][0]).max() < 1e-4 * max(1, np.abs(states[-1][0]).max())
+
+
+def test_ignoring_it_costs_what_it_costs():
+    """A random walk whose steps are what its sensor misreads: without S the error is far larger"""
+    r, errors = np.random.default_rng(1), []
+    joint = np.array([[1.0, -0.9], [-0.9, 1.0]])
+    noise = (root_of(joint) @ r.normal(size=(2, 5000))).T
+    x = np.concatenate([[0], np.cumsum(noise[:-1, 0])])
+    z, model = x + noise[:, 1], Model(1, 1, 1, 1, P0=1)
+    equal, controls, varying = decorrelated(model, -0.9, z)
+    errors = [np.sqrt(np.mean((run.mean[:, 0] - x)**2)) for run in (Filter(model).run(z), Filter(equal).run(z, controls, varying=varying))]
+    run = Filter(equal).run(z, controls, varying=varying)
+    assert errors[1] < errors[0] and np.mean(run.nis) == pytest.approx(1, abs=0.1)
+
+
+def test_what_is_no_s_is_refused():
+    model = Model(1, 1, 1, 1, P0=1)
+    for S, said in ((1.1, "not positive semidefinite"), ([1, 2], "1 x 1"), (np.nan, "not finite")):
+        with pytest.raises(KalmanqError, match=said):
+            decorrelated(model, S, [1.0])
+    with pytest.raises(KalmanqError, match="of a model of steps"):
+        decorrelated(Model.of_continuous(-1, 1, 1, 1, dt=1, P0=1), 0.1, [1.0])
