@@ -42,7 +42,8 @@ def arduino(to):
     write(to / "src/kalmanq.h", '/* For `#include <kalmanq.h>` in a sketch. */\n#include "kalmanq/kalmanq.h"')
     shutil.copy(ROOT / "LICENSE", to)
     sketch = (ROOT / "port/packages/first.c").read_text().split("/* program */")[0]
-    write(to / "examples/first/first.ino", sketch.replace("<kalmanq/kalmanq.h>", "<kalmanq.h>") + """
+    write(to / "examples/first/first.ino", sketch.replace("<kalmanq/kalmanq.h>", "<kalmanq.h>").replace(
+        "kq_sensor_init_f32", "kq_sensor_init_lean_f32") + """
 void setup()
 {
     Serial.begin(9600);
