@@ -13,6 +13,7 @@ from kalmanq.compiler.simulation import CompiledFilter
 from kalmanq.model import model_file
 from kalmanq.run.simulation import simulate
 from test_nonlinear import refused
+from whole import first
 
 SEEDS = range(40)  # five models each
 FILE = """[model]
@@ -84,7 +85,7 @@ def test_a_filter_is_that_of_a_control_that_is_1_and_of_measurements_less_d(seed
         assert likelihood(model, [z], None if u is None else [u]) == pytest.approx(likelihood(equal, [rest], [ones]), rel=1e-12)
 
 
-@pytest.mark.parametrize("seed", range(3))
+@pytest.mark.parametrize("seed", first(1, range(3)))
 def test_compiled_c_is_within_its_rounding_of_the_host(seed):
     model, _, z, _, u, _ = pair(seed + 100)
     wanted = Filter(model, "f64").run(z, u)
