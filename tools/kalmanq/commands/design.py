@@ -115,7 +115,9 @@ def _reason(options: Options, made: Designs) -> str:
     fitting = [one for one in ways if one.fits]
     if not fitting:
         least = min(one.cost.flash for one in ways)
-        return f"no way fits {made.part.flash // 1024} kB of flash and {made.part.ram / 1024:g} kB of RAM " \
+        late = bytes_of_delays(made.model, "f32")
+        of_late = f", with {late} bytes for what comes late " if late else " "
+        return f"no way fits {made.part.flash // 1024} kB of flash and {(made.part.ram + late) / 1024:g} kB of RAM{of_late}" \
                f"(the least takes {least} bytes of flash)"
     return fitting[0].trial.warnings[0]
 
