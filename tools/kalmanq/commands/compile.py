@@ -76,7 +76,7 @@ def compile_file(options: Options, console: Console) -> None:
             compile_equations.compile_file(*given)
         return
     _refuse_of_functions(options)
-    model = model_file.read_for_c(options.model)
+    model = model_file.read(options.model)
     source = fingerprint(options.model)
     with console.status("compiling", spinner="line"):
         product = compiled(model, name, wanted, source)
@@ -151,7 +151,7 @@ def write(options: Options, texts: dict[str, str]) -> list[Path]:
 def _told(product: Product, found: report.Findings, written: list[Path]) -> dict:
     given, steady = product.given, product.steady
     return {"name": given.name, "arithmetic": given.options.arithmetic, "form": "factor", "n": given.of.n,
-            "m": given.of.m, "l": given.of.l, "ram": product.ram, "calls": product.calls, "entries": len(product.arithmetic.live),
+            "m": given.of.m, "l": given.of.l, "ram": product.ram, "ram_delayed": product.ram_delayed, "calls": product.calls, "entries": len(product.arithmetic.live),
             "settles": None if steady is None else {
                 "samples": steady.samples, "after_gap": list(steady.after_gap), "tolerance": steady.tolerance},
             "costs": {f"{core} O2": asdict(cost) for core, cost in costs.estimates(product).items()},

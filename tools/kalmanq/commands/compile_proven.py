@@ -22,7 +22,7 @@ def compile_file(options: Any, name: str, write: Callable[[Any, dict[str, str]],
     """options: of kalmanq compile; write: the texts, by the names of their files"""
     if options.arithmetic == "f64":
         raise KalmanqError(f"--form {options.form}: is for f32 and q31")
-    model = model_file.read_for_c(options.model)
+    model = model_file.read_in_time(options.model)
     with console.status("proving", spinner="line"):
         product = compiled(model, Wanted(options.arithmetic, name, options.form, options.partial, options.nis,
                                          options.lag, options.bound))

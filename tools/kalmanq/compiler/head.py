@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from typing import Mapping, Sequence
+from typing import Mapping, Optional, Sequence
 
-from kalmanq.compiler import lag
+from kalmanq.compiler import delayed, lag
 from kalmanq.compiler.arithmetic import Arithmetic
 from kalmanq.compiler.emit import Text, comment
 from kalmanq.compiler.printing import indented
@@ -12,13 +12,13 @@ from kalmanq.compiler.request import Request
 from kalmanq.firmware.c_source import plain
 
 
-def header(given: Request, a: Arithmetic, text: Text) -> str:
-    return Header(given, a, text).text()
+def header(given: Request, a: Arithmetic, text: Text, late: Optional[delayed.Delayed] = None) -> str:
+    return Header(given, a, text, late).text()
 
 
 class Header:
-    def __init__(self, given: Request, a: Arithmetic, text: Text):
-        self.given, self.a, self.name = given, a, given.name
+    def __init__(self, given: Request, a: Arithmetic, text: Text, late: Optional[delayed.Delayed] = None):
+        self.late, self.given, self.a, self.name = late, given, a, given.name
         self.c = text
         self.filter = f"{given.type} *f"
 
@@ -28,7 +28,8 @@ class Header:
             *comment([*self._what(), "", *self._usage(), "", *self._quantities()]), f"#ifndef {guard}",
             f"#define {guard}", "", *self.a.includes, "#include <stdint.h>", "", "#ifdef __cplusplus",
             'extern "C" {', "#endif", "", *self._events(), *self.a.enumerators(), *self._fields(), *self._calls(),
-            *self._means(), *self.a.calls(), *lag.calls(self.given, self.a), "#ifdef __cplusplus", "}", "#endif", "", f"#endif /* {guard} */", ""])
+            *self._means(), *self.a.calls(), *lag.calls(self.given, self.a),
+            *(self.late.calls() if self.late else []), "#ifdef __cplusplus", "}", "#endif", "", f"#endif /* {guard} */", ""])
 
     def _what(self) -> list[str]:
         model, options = self.given.model, self.given.options
@@ -42,7 +43,7 @@ class Header:
                 (f"{self.name}_step(&f{u}, z);", "each next sample"),
                 (f"{self.name}_predict(&f{u});", "a sample that is missing"),
                 (f"{self.name}_mean_{self.given.carried[0]}(&f)", "the estimate")]
-        return self._aligned(rows)
+        return self._aligned(rows) + (["", *self._aligned(self.late.usage())] if self.late else [])
 
     @staticmethod
     def _aligned(rows: Sequence[tuple[str, str]]) -> list[str]:
@@ -66,7 +67,7 @@ class Header:
             if self.given.inputs else []
         rows += [("GATED", "a measurement was too far off: it was not taken")] \
             if self.given.options.gate is not None else []
-        rows += self.a.events
+        rows += [*self.a.events, *([delayed.EVENT] if self.late else [])]
         lines = [f"{self.given.upper}_{name} = {1 << bit}{',' if bit < len(rows) - 1 else ''} /* {what} */"
                  for bit, (name, what) in enumerate(rows)]
         return ["/* f->events: bits that stay set until you clear them */", "enum {", *indented(lines), "};", ""]
@@ -77,7 +78,8 @@ class Header:
         lines += self.a.nis_fields() if options.nis else []
         lines += [f"uint8_t rejected[{m}]; /* in a row, by the gate */"] if options.gate is not None else []
         lines += [f"{self.a.type} y[{m}]; /* innovations of the last sample, once settled */"] if options.lag else []
-        return ["typedef struct {", *indented(lines), f"}} {self.given.type};", "", *lag.struct(self.given, self.a)]
+        return ["typedef struct {", *indented(lines), f"}} {self.given.type};", "", *lag.struct(self.given, self.a),
+                *(self.late.struct() if self.late else [])]
 
     def _calls(self) -> list[str]:
         z, u = self.c.z, self.c.u

@@ -10,6 +10,7 @@ from typing import Optional
 
 from kalmanq.compiler import cycle, emit, enclosure, head
 from kalmanq.compiler.arithmetic import Arithmetic
+from kalmanq.compiler.delayed import Delayed, delayed
 from kalmanq.compiler.floats import FloatFilter
 from kalmanq.compiler.loops import LoopedFilter
 from kalmanq.compiler.request import GAP, LONGEST_GAP, Options, Request, request
@@ -22,6 +23,8 @@ from kalmanq.model import Model
 
 @dataclass(frozen=True)
 class Product:
+    """code: without what takes late measurements"""
+
     given: Request
     steady: Optional[enclosure.Settled]
     cycle: Optional[cycle.Cycle]
@@ -29,9 +32,11 @@ class Product:
     text: emit.Text
     header: str
     code: str
+    late: Optional[Delayed] = None
 
     def sources(self) -> dict[str, str]:
-        return {f"{self.given.name}.c": self.code, f"{self.given.name}.h": self.header}
+        late = "\n".join(["", *self.late.functions()]) if self.late else ""
+        return {f"{self.given.name}.c": self.code + late, f"{self.given.name}.h": self.header}
 
     @property
     def calls(self) -> int:
@@ -46,11 +51,19 @@ class Product:
     @property
     def ram(self) -> int:
         """Bytes of the filter where words are aligned: its arithmetic's, calls and a counter if there are any, events, rejections"""
-        options = self.given.options
-        align = 4 if options.arithmetic == "f32" else 8
+        options, align = self.given.options, self._align
         events = 8 if self.text.count_fields() else align if options.nis else 2
         size = self.arithmetic.size() + events + (self.given.of.m if options.gate is not None else 0)
         return -(-size // align) * align
+
+    @property
+    def ram_delayed(self) -> int:
+        """Bytes of NAME_delayed; 0: all come in time"""
+        return self.late.ram(self.ram, self._align) if self.late else 0
+
+    @property
+    def _align(self) -> int:
+        return 4 if self.given.options.arithmetic == "f32" else 8
 
 
 def compiled(model: Model, name: str, options: Options = Options(), source: str = "") -> Product:
@@ -65,7 +78,9 @@ def compiled(model: Model, name: str, options: Options = Options(), source: str 
     with graph.fresh():
         a = _arithmetic(given, steady if options.settles else None, turn)
         text = emit.Text(given, a) if turn is None else cycle.CycleText(given, a, turn)
-        return Product(given, steady, turn, a, text, head.header(given, a, text), text.code(remarks(given, steady, turn, source)))
+        late = delayed(given, a, text)
+        return Product(given, steady, turn, a, text, head.header(given, a, text, late),
+                       text.code(remarks(given, steady, turn, source)), late)
 
 
 def remarked(product: Product, source: str) -> Product:

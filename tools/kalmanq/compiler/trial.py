@@ -86,6 +86,28 @@ class Trial:
                 *(f"    {one.format(f'mean[{i}]')}" for i, one in enumerate(near)), "}",
                 f"wrong += back != {count + 1};"]
 
+    def _late(self) -> list[str]:
+        """In time, and late"""
+        late, name, all_ = self.product.late, self.name, self.given.all
+        if late is None:
+            return []
+        steps, bits = min(late.kept - 1, ROWS // 2), late.bits or all_
+        u = ", rows[t].u" if self.given.inputs else ""
+        dt = self.a.literal(self.given.model.continuous.dt) if late.varies else ""
+        moves = [f"    (void){name}_move(&in_time, {dt});"] if late.varies else []
+        update = f"{name}_update_some(&in_time, rows[t].z, {all_}u)" if self.given.of.m > 1 else f"{name}_update(&in_time, rows[t].z)"
+        means = (f"{name}_mean_{state}" for state in self.given.carried)
+        return [
+            "/* The same rows, whole: in time, and late */", f"static {self.given.type} in_time;", f"static {late.type} d;",
+            f"{name}_start(&in_time);", f"{name}_start(&d.now);", f"{name}_delayed_start(&d);", f"for (int t = 0; t < {ROWS}; t++) {{",
+            "    if (t) {", *(f"    {one}" for one in moves), f"        {name}_predict(&in_time{u});",
+            f"        {'(void)' if late.varies else ''}{name}_delayed_predict(&d{u}{f', {dt}' if dt else ''});", "    }",
+            f"    (void){update};", *([f"    (void){name}_delayed_update(&d, rows[t].z, {all_ & ~bits}u, 0);"] if all_ & ~bits else []),
+            f"    if (t >= {steps}) (void){name}_delayed_update(&d, rows[t - {steps}].z, {bits}u, {steps});", "}",
+            f"for (unsigned ago = {steps}; ago-- > 0;) (void){name}_delayed_update(&d, rows[{ROWS - 1} - ago].z, {bits}u, ago);",
+            *(f"wrong += !is_near({mean}(&d.now), {mean}(&in_time){'' if self.a.type == 'int32_t' else ', ' + self._variance(i, 'in_time')});"
+              for i, mean in enumerate(means))]
+
     def _near(self) -> list[str]:
         type_, arithmetic = self.a.type, self.given.options.arithmetic
         if arithmetic == "q31":
@@ -116,6 +138,6 @@ class Trial:
         return ["int main(void)", "{", *indented([
             f"static {self.given.type} f;", "int wrong = 0;", "uint32_t h = UINT32_C(2166136261);", f"{name}_start(&f);", *follows[:1], *history,
             f"for (int t = 0; t < {ROWS}; t++) {{", "    unsigned taken = 0;",
-            *indented([*calls, "wrong += taken != rows[t].taken;", *checks, *follows[1:], *digests]), "}", *self._smooths(),
+            *indented([*calls, "wrong += taken != rows[t].taken;", *checks, *follows[1:], *digests]), "}", *self._smooths(), *self._late(),
             f'printf("{name}: %d wrong, digest %08lx\\n", wrong, (unsigned long)h);', 'if (!wrong) puts("OK");',
             "return wrong != 0;"]), "}", ""]

@@ -12,6 +12,7 @@ import numpy as np
 
 from kalmanq.core import arithmetic_of, lib, nearest
 from kalmanq.errors import KalmanqError
+from kalmanq.firmware.steps_kept import latest_of, steps_late
 from kalmanq.model import Model, Quantity
 from kalmanq.run.filters import Filter
 from kalmanq.run.parts import CONSTANT, Parts, is_diagonal, known_prior, ways_of
@@ -21,7 +22,6 @@ WORDS = frozenset("""auto break case char const continue default do double else 
     bool class delete new template this namespace main kalmanq assert complex ctype errno fenv float inttypes iso646
     limits locale math setjmp signal stdalign stdarg stdatomic stdbool stddef stdint stdio stdlib stdnoreturn string
     tgmath threads time uchar wchar wctype""".split())
-LATEST = 1.5  # times a sensor's delay, that there is memory for
 KINDS = ("states", "measurements", "controls")
 SUFFIXES = ("", "_FRACTION", "_RANGE", "_RAW", "_VALUE")  # of what the header defines of a quantity
 
@@ -68,15 +68,13 @@ class Writer:
 
     def _sensors(self) -> list[SensorCall]:
         """Of a model file that names them"""
-        made, first, step = [], 0, self.model.continuous.dt if self.model.continuous else 1.0
-        for one in self.model.sensors:
-            late, count = one.delay / step, len(one.measurements)
+        made, first = [], 0
+        for one, late in zip(self.model.sensors, steps_late(self.model, self.any_dt)):
+            count = len(one.measurements)
             name = identifier(one.name).removeprefix("filter_")
             while name in (*(other.name for other in made), "some"):
                 name += "_"
-            if late and not self.any_dt and not one.measured and abs(late - round(late)) > 1e-6:
-                raise KalmanqError(f"sensors: the delay of {one.name}, {one.delay:g}, is no multiple of dt: make it one, or give --any-dt")
-            made.append(SensorCall(name, one.name, first, count, round(late), bool(one.measured)))
+            made.append(SensorCall(name, one.name, first, count, late, bool(one.measured)))
             first += count
         return made
 
@@ -112,12 +110,6 @@ def _longer(parts: Parts, steps: int) -> list[Parts]:
         A, Q, B = parts.model.continuous.step(count * parts.model.continuous.dt)
         made.append(Parts(parts.model.changed(A=A, Q=Q, **({} if B is None else {"B": B})), "q31"))
     return made
-
-
-def latest_of(model: Model) -> int:
-    """Steps that the latest measurement may be late; 0: all come in time"""
-    step = model.continuous.dt if model.continuous else 1.0
-    return max((math.ceil(LATEST * one.delay / step - 1e-6) for one in model.sensors), default=0)
 
 
 def bytes_of_delays(model: Model, arithmetic: str) -> int:

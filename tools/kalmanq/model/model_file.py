@@ -56,13 +56,13 @@ class SensorError(ModelError):
         self.number = number
 
 
-def read_for_c(path: Path) -> Model:
-    """Of a filter that kalmanq compile writes, which takes all in time"""
+def read_in_time(path: Path) -> Model:
+    """Of a filter in a proven form, which takes all in time"""
     model = read(path)
     for one in model.sensors:
         if one.delay:
-            raise ModelFileError(f"{path}: sensors: {one.name} has a delay of {one.delay:g}: the C of compile takes all in time; "
-                                 "kalmanq design writes a filter that takes it late")
+            raise ModelFileError(f"{path}: sensors: {one.name} has a delay of {one.delay:g}: a proven form takes all in time; "
+                                 "leave out --form")
     return model
 
 

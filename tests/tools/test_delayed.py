@@ -1,0 +1,196 @@
+"""Firmware that takes what was measured some steps ago: equal to the one in which nothing was late."""
+
+from __future__ import annotations
+
+import ctypes
+import subprocess
+
+import numpy as np
+import pytest
+from command import kalmanq
+from whole import first
+
+from kalmanq.compiler.emit import PREDICTS, UPDATES
+from kalmanq.compiler.host import Host, build
+from kalmanq.compiler.product import compiled
+from kalmanq.compiler.request import Options
+from kalmanq.errors import KalmanqError
+from kalmanq.firmware.steps_kept import latest_of
+from kalmanq.model import Model, Quantity, Sensor
+
+DRIVER = """
+#include "late.h"
+static late_delayed d;
+void start(void);
+void start(void) {{ late_start(&d.now); late_delayed_start(&d); }}
+int predict(const double *given, double dt);
+int predict(const double *given, double dt)
+{{
+    {type} u[{inputs} + 1];
+    (void)u, (void)given, (void)dt;
+{pushes}
+{predict}
+}}
+unsigned update(const double *given, unsigned present, unsigned ago);
+unsigned update(const double *given, unsigned present, unsigned ago)
+{{
+    {type} z[{m}];
+{measured}
+    return late_delayed_update(&d, z, present, ago);
+}}
+unsigned events(void);
+unsigned events(void) {{ return d.now.events; }}
+unsigned size(void);
+unsigned size(void) {{ return sizeof d; }}
+void read(double *mean, double *covariance);
+void read(double *mean, double *covariance)
+{{
+    const late_filter f = d.now;
+{means}
+    for (int i = 0; i < {n}; i++)
+        for (int j = 0; j < {n}; j++) covariance[i * {n} + j] = {entry};
+}}
+"""
+
+
+class Late:
+    """The compiled filter's NAME_delayed on this machine"""
+
+    def __init__(self, product, folder):
+        given, a = product.given, product.arithmetic
+        inside = [f"    z[{j}] = {a.from_double('measurements', j, f'given[{j}]')};" for j in range(given.of.m)]
+        pushes = [f"    u[{k}] = {a.from_double('controls', k, f'given[{k}]')};" for k in range(given.inputs)]
+        arguments = ("".join([", u"] if given.inputs else []) + (", (" + a.type + ")dt" if given.options.tunable else ""))
+        predict = f"    return late_delayed_predict(&d{arguments});" if given.options.tunable else \
+            f"    late_delayed_predict(&d{arguments});\n    return 1;"
+        means = [f"    mean[{i}] = {a.mean_double(i)};" for i in range(given.of.n)]
+        files = {**product.sources(), "driver.c": DRIVER.format(
+            type=a.type, m=given.of.m, n=given.of.n, inputs=given.inputs, measured="\n".join(inside), pushes="\n".join(pushes),
+            predict=predict, means="\n".join(means), entry=a.covariance_double("i", "j"))}
+        for name, text in files.items():
+            (folder / name).write_text(text)
+        warned = ("-Wall", "-Wextra", "-Wpedantic", "-Wconversion", "-Wdouble-promotion", "-Werror")
+        subprocess.run(["gcc", "-std=c11", "-O2", *warned, "-c", "late.c", "-o", "late.o"], cwd=folder, check=True)
+        self.library = ctypes.CDLL(str(build(folder, ["late.c", "driver.c"], "late.so", ("-shared", "-fPIC"))))
+        self.n, self.library.predict.argtypes = given.of.n, [ctypes.c_void_p, ctypes.c_double]
+        self.library.start()
+
+    def predict(self, u, dt=0.0):
+        return self.library.predict(np.ascontiguousarray(u, float).ctypes.data_as(ctypes.c_void_p), dt)
+
+    def update(self, z, present, ago):
+        z = np.ascontiguousarray(np.nan_to_num(z), float)
+        return self.library.update(z.ctypes.data_as(ctypes.c_void_p), int(present), int(ago))
+
+    def read(self):
+        made = np.zeros(self.n), np.zeros((self.n, self.n))
+        self.library.read(*(ctypes.c_void_p(one.ctypes.data) for one in made))
+        return made
+
+
+def some_model(seed: int, continuous: bool = False, pushes: bool = True) -> Model:
+    """Two or three sensors, of which one or two are late"""
+    draw = np.random.default_rng(seed)
+    n, m = int(draw.integers(1, 5)), int(draw.integers(2, 4))
+    sensors = [Sensor(f"s{j}", (f"z{j}",), float(draw.integers(1, 9)) * (0.1 if continuous else 1) if j else 0.0) for j in range(m)]
+    turned = np.linalg.qr(draw.normal(size=(n, n)))[0] * draw.uniform(0.5, 0.99)
+    root = draw.normal(size=(n, n))
+    given = {"F": turned - 1.5 * np.eye(n), "Qc": root @ root.T, "dt": 0.1} if continuous else {"A": turned, "Q": 0.1 * root @ root.T}
+    offsets = {"c": draw.normal(size=n), "d": draw.normal(size=m)} if seed % 2 else {}
+    l = int(pushes and seed % 3 > 0)
+    B = {"B": draw.normal(size=(n, l)), "controls": [Quantity("push", range=50.0)]} if l else {}
+    made = (Model.of_continuous if continuous else Model)(H=draw.normal(size=(m, n)), R=np.diag(draw.uniform(0.01, 1, m)), P0=10 * np.eye(n), x0=np.zeros(n), **given, **offsets, **B,
+                 states=[Quantity(f"x{i}", range=200.0) for i in range(n)],
+                 measurements=[Quantity(f"z{j}", range=500.0) for j in range(m)])
+    made.sensors = tuple(sensors)
+    return made
+
+
+def log_of(model: Model, seed: int, rows: int = 70):
+    """What is measured in each row, the row in which each component is told, and controls"""
+    draw = np.random.default_rng(seed + 1000)
+    m, latest = model.m, latest_of(model)
+    z, u = draw.normal(size=(rows, m), scale=3.0).astype(np.float32), draw.normal(size=(rows, len(model.inputs))).astype(np.float32)
+    is_there = draw.random((rows, m)) < 0.7
+    is_there[rows - latest:] = False
+    told = np.arange(rows)[:, None] + np.where([one.delay > 0 for one in model.sensors], draw.integers(0, latest + 1, (rows, m)), 0)
+    return z.astype(float), u.astype(float), is_there, told
+
+
+def given_late(late: Late, z, u, is_there, told, dt=None):
+    """In any order within a row"""
+    for t in range(len(z)):
+        if t:
+            assert late.predict(u[t - 1], 0.0 if dt is None else dt[t])
+        for row in sorted(set(range(max(0, t - 40), t + 1)), key=lambda one: (one * 7919) % 31):
+            present = int((is_there[row] & (told[row] == t)) @ (1 << np.arange(z.shape[1])))
+            if present:
+                assert late.update(z[row], present, t - row) == present, (t, row)
+
+
+OPTIONS = [Options(), Options("q31"), Options(gate=2.0), Options("f64"), Options("f64", student=4.0), Options(nis=True),
+           Options("q31", gate=2.5), Options(loops=True), Options("q31", loops=True)]
+
+
+@pytest.mark.parametrize("seed, options", first(5, [(seed + 10 * k, one) for seed in range(10) for k, one in enumerate(OPTIONS)]))
+def test_compiled_bits_are_those_of_the_run_in_which_nothing_was_late(seed, options, tmp_path):
+    model = some_model(seed)
+    product = compiled(model, "late", options)
+    z, u, is_there, told = log_of(model, seed)
+    late = Late(product, tmp_path)
+    assert late.library.size() == product.ram_delayed
+    if options.gate is None:
+        given_late(late, z, u, is_there, told)
+    else:  # what the gate takes depends on what is known then
+        for t in range(len(z)):
+            if t:
+                late.predict(u[t - 1])
+            for row in range(t + 1):
+                late.update(z[row], int((is_there[row] & (told[row] == t)) @ (1 << np.arange(model.m))), t - row)
+    with Host(product) as host:
+        ran = host.run(np.where(is_there, z, np.nan), np.vstack([np.zeros((1, product.given.of.l)), _with_one(u, model)[:-1]]))
+    mean, covariance = late.read()
+    assert np.array_equal(mean, ran.mean[-1]) and np.array_equal(covariance, ran.covariance[-1])
+
+
+def _with_one(u, model):
+    return np.column_stack([u, np.ones((len(u), model.l - len(model.inputs)))])
+
+
+@pytest.mark.parametrize("seed", first(1, [3, 4, 5]))
+def test_steps_of_any_length(seed, tmp_path):
+    """As when the same calls come in time"""
+    model = some_model(seed, continuous=True, pushes=False)
+    product = compiled(model, "late", Options("f64", tunable=True))
+    z, u, is_there, told = log_of(model, seed)
+    dt = np.random.default_rng(seed).uniform(0.05, 0.2, len(z))
+    late = Late(product, tmp_path)
+    assert late.library.size() == product.ram_delayed and late.predict(u[0], -1.0) == 0
+    given_late(late, z, u, is_there, told, dt)
+    mean, covariance = late.read()
+    late.library.start()
+    given_late(late, z, u, is_there, np.arange(len(z))[:, None] + np.zeros((1, model.m), int), dt)
+    for made, right in zip((mean, covariance), late.read()):
+        assert np.array_equal(made, right)
+
+
+def test_what_is_no_step_that_is_kept_is_refused(tmp_path):
+    model = some_model(1)
+    product = compiled(model, "late", Options())
+    late, kept = Late(product, tmp_path), latest_of(model)
+    told = [name for name in product.events]
+    bit = 1 << told.index("TOO_LATE")
+    assert late.update(np.ones(model.m), 1, 1) == 0 and late.library.events() == bit  # before the first step
+    for _ in range(kept + 3):
+        late.predict(np.zeros(1))
+    before = late.read()
+    assert late.update(np.ones(model.m), 1, kept + 1) == 0 and late.update(np.ones(model.m), 0, kept) == 0
+    assert all(np.array_equal(one, other) for one, other in zip(before, late.read()))
+    assert late.update(np.ones(model.m), 3, kept) == 3 and late.update(np.ones(model.m), 2, kept) == 0
+    assert late.update(np.full(model.m, 1e30), 1, 0) == 0 and late.library.events() == bit | 1
+
+
+def test_options_that_go_with_no_delay(tmp_path):
+    for options, said in ((Options(lag=3), "--lag: and a sensor with a delay"), (Options(tunable=True), "--tunable: and a sensor")):
+        with pytest.raises(KalmanqError, match=said):
+            compiled(some_model(2), "late", options)

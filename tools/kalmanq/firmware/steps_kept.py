@@ -1,0 +1,31 @@
+"""How many steps a filter keeps for measurements that come late."""
+
+from __future__ import annotations
+
+import math
+
+from kalmanq.errors import KalmanqError
+from kalmanq.model import Model
+
+LATEST = 1.5  # times a sensor's delay, that there is memory for
+
+
+def latest_of(model: Model) -> int:
+    """Steps that the latest measurement may be late; 0: all come in time"""
+    return max((math.ceil(LATEST * one.delay / _dt(model) - 1e-6) for one in model.sensors), default=0)
+
+
+def steps_late(model: Model, any_dt: bool = False) -> list[int]:
+    """Of each sensor its delay, at most where it varies; any_dt: where steps of the chip differ, too"""
+    made = []
+    for one in model.sensors:
+        late = one.delay / _dt(model)
+        if late and not any_dt and not one.measured and abs(late - round(late)) > 1e-6:
+            raise KalmanqError(f"sensors: the delay of {one.name}, {one.delay:g}, is no multiple of dt: make it one, or give "
+                               "steps of any length (design --any-dt, compile --tunable)")
+        made.append(round(late))
+    return made
+
+
+def _dt(model: Model) -> float:
+    return model.continuous.dt if model.continuous else 1.0
