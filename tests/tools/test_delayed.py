@@ -7,16 +7,19 @@ import subprocess
 
 import numpy as np
 import pytest
-from command import kalmanq
+from designed import Firmware
 from whole import first
 
+from kalmanq import Filter
 from kalmanq.compiler.emit import PREDICTS, UPDATES
 from kalmanq.compiler.host import Host, build
 from kalmanq.compiler.product import compiled
 from kalmanq.compiler.request import Options
+from kalmanq.core import lib
 from kalmanq.errors import KalmanqError
+from kalmanq.firmware.c_source import bytes_of_delays
 from kalmanq.firmware.steps_kept import latest_of
-from kalmanq.model import Model, Quantity, Sensor
+from kalmanq.model import Model, Quantity, Sensor, model_file
 
 DRIVER = """
 #include "late.h"
@@ -194,3 +197,116 @@ def test_options_that_go_with_no_delay(tmp_path):
     for options, said in ((Options(lag=3), "--lag: and a sensor with a delay"), (Options(tunable=True), "--tunable: and a sensor")):
         with pytest.raises(KalmanqError, match=said):
             compiled(some_model(2), "late", options)
+
+
+# ------------------------------------------------------------------------------ over the library, as design writes it
+
+ROOM = """
+[model]
+name = "room"
+{model}
+x0 = [20.0, 0.0]
+P0 = [4.0, 1.0]
+{more}
+[states]
+ranges = [100, 20]
+[controls]
+names = ["heat"]
+ranges = [10]
+[[sensors]]
+name = "quick"
+H = [1.0, 0.0]
+R = 0.25
+ranges = [100]
+[[sensors]]
+name = "reference"
+H = [[1.0, 1.0], [0.5, 0.0]]
+R = [0.01, 0.4]
+d = [-1.5, 0.0]
+ranges = [100, 100]
+delay = {delay}
+"""
+IN_STEPS = "A = [[0.98, 0.05], [0.0, 0.9]]\nB = [0.1, 0.0]\nQ = [0.01, 0.02]"
+CONTINUOUS = "F = [[-0.2, 0.5], [0.0, -1.0]]\nB = [1.0, 0.0]\nQc = [0.1, 0.2]\ndt = 0.1"
+
+
+def room(folder, model: str = IN_STEPS, delay: float = 4, more: str = ""):
+    path = folder / "room.toml"
+    path.write_text(ROOM.format(model=model, delay=delay, more=more))
+    return path
+
+
+class Words:
+    """Numbers of a row as the firmware takes them, and as the host does"""
+
+    def __init__(self, model, T, way):
+        self.filter = Filter(model, T, way=way)
+        self.is_fixed, parts = T == "q31", self.filter.parts
+        self.of_z, self.of_u, self.of_x = (2.0 ** np.array(parts.fractions(one)) for one in ("measurements", "controls", "states"))
+
+    def given(self, values, scale):
+        return np.round(values * scale).astype(int) if self.is_fixed else values.astype(np.float32)
+
+    def taken(self, values, scale):
+        return self.given(values, scale) / (scale if self.is_fixed else 1.0)
+
+
+@pytest.mark.parametrize("T, way, seed", first(3, [(T, way, seed) for seed in range(4) for T, way in (
+    ("q31", "tables"), ("f32", "init"), ("q31", "sizes"), ("f32", "lean"), ("q31", "lean"), ("q31", "init"), ("f32", "tables"), ("f32", "sizes"))]))
+def test_firmware_of_design_has_the_hosts_bits(T, way, seed, tmp_path):
+    """What is late, in any order, beside the host's run in which nothing was"""
+    path = room(tmp_path, more="c = [0.4, 0.0]\n" if seed % 2 else "")
+    model, draw = model_file.read(path), np.random.default_rng(seed)
+    firmware, words, rows, latest = Firmware(tmp_path, path, T, way=way), Words(model, T, way), 60, 6
+    z, u = 20 + draw.normal(size=(rows, 3)), draw.normal(size=(rows, 1))
+    is_there = draw.random((rows, 3)) < 0.6
+    is_there[rows - latest:, 1:] = False
+    told = np.arange(rows) + draw.integers(0, latest + 1, rows)
+    given, pushed = words.given(z, words.of_z), words.given(u, words.of_u)
+    for t in range(rows):
+        assert t == 0 or firmware.call("predict", pushed[t - 1]) == 0
+        assert firmware.call("update_quick", given[t, :1], int(is_there[t, 0])) == 0
+        for row in draw.permutation(np.flatnonzero(told == t)):
+            assert firmware.call("update_reference", given[row, 1:], int(is_there[row, 1:] @ [1, 2]), int(t - row)) == 0
+    f = words.filter
+    f.run(np.where(is_there, words.taken(z, words.of_z), np.nan), words.taken(u, words.of_u))
+    assert np.array_equal(firmware.memory(len(f.memory)), f.memory)
+
+
+@pytest.mark.parametrize("seed", first(1, range(3)))
+def test_firmware_that_goes_several_steps(seed, tmp_path):
+    """q31, 1 to 3 steps of dt in a predict: late beside in time"""
+    path, draw = room(tmp_path, CONTINUOUS, 0.3), np.random.default_rng(seed)
+    late, rows, ends = Firmware(tmp_path, path, "q31", steps=3, way="tables"), 40, []
+    z, steps = draw.integers(-(1 << 26), 1 << 26, (rows, 3)), draw.integers(1, 4, rows)
+    told = np.arange(rows) + draw.integers(0, 5, rows)
+    for is_late in (True, False):
+        assert late.call("init") == 0
+        for t in range(rows):
+            assert t == 0 or late.call("predict", z[t - 1, 2:] // 4, int(steps[t])) == 0
+            if not is_late:
+                assert late.call("update", z[t], 7 if told[t] < rows else 1) == 0
+                continue
+            assert late.call("update_quick", z[t, :1], 1) == 0
+            for row in np.flatnonzero(told == t):
+                assert late.call("update_reference", z[row, 1:], 3, int(t - row)) == 0
+        ends.append(late.memory(7))
+    assert np.array_equal(*ends) and late.call("predict", z[0, 2:] // 4, 4) != 0
+
+
+@pytest.mark.parametrize("T", ["f32", "q31"])
+def test_firmware_of_design_refuses_and_changes_nothing(T, tmp_path):
+    path = room(tmp_path)
+    firmware, none = Firmware(tmp_path, path, T), np.array([-2**31, 0]) if T == "q31" else np.array([np.nan, 0], np.float32)
+    some = np.ones(2, int if T == "q31" else np.float32)
+    for _ in range(9):
+        assert firmware.call("predict", some[:1]) == 0 and firmware.call("update_quick", some[:1], 1) == 0
+    before = firmware.memory(5)
+    for given, present, ago, status in ((none, 3, 2, "RANGE"), (none, 1, 0, "RANGE"), (some, 3, 7, "SIZE"), (some, 3, 1000, "SIZE")):
+        assert firmware.call("update_reference", given, present, ago) in (getattr(lib, f"KQ_ERR_{status}"), lib.KQ_ERR_NOT_FINITE)
+        assert np.array_equal(firmware.memory(5), before)
+    assert firmware.call("update_reference", none, 2, 2) == 0 and not np.array_equal(firmware.memory(5), before)
+    assert firmware.call("update_reference", some, 3, 2) == lib.KQ_ERR_HISTORY_FULL and firmware.call("update_reference", some, 1, 2) == 0
+    assert firmware.call("update_quick", some[:1], 1) == lib.KQ_ERR_HISTORY_FULL
+    told = bytes_of_delays(model_file.read(path), T)
+    assert told - 64 <= firmware.late_ram <= told

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import csv
-import ctypes
 import json
 import subprocess
 import sys
@@ -13,6 +12,7 @@ import numpy as np
 import pytest
 from command import kalmanq
 from dense import Steps, conditioned
+from designed import Firmware
 from whole import WHOLE, first
 
 from kalmanq import Filter, KalmanqError, Smoother
@@ -354,35 +354,6 @@ def test_a_column_says_when_each_was_measured(seed, tmp_path):
 RANGES = (("]\nunits", "]\nranges = [60]\nunits"), ("R = [[0.04", "ranges = [1000, 100]\nR = [[0.04"), ('"a"]', '"a"]\nranges = [1000, 100, 50]'))
 
 
-class Firmware:
-    """What design writes of a model, with the library, on this machine"""
-
-    def __init__(self, folder: Path, path: Path, T: str, *more: str, way: str = "init"):
-        done = kalmanq("design", path, "--core", "m4f", "--arith", T, "--way", way, "--out", folder, *more)
-        assert done.returncode == 0, done.stderr
-        self.a, self.name = arithmetic_of(T), model_file.read(path).name
-        sources = [ROOT / "src" / f"kq_{one}_{T}.c" for one in ("filter", "steady", "lengths")]
-        flags = ["-std=c11", "-O1", "-Wall", "-Wextra", "-Wpedantic", "-Wconversion", "-Werror", "-ffp-contract=off", "-shared", "-fPIC"]
-        subprocess.run(["cc", *flags, f"-I{ROOT / 'include'}", str(folder / f"{self.name}.c"), *map(str, sources), "-lm", "-o",
-                        str(folder / "firmware.so")], check=True)
-        self.library = ctypes.CDLL(str(folder / "firmware.so"))
-        self.filter = getattr(self.library, f"{self.name}_filter")
-        self.filter.restype = ctypes.c_void_p
-        assert self.call("init") == 0
-
-    def call(self, function, *given):
-        made = []
-        for one in given:
-            word = ctypes.c_int32 if self.a.is_fixed else ctypes.c_float
-            made.append((word * len(one))(*one.tolist()) if isinstance(one, np.ndarray) else
-                        ctypes.c_float(one) if isinstance(one, float) else ctypes.c_size_t(one))
-        return getattr(self.library, f"{self.name}_{function}")(*made)
-
-    def reading(self, n: int) -> np.ndarray:
-        f = ffi.cast(f"kq_filter_{self.a.name} *", self.filter())
-        return np.array([[self.a.function(one)(f, i) for i in range(n)] for one in ("mean", "sigma")], float)
-
-
 @pytest.mark.parametrize("seed", first(1, range(3)))
 def test_the_firmware_of_design_takes_what_is_late(seed, tmp_path):
     """400 Hz with jitter, and 10 Hz that tells 120 ms late: the C file, by a function a sensor, beside the host's run of the log"""
@@ -393,7 +364,7 @@ def test_the_firmware_of_design_takes_what_is_late(seed, tmp_path):
         text = text.replace(old, new, 1)
     path.write_text(text)
     told = json.loads(kalmanq("run", path, log, "--json").stdout)
-    sigma, firmware = np.sqrt(np.diag(told["covariance"])), Firmware(tmp_path, path, "f32", "--any-dt")
+    sigma, firmware = np.sqrt(np.diag(told["covariance"])), Firmware(tmp_path, path, "f32", any_dt=True)
     steps, measured, late = instants(log, 120_000)
     for k, now in enumerate(steps):
         assert k == 0 or firmware.call("predict", float((now - steps[k - 1]) * 1e-6)) == 0
@@ -484,7 +455,7 @@ def test_fixed_point_goes_several_steps_at_once(way, tmp_path):
     path = tmp_path / "cart.toml"
     path.write_text("[model]\nname = 'cart'\nF = [[0.0, 1.0], [0.0, -0.5]]\nB = [0.0, 2.0]\nc = [0.0, -0.3]\nQc = [0.0, 0.3]\ndt = 0.1\nH = [1.0, 0.0]\n"
                     "R = 0.04\nd = [3.0]\nP0 = [4.0, 1.0]\n[states]\nranges = [100, 20]\n[measurements]\nranges = [100]\n[controls]\nranges = [9]\n")
-    firmware, draw = Firmware(tmp_path, path, "q31", "--steps", "5", way=way), np.random.default_rng(1)
+    firmware, draw = Firmware(tmp_path, path, "q31", steps=5, way=way), np.random.default_rng(1)
     count, u, z = draw.integers(1, 6, 60), draw.normal(size=(60, 1)), 3 + draw.normal(size=(60, 1))
     f = Filter(model_file.read(path), "q31", way="lean" if way == "lean" else "")
     scales = [2.0 ** f.parts.fractions(which)[0] for which in ("measurements", "controls")]

@@ -25,6 +25,7 @@ from kalmanq.errors import KalmanqError
 from kalmanq.firmware.c_source import bytes_of_delays, identifier, source
 from kalmanq.firmware.costs import COMPACT, CORES, flags, include_path
 from kalmanq.firmware.designs import PARTS, Designs, Part, Trial, Way, design
+from kalmanq.firmware.steps_kept import latest_of
 from kalmanq.firmware.ranges import with_ranges
 from kalmanq.firmware.reach import Record, draw
 from kalmanq.model import model_file
@@ -64,8 +65,7 @@ def design_file(options: Options, console: Console) -> None:
     if options.out:
         require_folder(options.out)
     made, records = _designs(options, model)
-    is_late = any(one.delay for one in model.sensors)
-    compiled = [] if is_late else offers(model, made.model, options.name or identifier(made.model.name))
+    compiled = offers(model, made.model, options.name or identifier(made.model.name))
     add_ways(made, compiled, records)
     chosen = made.chosen(options.arithmetic, options.way)
     written = _write(options, made, chosen, compiled) if chosen and options.out else []
@@ -81,7 +81,9 @@ ANY_DT = "Steps are of the model's dt there.  Another dt comes on top: the code,
          "kq_process_init_continuous (process.h)."
 
 
-LATE = "What is late takes {} bytes of RAM more, and the flash and instructions of a delay (kq_update_delayed, lag.h)."
+LATE = "Of the RAM {} bytes are for what comes late."
+DELAY = "What comes late takes the flash and instructions of a delay besides (kq_update_delayed, lag.h)."
+REPLAY = "What comes late takes less than a kilobyte of flash besides. A predict works out one step more, and a late measurement {} steps."
 
 
 def _of_any_dt(options: Options, model: Model) -> Options:
@@ -95,14 +97,15 @@ def _of_any_dt(options: Options, model: Model) -> Options:
 
 def _designs(options: Options, model: Model) -> tuple[Designs, list[Record]]:
     flash, ram = PARTS[options.core]
-    part = Part(options.core, int(1024 * (options.flash or flash)), int(1024 * (options.ram or ram)) - bytes_of_delays(model, "f32"))
+    part = Part(options.core, int(1024 * (options.flash or flash)), int(1024 * (options.ram or ram)))
     records = []
     if options.data:
         z, u, _ = joining.record(options.data, model)
         records = [Record(z, given_rows.controls_of(u, model, len(z)))]
     ranged, notes = with_ranges(model, records)
     records = records or draw(ranged)
-    return design(ranged, part, records, notes), records
+    late = {name: bytes_of_delays(model, name, options.any_dt) for name in ("f32", "q31")}
+    return design(ranged, part, records, notes, late), records
 
 
 def _reason(options: Options, made: Designs) -> str:
@@ -115,9 +118,9 @@ def _reason(options: Options, made: Designs) -> str:
     fitting = [one for one in ways if one.fits]
     if not fitting:
         least = min(one.cost.flash for one in ways)
-        late = bytes_of_delays(made.model, "f32")
-        of_late = f", with {late} bytes for what comes late " if late else " "
-        return f"no way fits {made.part.flash // 1024} kB of flash and {(made.part.ram + late) / 1024:g} kB of RAM{of_late}" \
+        late = bytes_of_delays(made.model, options.arithmetic or "f32", options.any_dt)
+        of_late = f", of which {late} bytes are for what comes late " if late else " "
+        return f"no way fits {made.part.flash // 1024} kB of flash and {made.part.ram / 1024:g} kB of RAM{of_late}" \
                f"(the least takes {least} bytes of flash)"
     return fitting[0].trial.warnings[0]
 
@@ -152,12 +155,18 @@ def _written(options: Options, texts: dict[str, str]) -> list[Path]:
 
 
 def _remarks(made: Designs, chosen: Way, any_dt: bool) -> list[str]:
-    cost, late = chosen.cost, bytes_of_delays(made.model, chosen.arithmetic)
+    cost, late = chosen.cost, _late(made.model, chosen.arithmetic, any_dt)
     return [f"Expected on {CORES[made.part.core]}: {cost.instructions} instructions a step, {cost.flash} bytes of",
             f"flash and {cost.ram} of RAM beside a program without a filter, {cost.stack} of stack.",
-            *(_in_lines(ANY_DT) if any_dt else []), *(_in_lines(LATE.format(late)) if late else []), *_in_lines(_accuracy(chosen.trial)), *(line for one in made.notes for line in _in_lines(f"{one}.")),
+            *(_in_lines(ANY_DT) if any_dt else []), *(_in_lines(late) if late else []), *_in_lines(_accuracy(chosen.trial)), *(line for one in made.notes for line in _in_lines(f"{one}.")),
             *(_in_lines(f"lean: {made.lean[chosen.arithmetic].said}.") if chosen.way == "lean" else []),
             *_built(made.part.core, chosen.way)]
+
+
+def _late(model: Model, arithmetic: str, any_dt: bool) -> str:
+    """What delays cost; empty: there are none"""
+    size = bytes_of_delays(model, arithmetic, any_dt)
+    return f"{LATE.format(size)} {DELAY if any_dt else REPLAY.format(latest_of(model) + 1)}" if size else ""
 
 
 def _accuracy(trial: Trial) -> str:

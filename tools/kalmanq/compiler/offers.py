@@ -21,6 +21,7 @@ from kalmanq.errors import KalmanqError
 from kalmanq.firmware import costs as library
 from kalmanq.firmware.designs import Designs, Trial, Way, errors_of
 from kalmanq.firmware.reach import Record
+from kalmanq.firmware.steps_kept import latest_of
 from kalmanq.model import Model
 from kalmanq.run.filters import Filter
 
@@ -81,7 +82,7 @@ def _factor(model: Model, arithmetic: str, name: str) -> Offer:
     except KalmanqError as problem:
         return Offer(arithmetic, "refused", remark=str(problem))
     samples = product.steady.samples if product.steady else None
-    made = dict(arithmetic=arithmetic, costs=estimates(product), ram=product.ram, samples=samples, product=product)
+    made = dict(arithmetic=arithmetic, costs=estimates(product), ram=product.ram_delayed or product.ram, samples=samples, product=product)
     try:
         with Host(product) as host:
             found = report.findings(product, host)
@@ -94,6 +95,8 @@ def _factor(model: Model, arithmetic: str, name: str) -> Offer:
 
 def _covariance(model: Model, arithmetic: str, factor: Offer) -> list[Offer]:
     """The proven form, on the cores where it saves enough; what it may be used for is said with it"""
+    if latest_of(model):
+        return []  # it takes all in time
     found = proven.offer(model, arithmetic)
     if not found.plan or not found.error or not factor.product:
         return []

@@ -12,6 +12,7 @@ import numpy as np
 
 from kalmanq.core import arithmetic_of, lib, nearest
 from kalmanq.errors import KalmanqError
+from kalmanq.firmware.replay import Replay
 from kalmanq.firmware.steps_kept import latest_of, steps_late
 from kalmanq.model import Model, Quantity
 from kalmanq.run.filters import Filter
@@ -65,6 +66,7 @@ class Writer:
         self.names = self._names()
         self.sensors = self._sensors()
         self.latest = latest_of(self.model)
+        self.replay = None if any_dt or not self.latest else replay_of(self.model, self.T, self.longer, self.name)
 
     def _sensors(self) -> list[SensorCall]:
         """Of a model file that names them"""
@@ -112,10 +114,16 @@ def _longer(parts: Parts, steps: int) -> list[Parts]:
     return made
 
 
-def bytes_of_delays(model: Model, arithmetic: str) -> int:
+def replay_of(model: Model, arithmetic: str, longer: Sequence[Parts] = (), name: str = "") -> Replay:
+    return Replay(name, arithmetic, model.n, model.m, len(model.inputs), bool(longer), latest_of(model) + 1)
+
+
+def bytes_of_delays(model: Model, arithmetic: str, any_dt: bool = False) -> int:
     """RAM for what is late"""
     latest = latest_of(model)
-    return 4 * arithmetic_of(arithmetic).length("lag", model.n, model.m, latest) if latest else 0
+    if not latest:
+        return 0
+    return 4 * arithmetic_of(arithmetic).length("lag", model.n, model.m, latest) if any_dt else replay_of(model, arithmetic).ram
 
 
 def identifier(text: str) -> str:
@@ -173,7 +181,7 @@ extern "C" {
 $definitions/** Before the first sample. */
 kq_status ${name}_init(void);
 
-/** To the next sample$after. */
+/** To the next sample$after.$works */
 kq_status ${name}_predict($u);
 
 /** Takes what is present of a sample, a bit for each measurement. */
@@ -200,7 +208,8 @@ def _header(w: Writer, remarks: Sequence[str]) -> str:
         name=w.name, upper=w.upper, n=w.model.n, m=w.model.m, l=len(w.model.inputs), T=w.T, u=w.u or "void", z=w.z,
         both=f"{w.u}, {w.z}" if w.u else w.z, sensors=_sensor_calls(w),
         after=f", dt ({w.model.continuous.unit}) later.  Another dt than the last one costs what kq_process_init_continuous does"
-        if w.any_dt else f", 1 to {len(w.longer) + 1} dt later, otherwise KQ_ERR_SIZE" if w.longer else "", math="#include <math.h>\n" if w.is_fixed else "",
+        if w.any_dt else f", 1 to {len(w.longer) + 1} dt later, otherwise KQ_ERR_SIZE" if w.longer else "",
+        works=f"  For what comes late the oldest of {w.latest + 1} steps is worked out, too: it costs one step more." if w.replay else "", math="#include <math.h>\n" if w.is_fixed else "",
         comment="\n".join(f" * {line}".rstrip() for line in comment),
         definitions="".join(f"{line}\n" for line in definitions))
 
@@ -230,9 +239,12 @@ def _sensor_calls(w: Writer) -> str:
     for one in w.sensors:
         lines += [f"/** Takes what is present of {plain(one.title)}, a bit for each of its measurements."]
         if one.late:
+            limit = [f"    Costs {w.latest + 1} steps where `ago` is not 0.  One value of each measurement in a step, otherwise",
+                     "    KQ_ERR_HISTORY_FULL. */"] if w.replay else \
+                [f"    After more than {w.model.m} numbers in one step it is at an end: KQ_ERR_HISTORY_FULL. */"]
             lines[-1:] = [f"/** The same of {plain(one.title)}, measured `ago` predicts before now: 0 to {w.latest}, otherwise KQ_ERR_SIZE.",
                           f"    Its delay is {'at most ' if one.varies else ''}{one.late} steps of dt.  As if it had come in time where a predict ended at the instant that it",
-                          "    was measured at; otherwise take the nearest one. */"]
+                          "    was measured at; otherwise take the nearest one.", *limit]
         else:
             lines[-1] += " */"
         lines += [f"kq_status {_sensor_signature(w, one)};", ""]
@@ -252,7 +264,9 @@ def _sensor_functions(w: Writer) -> str:
         own = f"(present & {(1 << one.count) - 1}u) << {one.first}" if one.first else f"present & {(1 << one.count) - 1}u"
         lines += [f"kq_status {_sensor_signature(w, one)}", "{",
                   f"    const {'int32_t' if w.is_fixed else 'float'} all[{w.model.m}] = {{{', '.join(cells)}}};"]
-        if one.late:
+        if one.late and w.replay:
+            lines += [f"    return take(all, {own}, ago);"]
+        elif one.late:
             lines += [line.rstrip("\n") for line in [_rest(w, "all")] if line]
             lines += [f"    return kq_update_delayed_{w.T}(&model_past, ago, &model_sensor, {'all' if w.model.d is None else 'rest'}, {own});"]
         else:
@@ -326,16 +340,16 @@ kq_status ${name}_init(void)
 $init
 }
 
-${moving}kq_status ${name}_predict($u)
+$moving$predict_head
 {
 $moved$pushes    return $predict;
 }
 
-${less}kq_status ${name}_update($z)
+$less$update_head
 {
-$rest$update    return kq_update_subset_$T(&model_filter, &model_sensor, $taken, present);
+$rest$update    return kq_update_subset_$T($filter, &model_sensor, $taken, present);
 }
-
+$replay
 kq_status ${name}_step($both)
 {
     const kq_status status = ${name}_predict($given);
@@ -378,22 +392,41 @@ def _text(w: Writer) -> str:
     n, m, l, T = w.model.n, w.model.m, w.model.l, w.T
     u, at_once, fixed_sizes = "NULL" if not l else "all" if w.model.c is not None else "u", "", ""
     taken = "z" if w.model.d is None else "rest"
-    predict = f"kq_predict_{T}(&model_filter, {'model_processes[steps - 1]' if w.longer else '&model_process'}, {u})"
+    filter_ = "f" if w.replay else "&model_filter"
+    predict = f"kq_predict_{T}({filter_}, {'model_processes[steps - 1]' if w.longer else '&model_process'}, {u})"
     if w.way == "sizes":
         fixed_sizes = f'#include "kq_fixed_{T}.h" /* in src/fixed_size of the library */\n\n'
         upper = "0" if np.any(np.tril(w.model.A, -1)) else "KQ_FIXED_UPPER"
-        predict = f"kq_fixed_predict_{T}(&model_filter, &model_process, {u}, {n}, {l}, {upper})"
+        predict = f"kq_fixed_predict_{T}({filter_}, &model_process, {u}, {n}, {l}, {upper})"
         at_once = f"    if (present == {w.upper}_ALL)\n" \
-                  f"        return kq_fixed_update_{T}(&model_filter, &model_sensor, {taken}, {n}, {m}, 0);\n"
+                  f"        return kq_fixed_update_{T}({filter_}, &model_sensor, {taken}, {n}, {m}, 0);\n"
     start = [f"KQ_DIFFUSE_{T.upper()}(model_start, {n}, 0);"] if w.unknown else []
-    start += [f"KQ_DELAY_{T.upper()}(model_past, {n}, {m}, {w.latest});"] if w.latest else []
+    start += w.replay.objects() if w.replay else \
+        [f"KQ_DELAY_{T.upper()}(model_past, {n}, {m}, {w.latest});"] if w.latest else []
     return TEXT.substitute(
         name=w.name, T=T, upper_T=T.upper(), n=n, u=w.u or "void", z=w.z, both=f"{w.u}, {w.z}" if w.u else w.z,
-        given=w.given, fixed_sizes=fixed_sizes, predict=predict, update=at_once, init=_init(w), sensors=_sensor_functions(w),
+        given=w.given, fixed_sizes=fixed_sizes, predict=predict, update=at_once, filter=filter_, predict_head=_head(w, "predict", w.u), update_head=_head(w, "update", w.z),
+        replay=_replay(w), init=_init(w), sensors=_sensor_functions(w),
         pushes=_pushes(w), taken=taken, rest=_rest(w), less=LESS if w.is_fixed and w.model.d is not None else "",
         moving=MOVING.replace("$control", "rates_of_control" if l else "NULL") if w.any_dt else "", moved=MOVED if w.any_dt else f"    if (steps < 1 || steps > {len(w.longer) + 1}) return KQ_ERR_SIZE;\n" if w.longer else "",
         tables="\n".join((_tables_fixed if w.is_fixed else _tables_float)(w)),
         objects="\n".join([*start, *(_objects_constant if w.is_constant else _objects)(w)]))
+
+
+def _head(w: Writer, which: str, arguments: str) -> str:
+    """Of a predict or an update: of the filter, or of any"""
+    if w.replay is None:
+        return f"kq_status {w.name}_{which}({arguments or 'void'})"
+    return f"static kq_status {which}(kq_filter_{w.T} *f{', ' if arguments else ''}{arguments})"
+
+
+def _replay(w: Writer) -> str:
+    """What works out steps again, and the calls that keep them"""
+    if w.replay is None:
+        return ""
+    predict = [f"kq_status {w.name}_predict({w.u or 'void'})", "{", *w.replay.predict(), "}"]
+    update = [f"kq_status {w.name}_update({w.z})", "{", "    return take(z, present, 0);", "}"]
+    return "\n".join(["", *w.replay.functions(), *predict, "", *update, ""])
 
 
 def _pushes(w: Writer) -> str:
@@ -562,11 +595,12 @@ def _objects(w: Writer) -> list[str]:
 def _init(w: Writer) -> str:
     calls = [] if w.is_constant else _init_fixed(w) if w.is_fixed else _init_float(w)
     calls.append(_init_filter(w))
-    calls += [f"kq_attach_{w.T}(&model_filter, &model_past.attached)"] if w.latest else []
+    calls += w.replay.start() if w.replay else [f"kq_attach_{w.T}(&model_filter, &model_past.attached)"] if w.latest else []
+    begin = ["    model_steps[0].present = 0;", "    model_newest = 0;", "    model_count = 1;"] if w.replay else []
     if len(calls) == 1:
         return f"    return {calls[0]};"
     others = [f"    if (!status) status = {call};" for call in calls[1:]]
-    return "\n".join([f"    kq_status status = {calls[0]};", *others, "    return status;"])
+    return "\n".join([*begin, f"    kq_status status = {calls[0]};", *others, "    return status;"])
 
 
 def _init_float(w: Writer) -> list[str]:

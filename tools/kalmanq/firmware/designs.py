@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import warnings
-from dataclasses import dataclass, field
-from typing import Optional, Sequence
+from dataclasses import dataclass, field, replace
+from typing import Mapping, Optional, Sequence
 
 import numpy as np
 
@@ -151,8 +151,9 @@ class Designs:
         return min(near, key=lambda one: one.cost.flash)
 
 
-def design(model: Model, part: Part, records: Sequence[Record], notes: Sequence[Choice] = ()) -> Designs:
-    """Tries every way to run a model that has all its ranges."""
+def design(model: Model, part: Part, records: Sequence[Record], notes: Sequence[Choice] = (),
+           late: Mapping[str, int] = {}) -> Designs:
+    """Tries every way to run a model that has all its ranges.  late: bytes of RAM for what comes late, by arithmetic"""
     runs = [_run(model, "f64", record) for record in records]
     trials = {name: _try(model, name, records, runs) for name in ("f32", "q31")}
     trials["q31"].cure = _cure(model, records, runs, trials["q31"])
@@ -166,6 +167,7 @@ def design(model: Model, part: Part, records: Sequence[Record], notes: Sequence[
         for way in ways_of(Parts(model, name)):
             if costs.is_measured(part.core, name, way) and not (way == "lean" and made.lean[name].refused):
                 cost = costs.estimate(model, part.core, name, way)
+                cost = replace(cost, ram=cost.ram + late.get(name, 0))
                 made.ways.append(Way(name, way, cost, part.holds(cost), trial))
     return made
 

@@ -147,8 +147,6 @@ def ways_of(parts: Parts) -> list[str]:
         made = ["lean", "tables", "init"]
     if is_diagonal(parts.model.R):
         made.append("sizes")
-    if any(one.delay for one in parts.model.sensors):  # a late measurement is of a sensor as init makes it
-        made = [one for one in made if one in ("tables", "init")]
     return made
 
 
