@@ -36,7 +36,7 @@
  * q31: estimate in f32 or f64, and prepare tables of the result (prepare.h).
  *
  * Sources: Shumway and Stoffer, J. Time Series Anal. 3 (1982); Koopman, Biometrika 80 (1993), for the noises;
- * Meng and Rubin, Biometrika 80 (1993), for held entries; Segal and Weinstein, IEEE Trans. IT-35 (1989).
+ * Meng and Rubin, Biometrika 80 (1993), for fixed entries; Segal and Weinstein, IEEE Trans. IT-35 (1989).
  */
 #ifndef KALMANQ_EM_H
 #define KALMANQ_EM_H
@@ -162,7 +162,7 @@ KQ_NODISCARD kq_status kq_em_assign_f64(kq_em_f64 *em, int n, int m, double *mem
  *   choice      kept by reference; NULL: Q and R are free, of full form
  *   recordings  `count` of them, kept by reference.  You must not change them or their arrays
  *   count       1 .. KQ_COUNT_MAX
- * KQ_NOT_IDENTIFIED (no error, em is ready): H and Q are both free and no entry of H other than 0 is held.
+ * KQ_NOT_IDENTIFIED (no error, em is ready): H and Q are both free and no entry of H other than 0 is fixed.
  * KQ_ERR_NULL, KQ_ERR_SIZE (noises, controls, steps, count, choice), KQ_ERR_MEMORY (a recording is too long),
  * KQ_ERR_NOT_FINITE (parameters, z, u), KQ_ERR_NOT_SYMMETRIC, KQ_ERR_NOT_SEMIDEFINITE (Q, R, P0),
  * KQ_ERR_NO_DATA (all is missing), KQ_ERR_FEW_DATA (fewer scalar measurements than free parameters),
@@ -209,7 +209,7 @@ double kq_em_log_likelihood_f64(const kq_em_f64 *em);
 /**
  * The M-step: writes the free parameters to your arrays.
  *   em       changed, with the model's free arrays
- * Columns of A and H for a component of x that is always 0 stay.  With held entries of A (H) each row's free
+ * Columns of A and H for a component of x that is always 0 stay.  With fixed entries of A (H) each row's free
  * ones are the best for the other rows as they are, last row first; the likelihood still rises.  A row of A
  * that Q moves only together with other rows stays then.
  * KQ_ERR_NULL, KQ_ERR_NOT_READY (the E-step is not complete).
@@ -258,7 +258,7 @@ typedef struct {
  * = Q^-1 sum E[w x'],  dL/dQ = (Q^-1 (sum E[w w'] - N Q) Q^-1) / 2, and so on.
  *   em       read
  *   gradient   its arrays are written.  NaN in directions in which a covariance is singular
- * Forms and held entries are ignored.
+ * Forms and fixed entries are ignored.
  * Accuracy: 3e-14 (f64), 8e-6 (f32) of its size; fewer digits for a covariance that the data hardly see.
  * KQ_ERR_NULL, KQ_ERR_NOT_READY (the E-step is not complete, or a parameter that must be free is not).
  */

@@ -58,7 +58,7 @@ typedef struct kq_lag_f32 {
         kq_history_f32 tape; /* of the current step; its memory is all of the memory */
         struct kq_attached_f32 attached;
     };
-    uint32_t most, block, steps; /* L; steps whose maps are composed with each other; that can be asked for */
+    uint32_t most, block, steps; /* L; steps whose maps are composed with each other; that can be read */
     uint32_t next, head; /* place in the ring of the next step; steps of the block that is being filled */
     uint32_t joined; /* age of the last step that is composed with the later steps of its block */
 } kq_lag_f32;
@@ -164,7 +164,7 @@ KQ_NODISCARD kq_status kq_delay_assign_f64(kq_lag_f64 *lag, int n, int m, size_t
  * m = 2, k = 10 on an M4F (f32) 44 thousand instructions; ten steps of kq_step are 19 thousand.  So where a program can
  * keep its measurements, controls, processes and sensors, to copy an old filter and to replay them is cheaper, in
  * instructions and in RAM; this needs none of them.
- * Accuracy: as the filter; of sharp measurements, in the middle, twice its rounding.
+ * Accuracy: as the filter; of low-noise measurements, in the middle, twice its rounding.
  * Events: as kq_update.  After KQ_EVENT_OVERFLOW with KQ_EVENT_HISTORY_FULL the lag has ended.
  * KQ_ERR_NULL, KQ_ERR_HISTORY_EMPTY, KQ_ERR_HISTORY_FULL as kq_lagged; KQ_ERR_SIZE (k); KQ_ERR_MISMATCH (not a delay;
  * a sensor of innovations, or of another size); as kq_update.

@@ -134,7 +134,7 @@ KQ_NODISCARD kq_status kq_process_init_root_f64(kq_process_f64 *p, const double 
  *            with, which the next call writes anew.  After an error they and p are what they were.
  * KQ_ERR_NULL, KQ_ERR_SIZE, KQ_ERR_MEMORY, KQ_ERR_NOT_FINITE, KQ_ERR_NOT_SYMMETRIC, KQ_ERR_NOT_SEMIDEFINITE,
  * KQ_ERR_RANGE (dt; A, B or a sigma beyond what is representable).
- * Accuracy: 10 eps, of A, of B and of Q_ij beside sqrt(Q_ii Q_jj), and twice what an F that is off by eps makes,
+ * Accuracy: 10 eps, of A, of B and of Q_ij in units of sqrt(Q_ii Q_jj), and twice what an F that is off by eps makes,
  * from 1e-6 to 1e3 time constants, stiff models too. An oscillator without damping: |F| dt eps.  Where F is
  * nilpotent (constant velocity, acceleration, random walk) a few eps.
  * Cost of a change of dt, velocities with a friction, M4F, f32: 10 thousand instructions at n = 2, 38 thousand at

@@ -20,7 +20,7 @@
  *   diffuse start          KQ_DIFFUSE_LEN_F32(n, 0)                                    76     244    1084
  *   adaptation             KQ_ADAPTATION_LEN_F32(n, m)                                 56     188     720
  *   sigma points, work     KQ_SIGMA_POINTS_LEN(n, m)                                   68     216     936
- *   EM, beside a history   about 15n^2 + 7mn + 5m^2; KQ_EM_LEN_F32 has both           464    1564    6760
+ *   EM, besides a history   about 15n^2 + 7mn + 5m^2; KQ_EM_LEN_F32 has both           464    1564    6760
  *
  * A, B and H stay where they are.  A q31 process table has 2n^2 + 2nl + n(n+1)/2 + n words, formats 2n + 2l.
  * Structs on a 32-bit chip: process, sensor, history 44 bytes (q31 48); filter 60 (f32), 72 (q31), 88 (f64).

@@ -7,7 +7,7 @@
 const char *kq_status_text(kq_status status)
 {
     switch (status) {
-    case KQ_SATURATED: return "done, but a result was held at the end of its word";
+    case KQ_SATURATED: return "done, but a result saturated";
     case KQ_NOT_IDENTIFIED: return "done, but data do not determine all free parameters";
     case KQ_OK: return "done";
     case KQ_ERR_NULL: return "a pointer that the call needs is NULL";

@@ -1,8 +1,9 @@
 #!/usr/bin/env python3
 """Checks the words of headers, pages and messages: words.py [ROOT].
 
-Phrases that point at a thing in the place of its name are in none of them.  Of the sentences of headers, and of pages, at most
-LONG in 100 have more than WORDS words.  Answers 0 where that holds; prints the shares.
+Phrases that point at a thing in the place of its name are in none of them, nor are old names of things (OLD has the word for
+each).  Of the sentences of headers, and of pages, at most LONG in 100 have more than WORDS words.  Answers 0 where that holds;
+prints the shares, and how easy it is to read: Flesch's figure (60 to 70 is plain English; 30 is a paper).
 """
 import ast
 import pathlib
@@ -10,6 +11,15 @@ import re
 import sys
 
 POINTING = ("that of", "those of", "of its own", "is told", "is none", "as ever", "at a desk")
+OLD = {
+    "at a desk|the desk": "host tools, on the host", "out of the numbers|beyond the numbers|no number": "overflow; NaN or infinite",
+    "words? of q31|q31'?s words?|very words?": "raw value", "very bits|word for word": "bit-identical",
+    "known sizes": "compile-time sizes", "settling|calm|held gain": "steady-state detection, frozen gain",
+    "sharp(er|ly)?|careful(ly)?|blunt|faint": "low-noise", "misfits?": "range error", "(is|are|was|were) held": "saturated, fixed",
+    "unknown starts?": "diffuse start", "fade[sd]?|fading": "forget, decay", "tally": "compensated sum",
+    "KQ_EVENT_FLOOR|KQ_EVENT_RESOLUTION": "redundant measurement, precision lost, contradiction",
+    "told|asked": "reported, option, method", "doors?": "range check, entry", "24 bits do": "float rounding",
+    "beside (long )?double": "compared with double"}
 WORDS, LONG = 30, 3.0
 LEFT_OUT = ("CHANGELOG.md", "tools/studies/heavy_tails/README.md")  # what was; what a study writes
 
@@ -27,14 +37,18 @@ def pages(root):
             yield path, re.sub(r"^```.*?^```", "", path.read_text(encoding="utf-8"), flags=re.S | re.M)
 
 
+C_TEXT = re.compile(r"[{};]\n|->|#include|^\S*$")  # what the package writes into C files, and names
+
+
 def messages(root):
-    """Texts of the package that are no docstrings"""
+    """Texts of the package that are no docstrings, and no C"""
     for path in sorted((root / "tools" / "kalmanq").rglob("*.py")):
         tree = ast.parse(path.read_text(encoding="utf-8"))
         notes = {id(one.body[0].value) for one in ast.walk(tree) if isinstance(one, (ast.Module, ast.ClassDef, ast.FunctionDef))
                  and one.body and isinstance(one.body[0], ast.Expr)}
         yield path, "\n\n".join(one.value for one in ast.walk(tree)
-                                if isinstance(one, ast.Constant) and isinstance(one.value, str) and id(one) not in notes)
+                                if isinstance(one, ast.Constant) and isinstance(one.value, str) and id(one) not in notes
+                                and not C_TEXT.search(one.value))
 
 
 def sentences(text):
@@ -46,21 +60,31 @@ def sentences(text):
             yield " ".join(part.split()), len(words)
 
 
+def ease(count, words, syllables):
+    """Flesch, J. Applied Psychology 32 (1948); a group of vowels is a syllable, but an e at the end"""
+    return 206.835 - 1.015 * words / count - 84.6 * syllables / words
+
+
+def syllables(sentence):
+    return sum(max(1, len(re.findall(r"[aeiouy]+", word.lower().removesuffix("e")))) for word in re.findall(r"[A-Za-z]{2,}", sentence))
+
+
 def main():
     root = pathlib.Path(sys.argv[1] if len(sys.argv) > 1 else pathlib.Path(__file__).parents[2])
     faults = []
     for kind, texts in (("headers", headers), ("pages", pages), ("messages", messages)):
-        long_ones = count = 0
+        read = []
         for path, text in texts(root):
-            flat = " ".join(text.split())
-            for phrase in POINTING:
-                faults += [f"{path.relative_to(root)}: {flat[max(0, at.start() - 40):at.end() + 20]!r}: name the thing"
-                           for at in re.finditer(rf"\b{phrase}\b", flat)]
-            lengths = [words for _, words in sentences(text)] if kind != "messages" else []
-            count, long_ones = count + len(lengths), long_ones + sum(one > WORDS for one in lengths)
-        if count:
-            share = 100 * long_ones / count
-            print(f"{kind}: {share:.1f} % of {count} sentences have more than {WORDS} words")
+            flat = " ".join(re.sub(r"`[^`]*`", "`x`", text).split())
+            for phrase, better in {**dict.fromkeys(POINTING, "name the thing"), **OLD}.items():
+                faults += [f"{path.relative_to(root)}: {flat[max(0, at.start() - 40):at.end() + 20]!r}: {better}"
+                           for at in re.finditer(rf"\b({phrase})\b", flat)]
+            read += sentences(text) if kind != "messages" else []
+        if read:
+            share = 100 * sum(words > WORDS for _, words in read) / len(read)
+            spoken = [re.sub(r"`[^`]*`|\[([^\]]*)\]\([^)]*\)", r"\1", text) for text, _ in read]
+            easy = ease(len(read), sum(len(re.findall(r"[A-Za-z]{2,}", one)) for one in spoken), sum(map(syllables, spoken)))
+            print(f"{kind}: {share:.1f} % of {len(read)} sentences have more than {WORDS} words; reading ease {easy:.0f}")
             if share > LONG:
                 faults.append(f"{kind}: {share:.1f} % of the sentences have more than {WORDS} words; at most {LONG:g}")
     print(*faults, f"{len(faults)} faults", sep="\n")

@@ -8,6 +8,7 @@ import signal
 import subprocess
 import sys
 import time
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -166,9 +167,9 @@ def test_progress_counts_what_was_done_before(tmp_path):
     assert told == [(2, 4), (3, 4), (4, 4)]
 
 
-def test_the_readmes_program_runs(tmp_path):
-    readme = (EXAMPLES.parent / "README.md").read_text(encoding="utf-8")
-    program = next(part for part in readme.split("```python\n")[1:] if "run_campaign" in part).split("```")[0]
+def test_the_pages_program_runs(tmp_path):
+    page = (Path(__file__).parents[2] / "tools/docs/guides/many_runs.md").read_text(encoding="utf-8")
+    program = page.split("```python squares.py\n")[1].split("```")[0]
     (tmp_path / "squares.py").write_text(program)
     done = subprocess.run([sys.executable, "squares.py"], cwd=tmp_path, capture_output=True, text=True)
     assert done.returncode == 0 and done.stderr == ""

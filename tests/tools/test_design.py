@@ -550,10 +550,10 @@ def test_the_page_the_header_and_json_say_in_how_many_rows_lean_is_back(tmp_path
 
 
 def test_estimates_are_near_what_was_measured():
-    """Of every design that the factors were fitted to, instructions, flash and RAM to 20 %; the README says how near."""
+    """Of every design that the factors were fitted to, instructions, flash and RAM to 20 %; a page says how near."""
     off = {measure: [one.off for (*_, name), one in costs.factors().items() if name == measure] for measure in costs.SUMS}
     assert all(len(of) == len(costs.stacks()) >= 50 and max(of) < 0.2 for of in off.values()), off
-    readme = " ".join((ROOT / "tools" / "kalmanq" / "README.md").read_text(encoding="utf-8").split())
+    readme = " ".join((ROOT / "tools" / "docs" / "guides" / "memory.md").read_text(encoding="utf-8").split())
     said = re.search(r"(\d+) % off at most for instructions, (\d+) % for flash, (\d+) % for RAM", readme)
     assert [int(one) for one in said.groups()] == [round(100 * max(of)) for of in off.values()]
 

@@ -2,8 +2,11 @@
 
 from __future__ import annotations
 
+import ctypes
 import json
+import subprocess
 from functools import lru_cache
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -12,7 +15,8 @@ from models import textbook
 from scipy.stats import chi2
 from whole import first
 
-from kalmanq_studies.lectures import EXAMPLES, smoothing
+from kalmanq.run.simulation import simulate
+from kalmanq_studies.lectures import EXAMPLES, numerics, smoothing
 from kalmanq_studies.lectures.example import caption, covariances_apart
 
 ARITHMETICS, SEEDS = ("f32", "f64", "q31"), (1, 2, 3)
@@ -97,10 +101,36 @@ def test_smoothing_errors_are_those_of_theory(arithmetic, seed):
     assert np.any(smoothing.RUNS * made.interval.mean_square / made.filtered.sigma**2 < low)
 
 
+def test_the_usual_filter_loses_what_kalmanq_keeps():
+    """In the same numbers: more than a digit in float32, four in Q16.16"""
+    for case in numerics.CASES:
+        for arithmetic, better in (("f32", 30), ("q31", 1e4)):
+            of = result("numerics", arithmetic)[case]
+            assert better * of.error("mean").max() < of.error("usual").max(), (case, arithmetic)
+            assert of.indefinite["mean"] == 0
+        assert result("numerics")[case].error("usual").max() < 1e-9
+
+
+def test_q16_is_the_filter_of_the_cost_tables(tmp_path):
+    """tests/cost/q16_filter.c, word for word of the mean"""
+    of = numerics.model("low noise")
+    z = np.round(simulate(of, 50, 3)[1][:, 0] / numerics.GRID) * numerics.GRID
+    cost = Path(__file__).parents[1] / "cost"
+    subprocess.run(["cc", "-shared", "-fPIC", "-o", tmp_path / "q16.so", cost / "q16_filter.c"], check=True)
+    library, words = ctypes.CDLL(str(tmp_path / "q16.so")), lambda a: [int(one) for one in np.ravel(np.round(np.asarray(a) / numerics.UNIT))]
+    filter_, process, sensor = ((ctypes.c_int32 * 128)(*given) for given in (
+        [3, *[0] * 9, *words(of.P0)], [3, *words(of.A), *[0] * 72, *words(of.Q)], [3, 1, *words(of.H), *[0] * 24, *words(of.R)]))
+    for row, (x, _) in enumerate(numerics.q16_filter(of, z)):
+        if row:
+            library.q16_predict(filter_, process)
+        library.q16_update(filter_, sensor, (ctypes.c_int32 * 1)(*words(z[row])))
+        assert filter_[1:4] == words(x)
+
+
 @pytest.mark.parametrize("name", EXAMPLES)
 def test_arithmetics_agree(name):
-    """Largest numbers in sigma: 8 / 0.4, 20 / 1.2"""
-    largest = {"stationary": 20, "smoothing": 17}[name]
+    """Largest numbers in sigma: 8 / 0.4, 20 / 1.2, 1900 m / 14 mm"""
+    largest = {"stationary": 20, "smoothing": 17, "numerics": 1.4e5}[name]
     for arithmetic in ("f32", "q31"):
         apart = EXAMPLES[name].distance(result(name, arithmetic), result(name))
         assert 0 < apart < bound(arithmetic, largest), (arithmetic, apart)

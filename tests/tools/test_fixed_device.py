@@ -266,13 +266,13 @@ def tried_functions():
     return fixed_costs.functions()
 
 
-def test_the_table_has_the_errors_of_all_functions_and_the_readme_says_them():
+def test_the_table_has_the_errors_of_all_functions_and_the_page_says_them():
     with open(ROOT / "tools/cost/fixed.csv", encoding="utf-8") as file:
         rows = {row[0]: row for row in csv.reader(file) if row[0][0] != "#"}
     assert {one.name: [f"{one.error:.1e}", f"{one.last_bits:.2f}"] for one in tried_functions()} == \
         {name: row[2:4] for name, row in rows.items() if name != "function"}
     assert set(FUNCTIONS) <= set(rows) and all(one.last_bits < 4 for one in tried_functions())
-    readme = (ROOT / "tools/kalmanq/README.md").read_text(encoding="utf-8")
+    readme = (ROOT / "tools/docs/evidence/compiled.md").read_text(encoding="utf-8")
     lines = readme.split("M3: q31 | f32 | f64 |\n")[1].split("\n\n")[0].splitlines()[1:]
     said = [[cell.strip() for cell in line.split("|")[1:-1]] for line in lines]
     assert len(said) > 10

@@ -350,7 +350,7 @@ def test_saturation_comes_first_with_the_range_that_would_do(tmp_path):
     model, data, most = narrow(tmp_path)
     out = tmp_path / "r.html"
     done = kalmanq("report", model, data, "-o", out, "--arith", "q31")
-    assert done.returncode == 0 and done.stdout.startswith("A state was held at the end of its word"), done.stdout
+    assert done.returncode == 0 and done.stdout.startswith("A state saturated"), done.stdout
     page = out.read_text()
     assert not re.search("outliers|larger Q|larger R|an offset", page)
     found = re.search(r"give it a range of (\d+) for velocity, which reaches ([\d.]+) and declares 6\.", page)

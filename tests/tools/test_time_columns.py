@@ -142,9 +142,9 @@ REFUSED = {
     "zones": ("time", ["2024-01-01T00:00:00Z", "2024-01-01T00:00:01+01:00"],
               "row 3, column time: 2024-01-01T00:00:01.01:00: .0100, the rows before have UTC: write all times in one zone"),
     "half a zone": ("time", ["2024-01-01T00:00:00Z", "2024-01-01T00:00:01"], "row 3, column time: .*no time zone"),
-    "no unit": ("t", ["0", "100", "210", "300"], r"column t: the unit of the times cannot be told: as seconds, the median step "
+    "no unit": ("t", ["0", "100", "210", "300"], r"column t: the unit of the times is not certain: as seconds, the median step "
                 r"is 100, dt is 0.1: --time 't \[ms\]' says it"),
-    "counter": ("t", ["100000000", "100100000", "100200000"], "unit of the times cannot be told"),
+    "counter": ("t", ["100000000", "100100000", "100200000"], "unit of the times is not certain"),
     "other unit": ("t [mm]", ["0", "1"], "row 2, column t .mm.: mm is not one of the units s, "),
     "midnight": ("time", ["23:59:59", "00:00:00"], "the time goes back, .* but a clock that begins anew needs a date"),
     "other kind": ("t", ["0", "0.1", "2024-01-01"], "row 4, column t: '2024-01-01' is no time, as the others are numbers"),
@@ -202,7 +202,7 @@ def test_the_column_is_found_or_said(tmp_path):
     assert likelihood["t", ()] == likelihood["clk", ("--time", "clk")] != likelihood["clk", ()]
     assert likelihood["clk", ()] == likelihood["t", ("--time", "none")]
     ms = written(tmp_path, data_of("t", list(map(str, times_of()))))
-    assert "cannot be told" in kalmanq("run", model, ms).stderr
+    assert "is not certain" in kalmanq("run", model, ms).stderr
     said = json.loads(kalmanq("run", model, ms, "--json", "--time", "t [ms]").stdout)["log_likelihood"]
     assert said == pytest.approx(likelihood["t", ()], rel=1e-9)
     done = kalmanq("run", model, ms, "--time", "when")

@@ -142,7 +142,7 @@ def test_a_model_in_weeks_is_the_one_in_seconds(tmp_path):
 def test_the_page_s_log_with_time_stamps(tmp_path):
     """Its model is the example's, NIS is what it says, and the C that is written moves by dt"""
     folder = Path(model_file.__file__).parents[1]
-    example, page = (folder / "examples" / "co2.toml").read_text(), (folder / "README.md").read_text()
+    example, page = (folder / "examples" / "co2.toml").read_text(), (Path(__file__).parents[2] / "tools/docs/guides/data.md").read_text()
     assert example.partition("\n")[2] in page
     told = json.loads(kalmanq("run", folder / "examples" / "co2.toml", folder / "examples" / "co2.csv", "--smooth", "--json").stdout)
     assert told["taken"] == 281 and f"NIS {told['nis_per_measurement']:.3f} a measurement" in page

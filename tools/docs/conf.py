@@ -12,7 +12,7 @@ release = version = ".".join(re.findall(r"#define KQ_VERSION_\w+ (\d+)", (ROOT /
 copyright = "the kalmanq authors"
 root_doc = "tools/docs/index"
 include_patterns = ["*.md", "include/*.md", "src/*.md", "port/*.md", "port/*/*.md", "tests/*.md", "tests/vectors/*.md", "tools/*/*.md",
-                    "tools/studies/heavy_tails/*.md", "tools/docs/*.md", "tools/docs/made/*.md"]
+                    "tools/studies/heavy_tails/*.md", "tools/docs/*.md", "tools/docs/*/*.md"]
 exclude_patterns = ["build", ".deps", "tools/docs/_*"]
 extensions = ["myst_parser", "breathe", "sphinx.ext.autodoc"]
 myst_heading_anchors = 4

@@ -19,7 +19,7 @@ EVENTS = {
     lib.KQ_EVENT_REDUNDANT: ("redundant", "a measurement was not taken: its innovation variance is rounding"),
     lib.KQ_EVENT_OVERFLOW: ("overflow", "a variance or a mean has grown not representable"),
     lib.KQ_EVENT_HISTORY_FULL: ("history_full", "a recording ended before its run did"),
-    lib.KQ_EVENT_SATURATED: ("saturated", "a state was held at the end of its word"),
+    lib.KQ_EVENT_SATURATED: ("saturated", "a state saturated"),
     lib.KQ_EVENT_GATED: ("gated", "a measurement was rejected by the gate"),
     lib.KQ_EVENT_REJECTIONS: ("rejections", "so many measurements in a row were rejected that one was taken"),
     lib.KQ_EVENT_JUMP: ("jump", "the state was taken to have jumped"),

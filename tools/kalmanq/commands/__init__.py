@@ -18,7 +18,7 @@ COMMANDS = {
     "steady": ("kalmanq.commands.steady", "What the covariance settles to, the gain, and how fast the filter forgets."),
     "simulate": ("kalmanq.commands.simulate",
                  "Draw measurements of the model, as a CSV file that `run` takes; with --runs, errors over many runs."),
-    "compare": ("kalmanq.commands.compare", "Every arithmetic beside double: errors of means in sigma, and of sigmas.  "
+    "compare": ("kalmanq.commands.compare", "Every arithmetic compared with double: errors of means in sigma, and of sigmas.  "
                                             "Of a nonlinear model the methods, too."),
     "report": ("kalmanq.commands.report",
                "Does the data fit the model?  A page with a verdict, pictures and figures."),

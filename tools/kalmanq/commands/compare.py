@@ -1,4 +1,4 @@
-"""kalmanq compare: every arithmetic beside double; of a nonlinear model the methods beside each other, too."""
+"""kalmanq compare: every arithmetic compared with double; of a nonlinear model the methods beside each other, too."""
 
 from __future__ import annotations
 
@@ -71,7 +71,7 @@ def _draw(options: Options, errors: dict[str, np.ndarray]) -> None:
 
 def _table(figures: dict[str, dict], name: str, rows: int) -> Table:
     made = table("arithmetic", "mean, in sigma", "at row, state", "sigma, relative", "log-likelihood", "events",
-                 title=f"{name}: worst errors of {rows} rows beside double")
+                 title=f"{name}: worst errors of {rows} rows compared with double")
     for name, of in figures.items():
         if "refused" in of:
             made.add_row(name, of["refused"])

@@ -122,7 +122,7 @@ def settled(of: Numbers) -> Settled:
         if distance(X, last) < SOLVED:
             break
     else:
-        raise KalmanqError("the covariance does not settle: what is not measured, or not driven, does not fade "
+        raise KalmanqError("the covariance does not settle: what is not measured, or not driven, does not decay "
                            "(kalmanq check says which direction)")
     variance = of.H @ X @ of.H.T + np.diag(of.R)
     gain = X @ of.H.T @ inverse(variance)

@@ -1,4 +1,4 @@
-"""What fixed point does to a model's own formulas, beside double at the same raw values."""
+"""What fixed point does to a model's own formulas, compared with double at the same raw values."""
 
 from __future__ import annotations
 

@@ -78,7 +78,7 @@ def lines(product: Product, found: Tried) -> list[str]:
         return [*made, f"  Not tried: {found.why_not}"]
     low, high = found.ratios
     made.append(f"  In {len(SEEDS)} other records of {ROWS} simulated rows, {100 * MISSING:.0f} % of the measurements missing,")
-    made.append(f"  beside double: means within {found.mean:.1e} sigma, sigmas from {low:.4f} to {high:.4f} of those.")
+    made.append(f"  compared with double: means within {found.mean:.1e} sigma, sigmas from {low:.4f} to {high:.4f} of those.")
     return [*made, *(f"  {one}" for one in warned(device, found))]
 
 

@@ -20,7 +20,7 @@ COARSE = 1e-3  # sigma: an error above is said first
 
 @dataclass(frozen=True)
 class Findings:
-    """Over records of so many rows with gaps, samples in part and second updates, beside long double"""
+    """Over records of so many rows with gaps, samples in part and second updates, compared with long double"""
 
     mean: float
     covariance: float
@@ -71,7 +71,7 @@ def _settles(product: Product) -> list[str]:
 
 def _accuracy(found: Findings) -> list[str]:
     return [f"  Observed in {len(SEEDS)} records of {ROWS} rows, with gaps of up to {found.longest_gap} rows, samples in part and second",
-            f"  updates, beside long double: means within {found.mean:.1e} sigma, covariances within {found.covariance:.1e}",
+            f"  updates, compared with long double: means within {found.mean:.1e} sigma, covariances within {found.covariance:.1e}",
             f"  sigma_i sigma_j. {100 * (1 - found.taken):.0f} % of the measurements were refused as out of range."]
 
 

@@ -24,8 +24,8 @@ def finding(model: Model) -> Finding:
 def _reason(model: Model) -> str:
     """Why it does not settle"""
     noise = model.G if model.G is not None else model.Q
-    for A, given, what in ((model.A, model.H, "is never measured and does not fade"),
-                           (model.A.T, noise.T, "has no process noise and does not fade")):
+    for A, given, what in ((model.A, model.H, "is never measured and does not decay"),
+                           (model.A.T, noise.T, "has no process noise and does not decay")):
         lasting = [value for value in unseen(A, given) if abs(value) >= 1 - 1e-12]
         if lasting:
             value = lasting[0]

@@ -184,7 +184,7 @@ def judge_units(columns: Sequence[TimeColumn]) -> None:
         ratio, name = one.step / one.dt, without_unit(one.name)
         most = UNIT_KNOWN if one.step == least else UNIT_KNOWN**2  # beside another file with shorter steps
         if one.is_guess and not (1 / UNIT_KNOWN <= ratio <= most or np.isnan(ratio)):
-            raise TableError(one.source, f"column {one.name}: the unit of the times cannot be told: as seconds, the median step is "
+            raise TableError(one.source, f"column {one.name}: the unit of the times is not certain: as seconds, the median step is "
                              f"{one.step:.6g}, dt is {one.dt:g}: --time '{name} [ms]' says it, or [s], or a header {name} [ms]")
         if ratio > FAR or ratio < 1 / FAR:
             warnings.warn(f"{one.source}: the median step of column {one.name} is {one.step:.6g} s, dt is {one.dt:g}: times are in "

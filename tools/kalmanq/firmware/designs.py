@@ -68,7 +68,7 @@ class Reading:
 
 @dataclass
 class Trial:
-    """An arithmetic beside double, over all records: of each state, in sigma, of the mean with its low part."""
+    """An arithmetic compared with double, over all records: of each state, in sigma, of the mean with its low part."""
 
     arithmetic: str
     worst: np.ndarray
@@ -90,7 +90,7 @@ class Trial:
             return [self.refused, *cure]
         made = cure + [f"{self.arithmetic}: {name}" for name in names_of(self.events & WRONG)]
         if self.start > ACCURATE:
-            made.append(f"{self.arithmetic}: the ranges are the prior of the unknown start; it takes first estimates "
+            made.append(f"{self.arithmetic}: the ranges are the prior of the diffuse start; it takes first estimates "
                         f"{self.start:.1g} sigma from double's")
         if self.worst.max(initial=0) > ACCURATE:
             made.append(f"{self.arithmetic}: a mean is {self.worst.max():.1g} sigma from double's")

@@ -77,7 +77,7 @@ def _with_life(model: Model, records: Sequence[Record], seen: Reach, life: Life)
     if life.rows and not records and (np.any(model.unknown) or wander):
         lacking = next(one.name for one in (*given, *model.controls) if one.range is None)
         why = "its start is unknown" if np.any(model.unknown) else "its states wander"
-        raise KalmanqError(f"{lacking} has no range, and the model does not tell one: {why}; give ranges, or --data")
+        raise KalmanqError(f"{lacking} has no range, and none follows from the model: {why}; give ranges, or --data")
     chosen: list[Choice] = []
     made = [_ranged(one, span, *far, life.rows or None, chosen)
             for one, span, far in zip(given, (*seen.states, *seen.measurements), goes)]
@@ -135,7 +135,7 @@ def _ranged(one: Quantity, seen: float, goes: Optional[float], wanders: bool, ro
     grows = goes is None or not np.isfinite(goes)
     span = seen if grows else max(seen, goes or 0.0)
     if not (np.isfinite(span) and span > 0):
-        raise KalmanqError(f"{one.name} has no range, and none can be told from the data: give it one")
+        raise KalmanqError(f"{one.name} has no range, and the data do not show one: give it one")
     made = _rounded_up(MARGIN * span)
     chosen.append(Choice(one.label, made, float(seen), None if grows else goes, rows, None if grows else CHANCE,
                          wanders and not grows))

@@ -121,7 +121,7 @@ class Choice:
         if mask.shape != self._array(model, name).shape:
             raise KalmanqError(f"held: {name} has {self._array(model, name).shape} entries, not {mask.shape}")
         if np.all(mask):
-            raise KalmanqError(f"held: all of {name} is held; leave it out of the free ones")
+            raise KalmanqError(f"held: all of {name} is fixed; leave it out of the free ones")
         return mask | mask.T if name in ("Q", "R") else mask
 
     def require_em(self, model: Union[Model, NonlinearModel]) -> None:

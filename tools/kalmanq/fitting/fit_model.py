@@ -170,7 +170,7 @@ def _why_not(task: Task, best: Ended, found: Optional[Findings], undetermined: S
     if exhausted:
         return f"given up after {best.evaluations} evaluations: {_left(best)}"
     if best.optimum and not best.optimum.information.is_finite:
-        return "no maximum: beside the best point the log-likelihood is not finite, a covariance becomes singular"
+        return "no maximum: next to the best point the log-likelihood is not finite, a covariance becomes singular"
     if best.optimum and not best.optimum.information.is_maximum:
         return "no maximum: the information matrix is not positive definite at the best point, and was not inverted"
     if undetermined:
@@ -183,4 +183,4 @@ def _why_not(task: Task, best: Ended, found: Optional[Findings], undetermined: S
 def _left(best: Ended) -> str:
     if best.distance == best.distance:
         return f"about {best.distance:.2g} of log-likelihood is left"
-    return "how far it is cannot be told"
+    return "how far it is, is not known"

@@ -118,5 +118,5 @@ def _ranges(model: NonlinearModel, rows: Rows, where: str) -> Finding:
     formats = ", ".join(f"{one.name} Q{31 - bits}.{bits}" for which in ("states", "measurements") for one, bits in
                         zip(getattr(model, which), parts.fractions(which)))
     if "saturated" in run.event_names:
-        return Finding(False, "ranges", f"{where} a state was held at the end of its word: {formats}")
+        return Finding(False, "ranges", f"{where} a state saturated: {formats}")
     return Finding(True, "ranges", f"fit {where}: {formats}")

@@ -1,4 +1,4 @@
-"""Of a nonlinear model: arithmetics beside double, and methods beside each other."""
+"""Of a nonlinear model: arithmetics compared with double, and methods beside each other."""
 
 from __future__ import annotations
 

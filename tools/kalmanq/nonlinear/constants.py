@@ -70,7 +70,7 @@ def _numbers(name: str, given: Any) -> np.ndarray:
     try:
         made = np.array(numbers_of(given), float)
     except (TypeError, ValueError, OverflowError):
-        raise ModelError(name, f"is free, but is {type(given).__name__}, no number or array of numbers") from None
+        raise ModelError(name, f"is free, but is {type(given).__name__}, not a number or an array of numbers") from None
     if made.ndim > 1:
         raise ModelError(name, "is free, but is a matrix: make its entries constants, and let these be free")
     if not np.all(np.isfinite(made)):

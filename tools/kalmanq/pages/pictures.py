@@ -131,12 +131,12 @@ def limit(axis: Any, values: np.ndarray) -> None:
 
 
 def draw_errors(errors: dict[str, np.ndarray]) -> Figure:
-    """Worst error of a mean in sigma at every row, of each arithmetic beside double."""
+    """Worst error of a mean in sigma at every row, of each arithmetic compared with double."""
     with plt.rc_context(STYLE):
         figure, axis = plt.subplots(figsize=(8.6, 3.6), layout="constrained")
         for (name, error), colour in zip(errors.items(), (FILTERED, SMOOTHED)):
             axis.semilogy(np.maximum(error, 1e-17), lw=1, color=colour, label=name)
-        axis.set(xlabel="row", ylabel="error of a mean / sigma", title="beside double")
+        axis.set(xlabel="row", ylabel="error of a mean / sigma", title="compared with double")
         figure.legend(loc="outside upper right", ncols=2)
         return figure
 

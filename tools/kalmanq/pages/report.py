@@ -86,7 +86,7 @@ def made_of(model: AnyModel, z: np.ndarray, u: Optional[np.ndarray], arithmetic:
 
 def _linear_of(model: Model, z: np.ndarray, u: Optional[np.ndarray], arithmetic: str,
                is_compiled: bool, times: Optional[np.ndarray]) -> tuple[Run, dict[str, dict], list[str]]:
-    """The run, arithmetics beside double, and ranges that are too narrow"""
+    """The run, arithmetics compared with double, and ranges that are too narrow"""
     run = compiled_run(model, arithmetic, z, u) if is_compiled else Smoother(model, arithmetic).run(z, u, times=times)
     _, compared = compare(model, z, u, {"compiled": compiled_run} if is_compiled else {}, times)
     return run, compared, widened(model, [Record(z, controls_of(u, model, len(z)))])[1] if run.is_held else []
@@ -245,7 +245,7 @@ def _arithmetics(study: Study) -> str:
         rows.append([name, number(error, 2), place, number(of["sigma_relative_error"], 2),
                      number(of["log_likelihood_error"], 2), ", ".join(of["events"]) or "no events"])
     return page.section(
-        "The arithmetics", page.paragraph(f"The same rows in the other arithmetics of the library, {emitted}beside double. An "
+        "The arithmetics", page.paragraph(f"The same rows in the other arithmetics of the library, {emitted}compared with double. An "
                                           "error of 0.01 sigma is a hundredth of what is uncertain anyway."),
         page.table("Largest differences of a filter from double (f64)",
                    ["arithmetic", "mean, in sigma", "at row, state", "sigma, relative", "log-likelihood", "events"],

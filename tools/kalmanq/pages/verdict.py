@@ -65,7 +65,7 @@ def whiteness(series: np.ndarray) -> Whiteness:
 
 
 def findings(run: Run, z: np.ndarray, wider: Sequence[str] = ()) -> list[Finding]:
-    """NIS, rows outside, autocorrelation, mean innovation, events, missing.  Of a run that was held at the end of a word
+    """NIS, rows outside, autocorrelation, mean innovation, events, missing.  Of a run that saturated
     that comes first, and nothing else is judged; wider: the ranges that would do."""
     if run.is_held:
         return [_held(run, wider), *(replace(one, state="note", advice="Not judged: the ranges first.")
@@ -93,7 +93,7 @@ def headline(found: list[Finding]) -> str:
     states = {state: [_within(one.subject) for one in found if one.state == state]
               for state in ("bad", "edge", "note")}
     if found[0].subject == "Events":
-        return "A state was held at the end of its word: the ranges are too narrow, and the fit cannot be judged."
+        return "A state saturated: the ranges are too narrow, and the fit cannot be judged."
     if "NIS" in states["note"]:
         return "Too few measurements to judge the fit."
     if states["bad"]:
@@ -222,7 +222,7 @@ def _mean_innovation(series: np.ndarray, names: list[str]) -> Finding:
 def _events(run: Run) -> Finding:
     told = run.faults
     if not told:
-        return Finding("good", "Events", "none: no number went where it could not be kept")
+        return Finding("good", "Events", "none: no overflow, no loss of precision")
     return Finding("bad", "Events", "; ".join(f"{name}: {meaning}" for name, meaning in told),
                    "See the ranges and fractions of the model, and the arithmetics below.")
 

@@ -51,9 +51,9 @@ def _seen(model: Model) -> Finding:
     lasting = [value for value in values if abs(value) >= 1 - 1e-12]
     if lasting:
         return Finding(False, "observable", f"no: a direction with eigenvalue {lasting[0]:.4g} is never measured "
-                       "and does not fade; measure it or leave it out")
+                       "and does not decay; measure it or leave it out")
     if values:
-        return Finding(True, "observable", "not all of it, but what is not measured fades by itself")
+        return Finding(True, "observable", "not all of it, but what is not measured decays by itself")
     return Finding(True, "observable", "every state is seen by the measurements")
 
 
@@ -64,7 +64,7 @@ def _driven(model: Model) -> Finding:
     if lasting:
         return Finding(True, "stabilisable", f"no: a direction with eigenvalue {lasting[0]:.4g} has no process noise; "
                        "its sigma falls without end and the filter stops listening to it")
-    return Finding(True, "stabilisable", "the process noise reaches all that does not fade")
+    return Finding(True, "stabilisable", "the process noise reaches all that does not decay")
 
 
 def _settles(model: Model) -> Finding:
@@ -80,7 +80,7 @@ def _conditioned(model: Model) -> Finding:
     values = np.linalg.svd(directions(model.A, model.H), compute_uv=False)
     condition = values[0] / max(values[-1], 1e-300)
     said = f"observability matrix: {condition:.3g}"
-    return Finding(True, "conditioning", said + ("; some states are told apart poorly" if condition > 1e8 else ""))
+    return Finding(True, "conditioning", said + ("; some states are hardly distinguished" if condition > 1e8 else ""))
 
 
 def _fixed_point(model: Model) -> Finding:

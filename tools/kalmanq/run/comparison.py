@@ -1,4 +1,4 @@
-"""Every arithmetic beside double."""
+"""Every arithmetic compared with double."""
 
 from __future__ import annotations
 

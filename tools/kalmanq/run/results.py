@@ -74,7 +74,7 @@ class Run:
 
     @property
     def is_held(self) -> bool:
-        """Was something held at the end of its word?"""
+        """Did something saturate?"""
         return bool(self.events & lib.KQ_EVENT_SATURATED)
 
     def columns(self) -> dict[str, np.ndarray]:

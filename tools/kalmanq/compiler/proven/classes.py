@@ -393,8 +393,8 @@ def _rows_to_forget(d: Numbers, K: np.ndarray, state: Settled, P: np.ndarray, mo
         left = np.eye(len(P)) - gain @ d.H
         P = d.A @ (left @ P @ left.T + gain * d.R @ gain.T) @ d.A.T + d.Q
         between = d.A @ between @ d.A.T
-    raise KalmanqError(f"--lag: a constant gain takes more than {most} rows to forget how it began: a larger Q, or "
-                       "leave out --form gain")
+    raise KalmanqError(f"--lag: a constant gain takes more than {most} rows to forget how it began: leave out "
+                       "--form gain")
 
 
 def _loss(d: Numbers, K: np.ndarray, P: np.ndarray, gap: int, rows: int, measured_first: bool = False) -> float:

@@ -141,7 +141,7 @@ def in_part(plan: Plan) -> list[str]:
 def taking(plan: Plan) -> list[str]:
     beyond = "" if all(one.range for one in plan.model.measurements) else f" (1e{int(np.log10(LARGEST))} where it has none)"
     return ["/** Takes a sample, once after start and after each predict.  Returns a bit for each component that it took; it",
-            f" *  refuses a second one, what is outside its range{beyond}, and what is no number: with",
+            f" *  refuses a second one, what is outside its range{beyond}, and what is NaN or infinite: with",
             f" *  {plan.upper}_REFUSED. */"]
 
 

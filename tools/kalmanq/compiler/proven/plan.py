@@ -111,7 +111,7 @@ def bookkeeping(plan: Plan) -> list[tuple[str, str]]:
 
 def events(plan: Plan) -> dict[str, str]:
     """Names of the bits of f->events, from the lowest, and what they mean"""
-    made = {"REFUSED": "a measurement was outside its range or no number, or a second one without a predict: it was not taken"}
+    made = {"REFUSED": "a measurement was outside its range, NaN or infinite, or a second one without a predict: it was not taken"}
     if plan.stops:
         made["CONTROL_REFUSED"] = "a control was outside its range: the nearer end was taken" + \
             ("" if plan.subject.words.is_fixed else "; NaN: 0")

@@ -151,8 +151,8 @@ class Maker:
         try:
             return exact.rows_to_settle(self.of, self.settled, self.gaps.max_gap, SNAP, most)
         except KalmanqError as problem:
-            cure = f"a larger Q settles sooner; f32 may do, with up to {MOST_ROWS['f32']}" if self.wanted.arithmetic == "q31" else \
-                "a larger Q settles sooner, or kalmanq design"
+            cure = f"leave out --form, or take f32, with up to {MOST_ROWS['f32']}" if self.wanted.arithmetic == "q31" else \
+                "leave out --form, or take kalmanq design"
             raise KalmanqError(f"{problem}: {cure}") from None
 
     def _names(self) -> tuple[list[str], list[str], list[str]]:
@@ -290,7 +290,7 @@ class Maker:
     def _judge_means(self, track: Track) -> None:
         if not track.worst <= TOLERABLE:
             raise NotProven(f"a mean is {track.worst:.1e} sigma from the exact one within {RECORD} rows, the bound is "
-                            f"{TOLERABLE:.0e}", "a larger R")
+                            f"{TOLERABLE:.0e}", "--form factor")
 
     def _ranges(self, plan: Plan, found: Found) -> dict[str, str]:
         """Of each line that was told: least and largest value; of means and innovations by their bounds."""

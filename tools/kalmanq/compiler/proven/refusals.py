@@ -50,11 +50,11 @@ def _settling(model: Model) -> None:
     for value in unseen(model.A, model.H):
         if abs(value) >= LASTING:
             raise KalmanqError(f"not observable: a direction with eigenvalue {value:.4g} is never measured and does "
-                               "not fade; measure it or leave it out")
+                               "not decay; measure it or leave it out")
     scale = np.sqrt(np.maximum(np.diag(model.Q), 1e-300))
     driven = model.G if model.G is not None else scale[:, None] * np.linalg.eigh(model.Q / np.outer(scale, scale))[1] \
         * np.sqrt(np.maximum(np.linalg.eigh(model.Q / np.outer(scale, scale))[0], 0))
     for value in unseen(model.A.T, driven.T):
         if abs(value) >= LASTING:
             raise KalmanqError(f"not stabilisable: a direction with eigenvalue {value:.4g} has no process noise and "
-                               "does not fade, so the covariance never settles; give it noise")
+                               "does not decay, so the covariance never settles; give it noise")

@@ -3,9 +3,10 @@
 A file an example.  Nothing here filters or smooths by itself: means and covariances are what the core says.
 """
 
-from kalmanq_studies.lectures import smoothing, stationary
+from kalmanq_studies.lectures import numerics, smoothing, stationary
 from kalmanq_studies.lectures.example import Example
 
-EXAMPLES: dict[str, Example] = {"stationary": stationary.EXAMPLE, "smoothing": smoothing.EXAMPLE}
+EXAMPLES: dict[str, Example] = {"stationary": stationary.EXAMPLE, "smoothing": smoothing.EXAMPLE,
+                                 "numerics": numerics.EXAMPLE}
 
 __all__ = ["EXAMPLES", "Example"]
