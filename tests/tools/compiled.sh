@@ -38,7 +38,7 @@ for folder in "$work"/filters/*; do
     name=$(basename "$folder") && name=${name%_*}
     for core in m0 m3 m4f m33 rv32 avr; do
         case $core:$name in # what fits its memory
-            avr:m21 | avr:m42 | avr:apart | avr:gain | avr:options | avr:root | avr:factor_m21 | avr:factor_m31 | avr:factor_lag | avr:factor_every | avr:factor_student | avr:factor_loops) ;;
+            avr:m21 | avr:m42 | avr:apart | avr:gain | avr:options | avr:root | avr:factor_m21 | avr:factor_m31 | avr:factor_lag | avr:factor_every | avr:factor_student | avr:factor_loops | avr:factor_late) ;;
             avr:exact_glucose | avr:equations_unicycle | avr:equations_tank | avr:equations_cell) ;;
             avr:*) continue ;;
         esac

@@ -20,7 +20,7 @@ from equations import NAMES, WITH_ERRORS, path_of
 
 from kalmanq import Model
 from kalmanq.model import model_file
-from kalmanq.model import Gaps
+from kalmanq.model import Gaps, Sensor
 
 MUST = {  # of n: M4F f32 two calls, a settled step, bytes at -Os; M3 q31 two calls, a settled step; M0 the same
     2: (75, 35, 590, 110, 38, 600, 155), 3: (120, 47, 890, 210, 60, 1150, 290), 4: (183, 67, 1360, 420, 80, 2050, 435),
@@ -110,6 +110,16 @@ def write_factors(folder: Path, few: bool) -> None:
     for name, options in OPTIONS.items():
         if not few or name == "student":
             write(folder, kinematic(2, 2, ranged=True), "q31", f"factor_{name}", {}, options)
+    for arithmetic in ("q31",) if few else ("f32", "q31"):
+        write(folder, late(), arithmetic, "factor_late", {})
+
+
+def late() -> Model:
+    """Of two sensors the second tells its measurements two steps late"""
+    made = kinematic(2, 2, ranged=True)
+    quick, slow = made.measurements
+    made.sensors = (Sensor("quick", (quick.name,)), Sensor("slow", (slow.name,), 2.0))
+    return made
 
 
 def main() -> None:

@@ -92,19 +92,22 @@ class Trial:
         if late is None:
             return []
         steps, bits = min(late.kept - 1, ROWS // 2), late.bits or all_
-        u = ", rows[t].u" if self.given.inputs else ""
-        dt = self.a.literal(self.given.model.continuous.dt) if late.varies else ""
-        moves = [f"    (void){name}_move(&in_time, {dt});"] if late.varies else []
+        dt = f", {self.a.literal(self.given.model.continuous.dt)}" if late.varies else ""
         update = f"{name}_update_some(&in_time, rows[t].z, {all_}u)" if self.given.of.m > 1 else f"{name}_update(&in_time, rows[t].z)"
         means = (f"{name}_mean_{state}" for state in self.given.carried)
+
+        def predicts(row: str) -> list[str]:
+            u = f", rows[{row}].u" if self.given.inputs else ""
+            return [*([f"(void){name}_move(&in_time{dt});"] if dt else []), f"{name}_predict(&in_time{u});",
+                    f"{'(void)' if dt else ''}{name}_delayed_predict(&d{u}{dt});"]
+
         return [
             "/* The same rows, whole: in time, and late */", f"static {self.given.type} in_time;", f"static {late.type} d;",
             f"{name}_start(&in_time);", f"{name}_start(&d.now);", f"{name}_delayed_start(&d);", f"for (int t = 0; t < {ROWS}; t++) {{",
-            "    if (t) {", *(f"    {one}" for one in moves), f"        {name}_predict(&in_time{u});",
-            f"        {'(void)' if late.varies else ''}{name}_delayed_predict(&d{u}{f', {dt}' if dt else ''});", "    }",
-            f"    (void){update};", *([f"    (void){name}_delayed_update(&d, rows[t].z, {all_ & ~bits}u, 0);"] if all_ & ~bits else []),
-            f"    if (t >= {steps}) (void){name}_delayed_update(&d, rows[t - {steps}].z, {bits}u, {steps});", "}",
-            f"for (unsigned ago = {steps}; ago-- > 0;) (void){name}_delayed_update(&d, rows[{ROWS - 1} - ago].z, {bits}u, ago);",
+            "    if (t) {", *indented(indented(predicts("t"))), "    }", f"    (void){update};",
+            *([f"    (void){name}_delayed_update(&d, rows[t].z, {all_ & ~bits}u, 0);"] if all_ & ~bits else []),
+            f"    if (t >= {steps}) (void){name}_delayed_update(&d, rows[t - {steps}].z, {bits}u, {steps});", "}", *predicts("0"),
+            f"for (unsigned ago = {steps}; ago > 0; ago--) (void){name}_delayed_update(&d, rows[{ROWS} - ago].z, {bits}u, ago);",
             *(f"wrong += !is_near({mean}(&d.now), {mean}(&in_time){'' if self.a.type == 'int32_t' else ', ' + self._variance(i, 'in_time')});"
               for i, mean in enumerate(means))]
 
