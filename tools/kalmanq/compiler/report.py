@@ -113,7 +113,7 @@ def _correlated(product: Product) -> list[str]:
 def _late(product: Product) -> list[str]:
     late = product.late
     return [f"  {late.type}: {product.ram_delayed} bytes of RAM. It keeps {late.kept} steps: a measurement of one of them counts as if it had",
-            f"  come in time, and costs {late.kept} steps; each predict costs one step more. Costs that are told are of {late.given.type}."] \
+            f"  come in time, and costs {late.kept} steps; each predict costs one step more. The costs of {late.given.type} leave both out."] \
         if late else []
 
 
