@@ -179,7 +179,7 @@ def _beside(arithmetic: str, model: NonlinearModel, z: np.ndarray, u: Optional[n
     return compiled_equations_run(model, arithmetic, z, u, times)
 
 
-COMPILED = {f"compiled {name}": partial(_beside, name) for name in ("f32", "f64")}  # for nonlinear.comparison
+COMPILED = {f"compiled {name}": partial(_beside, name) for name in ("f32", "f64", "q31")}  # for nonlinear.comparison
 
 
 @lru_cache(maxsize=4)
