@@ -2,16 +2,21 @@
 
 from __future__ import annotations
 
+import csv
 import ctypes
+import json
 import subprocess
 
 import numpy as np
 import pytest
+from command import kalmanq
 from designed import Firmware
 from whole import first
 
 from kalmanq import Filter
 from kalmanq.compiler.emit import PREDICTS, UPDATES
+from kalmanq.compiler.equation_product import compiled_equations
+from kalmanq.compiler.equation_report import recorded
 from kalmanq.compiler.host import Host, build
 from kalmanq.compiler.product import compiled
 from kalmanq.compiler.request import Options
@@ -20,6 +25,7 @@ from kalmanq.errors import KalmanqError
 from kalmanq.firmware.c_source import bytes_of_delays
 from kalmanq.firmware.steps_kept import latest_of
 from kalmanq.model import Model, Quantity, Sensor, model_file
+from kalmanq.nonlinear import read, simulate
 
 DRIVER = """
 #include "late.h"
@@ -310,3 +316,133 @@ def test_firmware_of_design_refuses_and_changes_nothing(T, tmp_path):
     assert firmware.call("update_quick", some[:1], 1) == lib.KQ_ERR_HISTORY_FULL
     told = bytes_of_delays(model_file.read(path), T)
     assert told - 64 <= firmware.late_ram <= told
+
+
+# ------------------------------------------------------------------------------ of a nonlinear model
+
+ROVER = '''
+import numpy as np
+
+states = ["east", "north", "heading", "gyro_bias"]
+controls = ["speed", "turn"]
+measurements = ["compass", "gps_east", "gps_north", "range"]
+angles = ["compass"]
+x0, P0, dt = [0, 0, 0.5, 0], [4, 4, 0.1, 1e-4], 0.05
+
+def increment(x, t, u, dt):
+    return [dt * u[0] * np.cos(x[2]), dt * u[0] * np.sin(x[2]), dt * (u[1] - x[3]), 0]
+
+def Q(x, t, u, dt):
+    return np.diag([1e-4 * dt, 1e-4 * dt, 1e-4 * dt, 1e-8 * dt])
+
+def from_mast(x, t, u):
+    return [np.hypot(x[0] - 5, x[1] + 3) + 0.01 * u[0] * t]
+
+sensors = {"compass": (lambda x: [x[2]], [0.01]), "gps": (lambda x: [x[0], x[1]], [0.25, 0.25]), "mast": (from_mast, [0.04])}
+delays = {"gps": 0.2, "mast": 0.1}
+
+def simulated_controls(t):
+    return [1.5, 0.3 * np.sin(0.5 * t)]
+'''
+
+ROVER_DRIVER = """
+#include "rover.h"
+static rover_delayed d;
+void start(void), predict(const {type} *u, double t, double dt);
+unsigned update(int which, const {type} *z, const {type} *u, double t, unsigned ago), size(void), events(void);
+void start(void) {{ rover_start(&d.now); rover_delayed_start(&d); }}
+void predict(const {type} *u, double t, double dt) {{ (void)t; rover_delayed_predict(&d, u, ({type})dt); }}
+unsigned update(int which, const {type} *z, const {type} *u, double t, unsigned ago)
+{{
+    if (which == 0) return rover_delayed_update_compass(&d, z);
+    return which == 1 ? rover_delayed_update_gps(&d, z, ago) : rover_delayed_update_mast(&d, z, u, ({type})t, ago);
+}}
+unsigned size(void) {{ return sizeof d; }}
+unsigned events(void) {{ return d.now.events; }}
+const {type} *words(void);
+const {type} *words(void) {{ return d.now.x; }}
+"""
+
+
+@pytest.mark.parametrize("seed, arithmetic", first(2, [(seed, T) for seed in range(4) for T in ("f32", "f64")]))
+def test_a_nonlinear_filter_takes_what_is_late(seed, arithmetic, tmp_path):
+    """Steps of any length, h of u and t, sensors 2 to 6 steps late in any order: the bits of the run in which nothing was late"""
+    (tmp_path / "rover.py").write_text(ROVER)
+    model, draw, rows = read(tmp_path / "rover.py"), np.random.default_rng(seed), 60
+    product = compiled_equations(model, "rover", Options(arithmetic))
+    number = np.float32 if arithmetic == "f32" else np.float64
+    for name, text in {**product.sources(), "driver.c": ROVER_DRIVER.format(type=product.arithmetic.type)}.items():
+        (tmp_path / name).write_text(text)
+    library = ctypes.CDLL(str(build(tmp_path, ["rover.c", "driver.c"], "rover.so", ("-shared", "-fPIC", "-Wall", "-Wextra", "-Wconversion"))))
+    library.predict.argtypes = [ctypes.c_void_p, ctypes.c_double, ctypes.c_double]
+    library.update.argtypes = [ctypes.c_int, ctypes.c_void_p, ctypes.c_void_p, ctypes.c_double, ctypes.c_uint]
+    library.words.restype = ctypes.POINTER(ctypes.c_float if arithmetic == "f32" else ctypes.c_double)
+    times = np.cumsum(draw.uniform(0.03, 0.07, rows).astype(np.float32)).astype(float)
+    _, z, u = simulate(model, rows, seed, times=times)
+    z, u = z.astype(np.float32).astype(number), u.astype(np.float32).astype(number)
+    parts, latest = [slice(0, 1), slice(1, 3), slice(3, 4)], 6
+    is_there = draw.random((rows, 3)) < 0.7
+    is_there[rows - latest:] = False
+    told = np.arange(rows)[:, None] + np.where([False, True, True], draw.integers(0, latest + 1, (rows, 3)), 0)
+    library.start()
+    assert library.size() == product.ram_delayed
+
+    def pointer(values):
+        kept.append(np.ascontiguousarray(values))
+        return kept[-1].ctypes.data
+
+    kept: list = []
+    for t in range(rows):
+        if t:
+            library.predict(pointer(u[t - 1]), times[t - 1], times[t] - times[t - 1])
+        for which in range(3):
+            for row in draw.permutation(np.flatnonzero(is_there[:, which] & (told[:, which] == t))):
+                taken = library.update(which, pointer(z[row, parts[which]]), pointer(u[row]), times[row], int(t - row))
+                assert taken == (3 if which == 1 else 1)
+    known = np.repeat(is_there, [1, 2, 1], axis=1)
+    record, _ = recorded(model, np.where(known, z, np.nan).astype(float), u.astype(float), times)
+    with Host(product) as host:
+        ran = host.run_record(record)
+    mean = ran.mean[-1]
+    assert library.update(1, pointer(z[0, 1:3]), pointer(u[0]), 0.0, latest + 1) == 0 and library.events()
+    assert np.abs([library.words()[i] for i in range(model.n)] - mean).max() <= (1e-6 if arithmetic == "f32" else 1e-14) * np.abs(mean).max()
+
+
+def test_a_late_log_of_a_nonlinear_model(tmp_path):
+    """The command's run of a log that tells late is that of the log in which nothing is late; and its test program passes"""
+    path = tmp_path / "rover.py"
+    path.write_text(ROVER)
+    on_time = tmp_path / "on_time.py"
+    on_time.write_text(ROVER.replace('delays = {"gps": 0.2, "mast": 0.1}', ""))
+    for model, log in ((path, "late.csv"), (on_time, "log.csv")):
+        assert kalmanq("simulate", model, "-n", "90", "--seed", "2", "--out", tmp_path / log).returncode == 0
+    rows = list(csv.reader((tmp_path / "log.csv").open()))
+    for row in rows[-4:]:
+        row[2:4] = ["", ""]
+    for row in rows[-2:]:
+        row[4] = ""
+    (tmp_path / "log.csv").write_text("\n".join(map(",".join, rows)) + "\n")
+    late, right = (json.loads(kalmanq("run", model, tmp_path / log, "--json").stdout) for model, log in ((path, "late.csv"), (on_time, "log.csv")))
+    assert late["taken"] == right["taken"] and late["log_likelihood"] == pytest.approx(right["log_likelihood"], rel=1e-12)
+    assert np.allclose(late["mean"], right["mean"], rtol=1e-9) and late["taken"] < 360
+    done = kalmanq("compile", path, "-o", tmp_path / "rover.c")
+    assert done.returncode == 0 and "rover_delayed: " in done.stdout, done.stderr
+    subprocess.run(["gcc", "-std=c11", "-O2", "-Wall", "-Wextra", "-Wconversion", "-Werror", "rover.c", "rover_test.c", "-lm", "-o", "rover"],
+                   cwd=tmp_path, check=True)
+    assert subprocess.run([str(tmp_path / "rover")], capture_output=True, text=True).stdout.endswith("OK\n")
+
+
+@pytest.mark.parametrize("old, new, command, said", [
+    ('"gps": 0.2', '"gsp": 0.2', ("run",), "delays: is {name of a sensor: how late it tells}; sensors: compass, gps, mast"),
+    ('"gps": 0.2', '"gps": -1', ("run",), "delays: gps is no number, 0 or more"),
+    ("0.05\n", "0.05\n", ("compile", "-o", "rover.c", "--library"), "--library: and a sensor with a delay"),
+    ("0.05\n", "0.05\n", ("compile", "-o", "rover.c", "--smooth", "9"), "--smooth: and a sensor with a delay"),
+    ("0.05\n", "0.05\n", ("compare",), "delays: are of run, report, check and fit"),
+])
+def test_what_is_no_delay_is_refused(old, new, command, said, tmp_path):
+    (tmp_path / "rover.py").write_text(ROVER.replace(old, new, 1))
+    (tmp_path / "log.csv").write_text("time,compass,gps_east,gps_north,range,speed,turn\n0,0,0,0,5,1,0\n0.05,0,0,0,5,1,0\n")
+    given = [] if command[0] == "compile" else [tmp_path / "log.csv"]
+    done = kalmanq(command[0], tmp_path / "rover.py", *given, *(tmp_path / one if one.endswith(".c") else one for one in command[1:]))
+    assert done.returncode == 1 and said in done.stderr and done.stderr.count("\n") == 1, done.stderr
+    assert not (tmp_path / "rover.c").exists()

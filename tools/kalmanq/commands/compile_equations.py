@@ -23,6 +23,7 @@ from kalmanq.compiler.request import Options
 from kalmanq.compiler.trial import ROWS, trial
 from kalmanq.data import tables
 from kalmanq.data.layouts import Source
+from kalmanq.errors import KalmanqError
 from kalmanq.nonlinear import NonlinearModel, read
 
 
@@ -50,6 +51,8 @@ def compile_device(path: Path, name: str, wanted: Options, write: Callable[[dict
                    console: Console, data: Optional[Source] = None) -> None:
     """data: rows that the formats of q31 are to hold"""
     model, source, is_fixed = read(path), fingerprint(path), wanted.arithmetic == "q31"
+    if model.is_late:
+        raise KalmanqError("--library: and a sensor with a delay: a device takes all in time; leave --library out")
     rows = tables.measurements_and_controls(data, model) if data else None
     with console.status("compiling", spinner="line"):
         tried = _fixed_tried if is_fixed else _device_tried
@@ -90,7 +93,7 @@ def described(product: Any) -> dict[str, Any]:
     smooths = {"step": text.smoother.record_size, "history": text.smoother.history_size} if text.smoother else None
     sensors = [{"name": one.name, "m": one.m, "arguments": _arguments(text.update_arguments(one))} for one in product.arithmetic.sensors]
     return {"name": given.name, "arithmetic": given.options.arithmetic, "form": "equations", "n": given.of.n, "m": given.of.m,
-            "l": given.of.l, "ram": product.ram, "smooth": smooths, "entries": len(product.arithmetic.live),
+            "l": given.of.l, "ram": product.ram, "ram_delayed": product.ram_delayed, "smooth": smooths, "entries": len(product.arithmetic.live),
             "predict": _arguments(text.predict_arguments()), "sensors": sensors}
 
 

@@ -7,7 +7,7 @@ import sys
 from dataclasses import dataclass, replace
 from functools import partial
 from pathlib import Path
-from typing import Any, Optional, Tuple
+from typing import Any, Optional, Sequence, Tuple
 
 import numpy as np
 import typer
@@ -22,7 +22,7 @@ from kalmanq.compiler.simulation import NO_SMOOTHER, compiled_run
 from kalmanq.data import tables
 from kalmanq.data.files import refuse_output
 from kalmanq.errors import KalmanqError
-from kalmanq.model import Model
+from kalmanq.model import Model, Sensor
 from kalmanq.nonlinear import NonlinearModel
 from kalmanq.nonlinear.filters import extended_run
 from kalmanq.nonlinear.simulation import errors_of_run, rows_of_run, simulate
@@ -67,11 +67,12 @@ def simulate_file(options: Options, console: Console) -> None:
     if isinstance(model, Model):
         x, z = drawn(model, rows, options.seed, options.gap, controls, times)
         u = np.zeros((rows, len(model.inputs))) if controls is None else controls
-        z = _told(model, z, times)
+        z = _told(model.sensors, model.continuous.dt if model.continuous else 1.0, z, times)
     else:
         x, z, u = simulate(model, rows, options.seed, controls, times)
         if options.gap:
             z[options.gap[0] : options.gap[1]] = np.nan
+        z = _told(model.late_sensors, model.dt if model.reads_times else 1.0, z, times)
     columns = {"step": np.arange(rows), **({} if times is None else {tables.time_name(model): times})}
     columns.update({one.name: z[:, c] for c, one in enumerate(model.measurements)})
     columns.update({one.name: u[:, c] for c, one in enumerate(model.inputs)})
@@ -89,16 +90,16 @@ def simulate_file(options: Options, console: Console) -> None:
         write(columns.values())
 
 
-def _told(model: Model, z: np.ndarray, times: Optional[np.ndarray]) -> np.ndarray:
-    """z, the measurements of each sensor in the row that tells them"""
+def _told(sensors: Sequence[Sensor], step: Optional[float], z: np.ndarray, times: Optional[np.ndarray]) -> np.ndarray:
+    """z, the measurements of each sensor in the row that tells them; step: None: it is not known"""
     z, first = z.copy(), 0
-    for sensor in model.sensors:
+    for sensor in sensors:
         own = slice(first, first := first + len(sensor.measurements))
         if sensor.measured:
             raise KalmanqError(f"{sensor.name} has a column of times (`measured`), which is not drawn: leave `measured` out of the model")
-        late = sensor.delay / (model.continuous.dt if model.continuous else 1)
+        late = sensor.delay / (step or np.inf)
         rows = round(late)
-        if late and (times is not None or abs(late - rows) > 1e-6):
+        if sensor.delay and (step is None or times is not None or abs(late - rows) > 1e-6):
             raise KalmanqError(f"the delay of {sensor.name} is in rows here: a multiple of dt, and without --at")
         if rows:
             z[rows:, own], z[:rows, own] = z[:-rows, own].copy(), np.nan

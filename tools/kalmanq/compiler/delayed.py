@@ -6,7 +6,9 @@ is late goes into its step, and all steps are worked out again from there.
 
 from __future__ import annotations
 
-from typing import Optional
+import re
+from dataclasses import dataclass
+from typing import Optional, Sequence
 
 from kalmanq.compiler.arithmetic import Arithmetic
 from kalmanq.compiler.emit import Text, function
@@ -18,6 +20,174 @@ from kalmanq.firmware.steps_kept import latest_of, steps_late
 EVENT = ("TOO_LATE", "a measurement was of a step that is not kept, or a second one of its step: it was not taken")
 
 
+@dataclass(frozen=True)
+class Late:
+    """A sensor's components first, first + 1, ..., and how many steps late they are; 0: in time"""
+
+    name: str
+    first: int
+    size: int
+    steps: int
+
+    @property
+    def bits(self) -> int:
+        return ((1 << self.size) - 1) << self.first
+
+    @property
+    def said(self) -> str:
+        return f"{self.steps} steps late" if self.steps else "in time"
+
+    @property
+    def ago(self) -> str:
+        """Among the arguments of a call"""
+        return ", ago" if self.steps else ""
+
+
+class Delayed:
+    """The texts.  arguments: of a predict, after the filter; kept: steps"""
+
+    def __init__(self, given: Request, a: Arithmetic, arguments: str, kept: int, sensors: Sequence[Late]):
+        self.given, self.a, self.name, self.type = given, a, given.name, f"{given.name}_delayed"
+        self.arguments, self.kept, self.sensors = arguments, kept, sensors
+
+    # ---- what a kind of filter has of its own
+
+    answers = False  # does a predict refuse steps?
+    has_clock = False  # of a test: do its rows have times?
+
+    def fields(self) -> str:
+        """What a step keeps beside z and present"""
+        return _declared(self.arguments)
+
+    def again(self) -> list[str]:
+        """Lines: step k on f, and `taken`, the bits of what it took"""
+        raise NotImplementedError
+
+    def update_calls(self) -> list[str]:
+        """Declarations with what they do"""
+        raise NotImplementedError
+
+    def update_functions(self) -> list[str]:
+        raise NotImplementedError
+
+    def moved(self) -> list[str]:
+        """Lines before a predict of d->now"""
+        return []
+
+    def usage_of_updates(self) -> list[tuple[str, str]]:
+        raise NotImplementedError
+
+    def in_time(self) -> list[str]:
+        """Lines of a test: row t on in_time"""
+        raise NotImplementedError
+
+    def in_time_predict(self) -> list[str]:
+        """The same of a predict alone"""
+        raise NotImplementedError
+
+    def late_predict(self, row: str) -> str:
+        raise NotImplementedError
+
+    def late_row(self, which: Late, row: str, ago: str) -> str:
+        """The call of a test that gives a sensor's part of a row to d"""
+        raise NotImplementedError
+
+    # ---- NAME.h
+
+    def ram(self, filter_: int, align: int) -> int:
+        """Bytes of NAME_delayed, with filters of so many"""
+        word = 8 if self.a.type == "double" else 4
+        numbers = sum(int(size or 1) for size in re.findall(r"\w+(?:\[(\d+)\])?(?=,|$)", self.fields())) if self.fields() else 0
+        step = -(-(word * (numbers + self.given.of.m) + 4) // word) * word
+        return -(-(2 * filter_ + self.kept * step + 4) // align) * align
+
+    def usage(self) -> list[tuple[str, str]]:
+        """Calls, and what each is for"""
+        name = self.name
+        return [(f"static {self.type} d;", "in its place, for what comes late"), (f"{name}_start(&d.now);", "once"),
+                (f"{name}_delayed_start(&d);", "then"), (f"{name}_delayed_predict(&d{given(self.arguments)});", "to each step"),
+                *self.usage_of_updates(), (f"{name}_mean_{self.given.carried[0]}(&d.now)", "the estimate")]
+
+    def struct(self) -> list[str]:
+        cells = ", ".join(filter(None, [self.fields(), f"z[{self.given.of.m}]"]))
+        return [f"/* The last {self.kept} steps, and the filter before them */", "typedef struct {", *indented([
+            f"{self.given.type} now, before;", "struct {", f"    {self.a.type} {cells};",
+            f"    uint32_t present; /* bits of z; {self._bit()}: it began with a predict */", f"}} steps[{self.kept}];",
+            "uint16_t count, newest;"]), f"}} {self.type};", ""]
+
+    def calls(self) -> list[str]:
+        name = self.name
+        refuses = [" *  Returns 0 and changes nothing where dt is refused. */"] if self.answers else []
+        return [f"/** For measurements that come late: from d->now, which {name}_start or {name}_start_at began. */",
+                f"void {name}_delayed_start({self.type} *d);", "",
+                "/** To the next step.  It works out the oldest step again, too, which costs one more step." + ("" if refuses else " */"), *refuses,
+                f"{self._answer()} {name}_delayed_predict({self.type} *d{self.arguments});", "", *self.update_calls()]
+
+    def _answer(self) -> str:
+        return "int" if self.answers else "void"
+
+    def _bit(self) -> str:
+        return f"{1 << self.given.of.m}u"
+
+    # ---- NAME.c
+
+    def functions(self) -> list[str]:
+        return [*self._start(), *self._replay(), *self._replayed(), *self._place(), *self._predict(), *self.update_functions()]
+
+    def _start(self) -> list[str]:
+        return function(f"void {self.name}_delayed_start({self.type} *d)", [
+            "d->before = d->now;", "d->steps[0].present = 0;", "d->count = 1;", "d->newest = 0;"])
+
+    def _replay(self) -> list[str]:
+        return function(f"static unsigned replay({self.given.type} *f, const {self.type} *d, unsigned k)", [
+            f"const unsigned present = (unsigned)d->steps[k].present & {self.given.all}u;", *self.again(), "return taken;"], "Step k again")
+
+    def _replayed(self) -> list[str]:
+        return function(f"static unsigned replay_all({self.type} *d, unsigned k)", [
+            f"unsigned taken = 0, at = d->newest + 1u >= d->count ? d->newest + 1u - d->count : d->newest + {self.kept + 1}u - d->count;",
+            "const uint16_t events = d->now.events;", "d->now = d->before;", "for (unsigned step = 0; step < d->count; step++) {",
+            "    const unsigned made = replay(&d->now, d, at);", "    if (at == k) taken = made;",
+            f"    at = at + 1u < {self.kept}u ? at + 1u : 0;", "}", "d->now.events |= events;", "return taken;"],
+            "All steps again; what step k took")
+
+    def _place(self) -> list[str]:
+        return function(f"static unsigned place({self.type} *d, unsigned present, unsigned ago)", [
+            f"const unsigned k = d->newest >= ago ? d->newest - ago : d->newest + {self.kept}u - ago;",
+            "if (ago < d->count && !(d->steps[k].present & present)) return k;",
+            f"d->now.events |= {self.given.upper}_TOO_LATE;", f"return {self.kept}u;"],
+            f"The step so many steps ago; {self.kept}: there is none that has room")
+
+    def _predict(self) -> list[str]:
+        keep = [line for name, size in named(self.arguments) for line in (
+            [f"for (unsigned i = 0; i < {size}u; i++) d->steps[k].{name}[i] = {name}[i];"] if size else [f"d->steps[k].{name} = {name};"])]
+        return function(f"{self._answer()} {self.name}_delayed_predict({self.type} *d{self.arguments})", [
+            f"const unsigned k = d->newest + 1u < {self.kept}u ? d->newest + 1u : 0;", *self.moved(),
+            f"if (d->count == {self.kept}u) {{", "    (void)replay(&d->before, d, k);", "    d->before.events = 0;", "} else d->count++;",
+            "d->newest = (uint16_t)k;", *keep, f"d->steps[k].present = {self._bit()};", *self.predicts(),
+            *(["return 1;"] if self.answers else [])])
+
+    def predicts(self) -> list[str]:
+        return [f"{self.name}_predict(&d->now{given(self.arguments)});"]
+
+
+def given(arguments: str, of: str = "") -> str:
+    """Such arguments as they are passed on; of: where they are"""
+    return "".join(f", {of}{name}" for name, _ in named(arguments))
+
+
+def named(arguments: str) -> list[tuple[str, str]]:
+    """Names, and lengths of arrays"""
+    return re.findall(r"(\w+)(?:\[(\d+)\])?(?=,|$)", arguments)
+
+
+def _declared(arguments: str) -> str:
+    """In a struct"""
+    return ", ".join(f"{name}[{size}]" if size else name for name, size in named(arguments))
+
+
+# ------------------------------------------------------------------------------ constant matrices
+
+
 def delayed(given: Request, a: Arithmetic, text: Text) -> Optional[Delayed]:
     """Of a model with delays"""
     if not latest_of(given.model):
@@ -27,123 +197,74 @@ def delayed(given: Request, a: Arithmetic, text: Text) -> Optional[Delayed]:
     if given.options.tunable and given.model.continuous is None:
         raise KalmanqError("--tunable: and a sensor with a delay: fields that a program changes are not kept with the steps; of a model "
                            "with F, Qc and dt the dt of each step is")
-    return Delayed(given, a, text)
+    return LinearDelayed(given, a, text)
 
 
-class Delayed:
-    """The texts"""
-
+class LinearDelayed(Delayed):
     def __init__(self, given: Request, a: Arithmetic, text: Text):
-        self.given, self.a, self.name, self.type = given, a, given.name, f"{given.name}_delayed"
-        self.kept = latest_of(given.model) + 1
-        self.varies = given.options.tunable
-        self.u = text.u + (f", {a.type} dt" if self.varies else "")
+        self.answers, self.u = given.options.tunable, text.u
+        late = zip(given.sensors, steps_late(given.model, self.answers))
+        super().__init__(given, a, text.u + (f", {a.type} dt" if self.answers else ""), latest_of(given.model) + 1,
+                         [Late(*sensor, steps) for sensor, steps in late])
         self.z = f"{text.z}, unsigned present, unsigned ago"
-        self.sensors = list(zip(given.sensors, steps_late(given.model, self.varies)))
 
-    @property
-    def bits(self) -> int:
-        """Of the components that are late, where sensors have names"""
-        return sum(((1 << size) - 1) << first for (_, first, size), late in self.sensors if late)
+    def again(self) -> list[str]:
+        move = [f"    (void){self.name}_move(f, d->steps[k].dt);"] if self.answers else []
+        return [f"if (d->steps[k].present & {self._bit()}) {{", *move, f"    {self.name}_predict(f{given(self.u, 'd->steps[k].')});", "}",
+                f"const unsigned taken = present ? {self._update('f', 'd->steps[k].z', 'present')} : 0;"]
 
-    def ram(self, filter_: int, align: int) -> int:
-        """Bytes of NAME_delayed, with filters of so many"""
-        word = 8 if self.a.type == "double" else 4
-        step = -(-(word * (self.given.inputs + self.given.of.m + self.varies) + 4) // word) * word
-        return -(-(2 * filter_ + self.kept * step + 4) // align) * align
+    def _update(self, f: str, z: str, present: str) -> str:
+        return f"{self.name}_update_some({f}, {z}, {present})" if self.given.of.m > 1 else f"{self.name}_update({f}, {z})"
 
-    # ---- NAME.h
+    def moved(self) -> list[str]:
+        return [f"if (!{self.name}_move(&d->now, dt)) return 0;"] if self.answers else []
 
-    def usage(self) -> list[tuple[str, str]]:
-        """Calls, and what each is for"""
-        name, given = self.name, "".join([", u" if self.given.inputs else "", ", dt" if self.varies else ""])
-        takes = [(f"{name}_delayed_update_{sensor}(&d, {sensor}{', ago' if late else ''});", f"{late} steps late" if late else "in time")
-                 for (sensor, _, _), late in self.sensors] or [(f"{name}_delayed_update(&d, z, 1, ago);", "what was measured `ago` steps before")]
-        return [(f"static {self.type} d;", "in its place, for what comes late"), (f"{name}_start(&d.now);", "once"),
-                (f"{name}_delayed_start(&d);", "then"), (f"{name}_delayed_predict(&d{given});", "to each step"), *takes,
-                (f"{name}_mean_{self.given.carried[0]}(&d.now)", "the estimate")]
+    def predicts(self) -> list[str]:
+        return [f"{self.name}_predict(&d->now{given(self.u)});"]
 
-    def struct(self) -> list[str]:
-        l, m, type_ = self.given.inputs, self.given.of.m, self.a.type
-        cells = [*([f"u[{l}]"] if l else []), *(["dt"] if self.varies else []), f"z[{m}]"]
-        return [f"/* The last {self.kept} steps, and the filter before them */", "typedef struct {", *indented([
-            f"{self.given.type} now, before;", "struct {", f"    {type_} {', '.join(cells)};",
-            f"    uint32_t present; /* bits of z; {self._bit()}: it began with a predict */", f"}} steps[{self.kept}];",
-            "uint16_t count, newest;"]), f"}} {self.type};", ""]
+    def usage_of_updates(self) -> list[tuple[str, str]]:
+        return [(f"{self.name}_delayed_update_{one.name}(&d, {one.name}{one.ago});", one.said) for one in self.sensors] or \
+            [(f"{self.name}_delayed_update(&d, z, 1, ago);", "what was measured `ago` steps before")]
 
-    def calls(self) -> list[str]:
+    def update_calls(self) -> list[str]:
         name = self.name
-        lines = [f"/** For measurements that come late: from d->now, which {name}_start or {name}_start_at began. */",
-                 f"void {name}_delayed_start({self.type} *d);", "",
-                 "/** To the next step.  It works out the oldest step again, too, which costs one more step."]
-        lines += [" *  Returns 0 and changes nothing where dt is refused. */"] if self.varies else []
-        lines[-1] += "" if self.varies else " */"
-        lines += [f"{'int' if self.varies else 'void'} {name}_delayed_predict({self.type} *d{self.u});", "",
-                  f"/** Takes what was measured `ago` steps before now, 0 to {self.kept - 1}.  d->now is then what it would be if all had",
-                  f" *  come in time.  Costs an update, and {self.kept} steps where `ago` is not 0.  One value of each component in a",
-                  " *  step.  Returns the bits of what it took. */",
-                  f"unsigned {name}_delayed_update({self.type} *d, {self.z});", ""]
-        for (sensor, _, size), late in self.sensors:
-            said = f" {late:g} steps late, or up to {self.kept - 1}" if late else ", in time"
-            lines += [f"/** What {sensor} has measured{said}. */",
-                      f"unsigned {self._of_sensor(sensor, size, late)};", ""]
+        lines = [f"/** Takes what was measured `ago` steps before now, 0 to {self.kept - 1}.  d->now is then what it would be if all had",
+                 f" *  come in time.  Costs an update, and {self.kept} steps where `ago` is not 0.  One value of each component in a",
+                 " *  step.  Returns the bits of what it took. */", f"unsigned {name}_delayed_update({self.type} *d, {self.z});", ""]
+        for one in self.sensors:
+            lines += [f"/** What {one.name} has measured{f' {one.steps} steps late, or up to {self.kept - 1}' if one.steps else ', in time'}. */",
+                      f"unsigned {self._of_sensor(one)};", ""]
         return lines
 
-    def _of_sensor(self, sensor: str, size: int, late: float) -> str:
-        return f"{self.name}_delayed_update_{sensor}({self.type} *d, const {self.a.type} z[{size}]{', unsigned ago' if late else ''})"
+    def _of_sensor(self, one: Late) -> str:
+        return f"{self.name}_delayed_update_{one.name}({self.type} *d, const {self.a.type} z[{one.size}]{', unsigned ago' if one.steps else ''})"
 
-    def _bit(self) -> str:
-        return f"{1 << self.given.of.m}u"
-
-    # ---- NAME.c
-
-    def functions(self) -> list[str]:
-        return [*self._start(), *self._replay(), *self._predict(), *self._update(), *self._updates()]
-
-    def _start(self) -> list[str]:
-        return function(f"void {self.name}_delayed_start({self.type} *d)", [
-            "d->before = d->now;", "d->steps[0].present = 0;", "d->count = 1;", "d->newest = 0;"])
-
-    def _replay(self) -> list[str]:
-        name, all_, u = self.name, self.given.all, ", d->steps[k].u" if self.given.inputs else ""
-        move = [f"    (void){name}_move(f, d->steps[k].dt);"] if self.varies else []
-        update = f"{name}_update_some(f, d->steps[k].z, present)" if self.given.of.m > 1 else f"{name}_update(f, d->steps[k].z)"
-        return function(f"static unsigned replay({self.given.type} *f, const {self.type} *d, unsigned k)", [
-            f"const unsigned present = (unsigned)d->steps[k].present & {all_}u;",
-            f"if (d->steps[k].present & {self._bit()}) {{", *move, f"    {name}_predict(f{u});", "}",
-            f"return present ? {update} : 0;"], "Step k again")
-
-    def _predict(self) -> list[str]:
-        name, l = self.name, self.given.inputs
-        move = [f"if (!{name}_move(&d->now, dt)) return 0;"] if self.varies else []
-        keep = [*(f"d->steps[k].u[{i}] = u[{i}];" for i in range(l)), *(["d->steps[k].dt = dt;"] if self.varies else [])]
-        return function(f"{'int' if self.varies else 'void'} {name}_delayed_predict({self.type} *d{self.u})", [
-            f"const unsigned k = d->newest + 1u < {self.kept}u ? d->newest + 1u : 0;", *move,
-            f"if (d->count == {self.kept}u) {{", "    (void)replay(&d->before, d, k);", "    d->before.events = 0;", "} else d->count++;", "d->newest = (uint16_t)k;", *keep,
-            f"d->steps[k].present = {self._bit()};", f"{name}_predict(&d->now{', u' if l else ''});",
-            *(["return 1;"] if self.varies else [])])
-
-    def _update(self) -> list[str]:
-        name, m, all_ = self.name, self.given.of.m, self.given.all
-        now = f"{name}_update_some(&d->now, z, present)" if m > 1 else f"{name}_update(&d->now, z)"
-        return function(f"unsigned {name}_delayed_update({self.type} *d, {self.z})", [
-            f"const unsigned first = d->newest + 1u >= d->count ? d->newest + 1u - d->count : d->newest + {self.kept + 1}u - d->count;",
-            f"const unsigned k = d->newest >= ago ? d->newest - ago : d->newest + {self.kept}u - ago;",
-            f"present &= {all_}u;", "if (ago >= d->count || (d->steps[k].present & present)) {",
-            f"    d->now.events |= {self.given.upper}_TOO_LATE;", "    return 0;", "}", "if (!present) return 0;",
+    def update_functions(self) -> list[str]:
+        m, all_ = self.given.of.m, self.given.all
+        lines = function(f"unsigned {self.name}_delayed_update({self.type} *d, {self.z})", [
+            f"present &= {all_}u;", "const unsigned k = place(d, present, ago);", f"if (k == {self.kept}u || !present) return 0;",
             f"for (unsigned j = 0; j < {m}u; j++)", "    if (present >> j & 1u) d->steps[k].z[j] = z[j];",
-            "d->steps[k].present |= present;", f"if (!ago) return {now};",
-            "unsigned taken = 0;", "const uint16_t events = d->now.events;", "d->now = d->before;",
-            "for (unsigned step = 0, at = first; step < d->count; step++) {",
-            "    const unsigned made = replay(&d->now, d, at);", "    if (at == k) taken = made & present;",
-            f"    at = at + 1u < {self.kept}u ? at + 1u : 0;", "}", "d->now.events |= events;", "return taken;"])
-
-    def _updates(self) -> list[str]:
-        lines = []
-        for (sensor, first, size), late in self.sensors:
-            cells = [f"z[{k - first}]" if first <= k < first + size else self.a.zero for k in range(self.given.of.m)]
-            lines += function(f"unsigned {self._of_sensor(sensor, size, late)}", [
-                f"const {self.a.type} all[{self.given.of.m}] = {{{', '.join(cells)}}};",
-                f"return {self.name}_delayed_update(d, all, {((1 << size) - 1) << first}u, {'ago' if late else '0'}){f' >> {first}' if first else ''};"])
+            "d->steps[k].present |= present;", f"return ago ? replay_all(d, k) & present : {self._update('&d->now', 'z', 'present')};"])
+        for one in self.sensors:
+            cells = [f"z[{k - one.first}]" if one.bits >> k & 1 else self.a.zero for k in range(m)]
+            down = f" >> {one.first}" if one.first else ""
+            lines += function(f"unsigned {self._of_sensor(one)}", [
+                f"const {self.a.type} all[{m}] = {{{', '.join(cells)}}};",
+                f"return {self.name}_delayed_update(d, all, {one.bits}u, {'ago' if one.steps else '0'}){down};"])
         return lines
 
+    def in_time(self) -> list[str]:
+        return [*(f"if (t) {one}" for one in self.in_time_predict()), f"(void){self._update('&in_time', 'rows[t].z', f'{self.given.all}u')};"]
+
+    def in_time_predict(self) -> list[str]:
+        move = [f"(void){self.name}_move(&in_time{self._dt()});"] if self.answers else []
+        return [*move, f"{self.name}_predict(&in_time{', rows[t].u' if self.given.inputs else ''});"]
+
+    def _dt(self) -> str:
+        return f", {self.a.literal(self.given.model.continuous.dt)}" if self.answers else ""
+
+    def late_predict(self, row: str) -> str:
+        return f"{'(void)' if self.answers else ''}{self.name}_delayed_predict(&d{f', rows[{row}].u' if self.given.inputs else ''}{self._dt()});"
+
+    def late_row(self, which: Late, row: str, ago: str) -> str:
+        return f"(void){self.name}_delayed_update(&d, rows[{row}].z, {which.bits}u, {ago});"

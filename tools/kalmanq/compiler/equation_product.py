@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import re
 
+from kalmanq.compiler.equation_delayed import delayed_equations
 from kalmanq.compiler.equation_text import EquationText
 from kalmanq.compiler.equations import EquationFilter, equations
 from kalmanq.compiler.head import Header
@@ -21,7 +22,8 @@ def compiled_equations(model: NonlinearModel, name: str, options: Options = Opti
         text = EquationText(of.given, a)
         remarks = [f"{name}: written by kalmanq compile.", *([source] if source else []), "",
                    "The functions of the model and their derivatives are worked out at the mean in each call."]
-        return Product(of.given, None, None, a, text, EquationHeader(of.given, a, text).text(), text.code(remarks))
+        late = delayed_equations(a, text, model)
+        return Product(of.given, None, None, a, text, EquationHeader(of.given, a, text, late).text(), text.code(remarks), late)
 
 
 class EquationHeader(Header):
@@ -32,7 +34,7 @@ class EquationHeader(Header):
                 (f"{self.name}_predict(&f{self.c._same(self.c.predict_arguments())});", "to the next instant"),
                 (f"{self.name}_mean_{self.given.carried[0]}(&f)", "the estimate"),
                 *(self.c.smoother.usage() if self.c.smoother else [])]
-        return self._aligned(rows)
+        return self._aligned(rows) + self._usage_late()
 
     def _calls(self) -> list[str]:
         before = self.c.predict_arguments()

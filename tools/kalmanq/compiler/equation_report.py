@@ -141,7 +141,8 @@ def lines(product: Product, found: Findings) -> list[str]:
     sensors = ", ".join(f"{given.name}_update{one.suffix}" for one in product.arithmetic.sensors)
     made = [f"{given.name}: {arithmetic}, {product.ram} bytes of RAM, {product.arithmetic.operations} operations of the covariance",
             f"  {given.name}_predict; {sensors}. The covariance is carried as a factor, so it cannot lose positive definiteness.",
-            *(product.text.smoother.told() if product.text.smoother else []), *equation_costs.lines(product)]
+            *(product.text.smoother.told() if product.text.smoother else []), *equation_costs.lines(product),
+            *product.told_late]
     if found.why_not:
         return [*made, f"  Not tried, because no rows can be simulated: {found.why_not}"]
     made += [f"  Observed in {len(SEEDS)} records of {ROWS} simulated rows, {100 * MISSING:.0f} % of the measurements missing:"]

@@ -43,7 +43,10 @@ class Header:
                 (f"{self.name}_step(&f{u}, z);", "each next sample"),
                 (f"{self.name}_predict(&f{u});", "a sample that is missing"),
                 (f"{self.name}_mean_{self.given.carried[0]}(&f)", "the estimate")]
-        return self._aligned(rows) + (["", *self._aligned(self.late.usage())] if self.late else [])
+        return self._aligned(rows) + self._usage_late()
+
+    def _usage_late(self) -> list[str]:
+        return ["", *self._aligned(self.late.usage())] if self.late else []
 
     @staticmethod
     def _aligned(rows: Sequence[tuple[str, str]]) -> list[str]:

@@ -44,7 +44,7 @@ def files(product: Product, host: Host, found: Findings, source: str) -> dict[st
 def lines(product: Product, found: Findings) -> list[str]:
     return [*_what(product), *_settles(product), *_accuracy(found), *_coarse(found, product.given.options.arithmetic),
             *_chosen(product), *_unknown(product), *_correlated(product),
-            *_late(product)]
+            *product.told_late]
 
 
 def _what(product: Product) -> list[str]:
@@ -108,13 +108,6 @@ def _correlated(product: Product) -> list[str]:
     return ["  Measurements with correlated noises are taken together or not at all: " +
             "; ".join(", ".join(one.name for j, one in enumerate(product.given.model.measurements) if group >> j & 1)
                       for group in groups)] if groups else []
-
-
-def _late(product: Product) -> list[str]:
-    late = product.late
-    return [f"  {late.type}: {product.ram_delayed} bytes of RAM. It keeps {late.kept} steps: a measurement of one of them counts as if it had",
-            f"  come in time, and costs {late.kept} steps; each predict costs one step more. The costs of {late.given.type} leave both out."] \
-        if late else []
 
 
 def warned(found: Findings, arithmetic: str) -> Sequence[str]:

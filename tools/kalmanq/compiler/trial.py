@@ -7,6 +7,7 @@ from typing import Optional, Sequence
 import numpy as np
 
 from kalmanq.compiler import lag
+from kalmanq.compiler.delayed import Late
 from kalmanq.compiler.emit import PREDICTS, UPDATES, Row, comment
 from kalmanq.compiler.host import Host, Ran
 from kalmanq.compiler.printing import indented
@@ -88,28 +89,24 @@ class Trial:
 
     def _late(self) -> list[str]:
         """In time, and late"""
-        late, name, all_ = self.product.late, self.name, self.given.all
+        late, name = self.product.late, self.name
         if late is None:
             return []
-        steps, bits = min(late.kept - 1, ROWS // 2), late.bits or all_
-        dt = f", {self.a.literal(self.given.model.continuous.dt)}" if late.varies else ""
-        update = f"{name}_update_some(&in_time, rows[t].z, {all_}u)" if self.given.of.m > 1 else f"{name}_update(&in_time, rows[t].z)"
+        late.has_clock = self.record.clock is not None
+        sensors = late.sensors or [Late("", 0, self.given.of.m, late.kept - 1)]
+        given, flushed = [], []
+        for one in sensors:
+            steps = min(one.steps, ROWS // 2)
+            call = late.late_row(one, f"t - {steps}" if steps else "t", str(steps))
+            given.append(f"    {f'if (t >= {steps}) ' if steps else ''}{call}")
+            flushed += [f"for (int t = {ROWS - steps}; t < {ROWS}; t++) {late.late_row(one, 't', f'(unsigned)({ROWS} - t)')}"] if steps else []
         means = (f"{name}_mean_{state}" for state in self.given.carried)
-
-        def predicts(row: str) -> list[str]:
-            u = f", rows[{row}].u" if self.given.inputs else ""
-            return [*([f"(void){name}_move(&in_time{dt});"] if dt else []), f"{name}_predict(&in_time{u});",
-                    f"{'(void)' if dt else ''}{name}_delayed_predict(&d{u}{dt});"]
-
-        return [
-            "/* The same rows, whole: in time, and late */", f"static {self.given.type} in_time;", f"static {late.type} d;",
-            f"{name}_start(&in_time);", f"{name}_start(&d.now);", f"{name}_delayed_start(&d);", f"for (int t = 0; t < {ROWS}; t++) {{",
-            "    if (t) {", *indented(indented(predicts("t"))), "    }", f"    (void){update};",
-            *([f"    (void){name}_delayed_update(&d, rows[t].z, {all_ & ~bits}u, 0);"] if all_ & ~bits else []),
-            f"    if (t >= {steps}) (void){name}_delayed_update(&d, rows[t - {steps}].z, {bits}u, {steps});", "}", *predicts("0"),
-            f"for (unsigned ago = {steps}; ago > 0; ago--) (void){name}_delayed_update(&d, rows[{ROWS} - ago].z, {bits}u, ago);",
-            *(f"wrong += !is_near({mean}(&d.now), {mean}(&in_time){'' if self.a.type == 'int32_t' else ', ' + self._variance(i, 'in_time')});"
-              for i, mean in enumerate(means))]
+        return ["/* The same rows, whole: in time, and late */", f"static {self.given.type} in_time;", f"static {late.type} d;",
+                f"{name}_start(&in_time);", f"{name}_start(&d.now);", f"{name}_delayed_start(&d);", f"for (int t = 0; t < {ROWS}; t++) {{",
+                *indented(late.in_time()), f"    if (t) {late.late_predict('t')}", *given, "}", "{", "    const int t = 1;",
+                *indented(late.in_time_predict()), f"    {late.late_predict('t')}", "}", *flushed,
+                *(f"wrong += !is_near({mean}(&d.now), {mean}(&in_time){'' if self.a.type == 'int32_t' else ', ' + self._variance(i, 'in_time')});"
+                  for i, mean in enumerate(means))]
 
     def _near(self) -> list[str]:
         type_, arithmetic = self.a.type, self.given.options.arithmetic

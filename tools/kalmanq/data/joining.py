@@ -31,7 +31,7 @@ def blocks_of(data: Any, model: Any, rows: int = 65536, has_to_fit: bool = False
 
 def _in_seconds(data: Any, model: Any, rows: int, has_to_fit: bool) -> Iterator[Block]:
     sources = list(map(source_of, data if isinstance(data, (list, tuple)) else [data]))
-    if len(sources) == 1 and not (isinstance(model, Model) and model.sensors):
+    if len(sources) == 1 and not _sensors_of(model):
         yield from read(sources[0], [*model.measurements, *model.inputs], rows, dt=dt_of(model), cure=cure_of(model),
                     has_to_fit=has_to_fit)
         return
@@ -53,7 +53,7 @@ def record(data: Any, model: Any, has_to_fit: bool = False) -> tuple[np.ndarray,
 
 def _sensors_of(model: Any) -> Sequence[Sensor]:
     """Of a model file: their columns come and go together"""
-    return model.sensors if isinstance(model, Model) else []
+    return model.sensors if isinstance(model, Model) else getattr(model, "late_sensors", ())
 
 
 def _joined(sources: Sequence[Source], model: Any, rows: int, has_to_fit: bool) -> Iterator[Block]:

@@ -12,7 +12,12 @@ LATEST = 1.5  # times a sensor's delay, that there is memory for
 
 def latest_of(model: Model) -> int:
     """Steps that the latest measurement may be late; 0: all come in time"""
-    return max((math.ceil(LATEST * one.delay / _dt(model) - 1e-6) for one in model.sensors), default=0)
+    return max((kept_for(one.delay / _dt(model)) for one in model.sensors), default=0)
+
+
+def kept_for(late: float) -> int:
+    """Steps before now, for what is so many late"""
+    return math.ceil(LATEST * late - 1e-6)
 
 
 def steps_late(model: Model, any_dt: bool = False) -> list[int]:

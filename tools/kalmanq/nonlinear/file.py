@@ -4,6 +4,7 @@
     dt                                      seconds of a row, where rows have no times: of functions that take dt, f(x, t, u, dt)
     f(x, t, u) or increment(x, t, u); h(x, t, u)
     sensors = {name: (h, R), ...}           in the place of h and R, where there are several
+    delays = {name: how late, ...}          of sensors: in seconds where a function takes t or dt, otherwise in rows
     nominal, plus(x, d), minus(a, b)        where the states are errors of nominal numbers
     A(x, t, u), H(x, t, u), innovation(z, x, t, u), simulated_controls(t)     if there are any
     states, measurements, controls          lists of names, or as in a model file: {"names": [...], "units": [...],
@@ -71,6 +72,8 @@ def _model(path: Path, source: bytes, constants: Optional[Numbers] = None) -> No
         made = {key: space[key] for key in (*ARRAYS, *FUNCTIONS, "dt") if key in space}
         if isinstance(space.get("sensors"), dict):
             made["sensors"] = space["sensors"]
+        if isinstance(space.get("delays"), dict):
+            made["delays"] = space["delays"]
         for key in ("x0", "P0", *(() if "sensors" in made else ("R",))):
             if key not in made:
                 raise ModelError(key, "is missing")

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from pathlib import Path
 from typing import Any, Callable, Mapping, Optional, Sequence, Union
@@ -14,6 +14,7 @@ from kalmanq.errors import KalmanqError, ModelError
 from kalmanq.formulas.graph import needed
 from kalmanq.formulas.tracing import Untraced
 from kalmanq.model import Model, Quantities
+from kalmanq.model import Sensor as LateSensor
 from kalmanq.model.arrays import numbers_of
 from kalmanq.nonlinear.calls import OF_ROW, OF_STEP, STEP, Given, Instant, Stacked
 from kalmanq.nonlinear.formulas import Formulas, Jacobian
@@ -32,6 +33,7 @@ class Sensor:
     name: str
     first: int
     m: int
+    delay: float = 0.0
 
     @property
     def all(self) -> int:
@@ -64,6 +66,7 @@ class NonlinearModel:
     dt         seconds of a step, where rows have no times: of functions that take it
     sensors    in the place of h and R where there are several: {name: (h, R) or (h, R, H), ...}.  Their measurements follow one another;
                an update takes the sensors in this order, each at what the one before has left
+    delays     {name of a sensor: how late it tells}: in seconds where a function takes t or dt, otherwise in rows
     angles     the measurements, by name or number, that are angles in rad: their innovations are wrapped
     controls   names of the controls; their columns are u
     A measurement's range, for fixed point, is that of its innovation (extended.h).
@@ -82,6 +85,7 @@ class NonlinearModel:
                  A: Optional[Function] = None, H: Optional[Function] = None, states: Quantities = None,
                  measurements: Quantities = None, controls: Quantities = None, angles: Sequence[Union[int, str]] = (),
                  simulated_controls: Optional[Function] = None, sensors: Optional[Mapping[str, tuple]] = None,
+                 delays: Optional[Mapping[str, float]] = None,
                  nominal: Quantities = None, plus: Optional[Function] = None, minus: Optional[Function] = None,
                  name: str = "model"):
         if f is None and increment is None:
@@ -122,6 +126,7 @@ class NonlinearModel:
         if sensors:
             self._take_sensors(sensors)
         self._take_step(dt)
+        self._take_delays({} if delays is None else delays)
         self.formulas = Formulas(self.given, len(self.carried), n, m, self.l, self.angles, noises=self.noises)
         self._derived: dict[str, Jacobian] = {}
 
@@ -130,6 +135,25 @@ class NonlinearModel:
         self.given.update(_stacked(sensors, sizes))
         first = np.cumsum([0, *sizes.values()])
         self.sensors = [Sensor(name, int(at), count) for at, (name, count) in zip(first, sizes.items())]
+
+    def _take_delays(self, delays: Mapping[str, float]) -> None:
+        names = [one.name for one in self.sensors if one.name]
+        if not isinstance(delays, Mapping) or not set(delays) <= set(names):
+            raise ModelError("delays", f"is {{name of a sensor: how late it tells}}; sensors: {', '.join(names) or 'none has a name'}")
+        for name, late in delays.items():
+            if isinstance(late, bool) or not isinstance(late, (int, float)) or not 0 <= late < np.inf:
+                raise ModelError("delays", f"{name} is no number, 0 or more: seconds where a function takes t or dt, otherwise rows")
+        self.sensors = [replace(one, delay=float(delays.get(one.name, 0.0))) for one in self.sensors]
+
+    @property
+    def is_late(self) -> bool:
+        return any(one.delay for one in self.sensors)
+
+    @property
+    def late_sensors(self) -> list[LateSensor]:
+        """As a linear model has them; empty: all tell in time"""
+        names = [one.name for one in self.measurements]
+        return [LateSensor(one.name, tuple(names[one.rows]), one.delay) for one in self.sensors] if self.is_late else []
 
     def _take_step(self, dt: Any) -> None:
         """takes_step: does a function take it?"""
@@ -169,6 +193,7 @@ class NonlinearModel:
         if isinstance(self.given["h"], Stacked):
             given = 2 if other.pop("H", "") is None else 3
             made["sensors"] = {name: one[:given] for name, one in self._sensors.items()}
+            made["delays"] = {one.name: one.delay for one in self.sensors if one.delay}
         else:
             made["R"] = self._R
         if {"Q", "G"} & set(other):
