@@ -434,7 +434,7 @@ def test_a_late_log_of_a_nonlinear_model(tmp_path):
 
 @pytest.mark.parametrize("old, new, command, said", [
     ('"gps": 0.2', '"gsp": 0.2', ("run",), "delays: is {name of a sensor: how late it tells}; sensors: compass, gps, mast"),
-    ('"gps": 0.2', '"gps": -1', ("run",), "delays: gps is no number, 0 or more"),
+    ('"gps": 0.2', '"gps": -1', ("run",), "delays: gps is to be 0 or more"),
     ("0.05\n", "0.05\n", ("compile", "-o", "rover.c", "--library"), "--library: and a sensor with a delay"),
     ("0.05\n", "0.05\n", ("compile", "-o", "rover.c", "--smooth", "9"), "--smooth: and a sensor with a delay"),
     ("0.05\n", "0.05\n", ("compare",), "delays: are of run, report, check and fit"),

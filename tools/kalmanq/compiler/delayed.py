@@ -155,7 +155,7 @@ class Delayed:
             f"const unsigned k = d->newest >= ago ? d->newest - ago : d->newest + {self.kept}u - ago;",
             "if (ago < d->count && !(d->steps[k].present & present)) return k;",
             f"d->now.events |= {self.given.upper}_TOO_LATE;", f"return {self.kept}u;"],
-            f"The step so many steps ago; {self.kept}: there is none that has room")
+            f"Where the step `ago` steps before now is kept; {self.kept} where no step has room")
 
     def _predict(self) -> list[str]:
         keep = [line for name, size in named(self.arguments) for line in (

@@ -142,7 +142,7 @@ class NonlinearModel:
             raise ModelError("delays", f"is {{name of a sensor: how late it tells}}; sensors: {', '.join(names) or 'none has a name'}")
         for name, late in delays.items():
             if isinstance(late, bool) or not isinstance(late, (int, float)) or not 0 <= late < np.inf:
-                raise ModelError("delays", f"{name} is no number, 0 or more: seconds where a function takes t or dt, otherwise rows")
+                raise ModelError("delays", f"{name} is to be 0 or more: seconds where a function takes t or dt, otherwise rows")
         self.sensors = [replace(one, delay=float(delays.get(one.name, 0.0))) for one in self.sensors]
 
     @property
