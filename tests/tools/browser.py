@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import base64
+import fcntl
 import json
 import os
 import select
@@ -10,8 +11,9 @@ import shutil
 import subprocess
 import tempfile
 import time
+from contextlib import contextmanager
 from pathlib import Path
-from typing import Any, Optional
+from typing import Any, Iterator, Optional
 
 NAMES = ("chromium", "chromium-browser", "google-chrome")
 
@@ -20,18 +22,25 @@ def found() -> Optional[str]:
     return next((path for path in map(shutil.which, NAMES) if path), None)
 
 
+def _high(descriptor: int) -> int:
+    """Out of the way of 3 and 4"""
+    made = fcntl.fcntl(descriptor, fcntl.F_DUPFD_CLOEXEC, 20)
+    os.close(descriptor)
+    return made
+
+
 class Browser:
     """One page at a time.  `errors`: what its console and its scripts have complained of"""
 
     def __enter__(self) -> Browser:
         self._folder = tempfile.TemporaryDirectory(prefix="kalmanq-browser", ignore_cleanup_errors=True)
-        commands, self._writes = os.pipe()
-        self._reads, answers = os.pipe()
+        commands, self._writes = map(_high, os.pipe())
+        self._reads, answers = map(_high, os.pipe())
         self._process = subprocess.Popen(
-            ["sh", "-c", 'exec "$@" 3<&%d 4>&%d' % (commands, answers), "sh", str(found()), "--headless", "--no-sandbox", "--disable-gpu",
-             "--disable-dev-shm-usage", "--no-first-run", "--hide-scrollbars", f"--user-data-dir={self._folder.name}",
-             "--remote-debugging-pipe", "about:blank"],
-            pass_fds=(commands, answers), stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
+            [str(found()), "--headless", "--no-sandbox", "--disable-gpu", "--disable-dev-shm-usage", "--no-first-run",
+             "--hide-scrollbars", f"--user-data-dir={self._folder.name}", "--remote-debugging-pipe", "about:blank"],
+            preexec_fn=lambda: (os.dup2(commands, 3), os.dup2(answers, 4)),  # where Chromium expects them
+            close_fds=False, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
         os.close(commands), os.close(answers)
         self._count, self._left, self.errors, self._session = 0, b"", [], None
         target = next(one for one in self._call("Target.getTargets")["targetInfos"] if one["type"] == "page")
@@ -109,8 +118,18 @@ class Browser:
         mouse("mouseMoved", end, 1), mouse("mouseReleased", end, 0)
 
     def key(self, name: str, modifiers: int = 0) -> None:
-        for kind in ("keyDown", "keyUp"):
-            self._call("Input.dispatchKeyEvent", type=kind, key=name, modifiers=modifiers)
+        codes = {"End": 35, "z": 90}
+        for kind in ("rawKeyDown", "keyUp"):
+            self._call("Input.dispatchKeyEvent", type=kind, key=name, code=name, windowsVirtualKeyCode=codes[name], modifiers=modifiers)
+
+    @contextmanager
+    def beginning_with(self, script: str) -> Iterator[None]:
+        """What each page that is opened runs first"""
+        made = self._call("Page.addScriptToEvaluateOnNewDocument", source=script)
+        try:
+            yield
+        finally:
+            self._call("Page.removeScriptToEvaluateOnNewDocument", identifier=made["identifier"])
 
     def accessible(self) -> list[dict[str, Any]]:
         return self._call("Accessibility.getFullAXTree")["nodes"]

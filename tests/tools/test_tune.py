@@ -7,6 +7,7 @@ import json
 import re
 import shutil
 import subprocess
+import tempfile
 from pathlib import Path
 
 import numpy as np
@@ -16,10 +17,10 @@ import browser
 from command import kalmanq
 from kalmanq import Filter, LagSmoother, Robust, Smoother, fit
 from kalmanq.data import joining
+from kalmanq.fitting.entries import free_and_held
 from kalmanq.model import Model, Quantity, model_file
 from kalmanq.run.simulation import drawn
 from kalmanq.tune import page
-from kalmanq.tune.noises import Shape, noises_of
 
 HERE = Path(__file__).parent
 EXAMPLES = Path(page.HERE).parent / "examples"
@@ -132,15 +133,193 @@ def test_other_sizes_of_the_noises():
         np.testing.assert_allclose(numbers(found["smoothed"]), Smoother(other).run(z, u, times=times).smoothed.ravel(), rtol=1e-7, atol=1e-7)
 
 
-def model_of(content, theta, tmp=None):
+def model_of(content, theta):
     """Of the model file that the page writes"""
     def value(one):
         if isinstance(one, list):
             return repr(sum(factor * theta[k] for k, factor in one))
         return repr(one["of"] * (theta[one["root"]] / content["noises"][one["root"]]["value"]) ** 0.5)
     text = "".join(one if isinstance(one, str) else value(one) for one in content["template"])
-    import tempfile
     with tempfile.TemporaryDirectory() as folder:
         path = Path(folder) / "tuned.toml"
         path.write_text(text, encoding="utf-8")
         return model_file.read(path)
+
+
+@needs_node
+def test_the_fit_finds_the_optimum_of_the_package():
+    for name, model, z, u, times in cases():
+        if name not in ("nile", "two_gauges", "trend_season"):  # those that take no time
+            continue
+        content = content_of(model, z, u, times)
+        theta = [one["value"] for one in content["noises"]]
+        found, = in_node([{"content": content, "asked": {"theta": theta}, "free": [True] * len(theta)}])
+        free, held = free_and_held(",".join(one["fit"] for one in content["noises"]), "", model)
+        best = fit(model, [z], free, held=held, Q_form="diagonal", R_form="diagonal")
+        assert best.converged and found["value"] >= best.log_likelihood - 1e-6, name
+        filter_ = Filter(model_of(content, found["theta"]))
+        filter_.run(z)
+        assert filter_.log_likelihood == pytest.approx(found["value"], abs=1e-7)
+
+
+# ------------------------------------------------------------------------------ the command
+
+
+@pytest.fixture(scope="module")
+def nile(tmp_path_factory):
+    path = tmp_path_factory.mktemp("tune") / "nile.html"
+    made = kalmanq("tune", EXAMPLES / "nile.toml", EXAMPLES / "nile.csv", "-o", path)
+    assert made.returncode == 0, made.stderr
+    return path
+
+
+def test_a_page_asks_nothing_of_a_network(nile):
+    text = nile.read_text(encoding="utf-8")
+    assert not re.search(r"<(?:link|script|img|iframe)\b[^>]*\s(?:src|href)=|https?://|@import|url\(|fetch\(", text)
+    assert "default-src 'none'" in text
+
+
+MODEL = '[model]\nA = [[1.0]]\nH = [[1.0]]\nQ = [[%s]]\nR = [[%s]]\nP0 = "unknown"\n'
+LATE = ('[model]\nA = [[1.0]]\nQ = [[1.0]]\nP0 = "unknown"\n[[sensors]]\nname = "gps"\nH = [[1.0]]\nR = [[1.0]]\ndelay = 2\n')
+
+
+@pytest.mark.parametrize("model, data, said", [
+    (MODEL % (0.0, 0.0), None, "there is nothing to tune"),
+    (LATE, None, "gps has a delay, and tune takes all in time: leave its `delay` out"),
+    (MODEL % (1.0, 1.0), "z1\n1\nx\n", "data.csv: row 3, column z1"),
+    (MODEL % (1.0, 1.0), "flow\n1\n", "there is no column z1"),
+    (MODEL % (1.0, 1.0) + "B = [1.0]\n", "z1,u1\n1,1\n2,\n", "control is missing"),
+    (MODEL % (1.0, "[1"), None, "model.toml: line 6: Unclosed array"),
+])
+def test_refusals_are_one_line(tmp_path, model, data, said):
+    (tmp_path / "model.toml").write_text(model)
+    given = []
+    if data:
+        (tmp_path / "data.csv").write_text(data)
+        given = ["data.csv"]
+    made = kalmanq("tune", "model.toml", *given, folder=tmp_path)
+    assert made.returncode != 0 and said in " ".join(made.stderr.split()), made.stderr
+    assert "Traceback" not in made.stderr and not (tmp_path / "tune.html").exists()
+
+
+def test_without_webassembly_it_says_what_to_install(tmp_path, monkeypatch):
+    monkeypatch.setattr(page, "CORE", tmp_path / "core.wasm")
+    made = kalmanq("tune", EXAMPLES / "nile.toml", folder=tmp_path)
+    assert made.returncode != 0 and "apt install clang lld" in " ".join(made.stderr.split())
+    assert not (tmp_path / "tune.html").exists()
+
+
+# ------------------------------------------------------------------------------ in a browser
+
+
+@pytest.fixture(scope="module")
+def chromium():
+    with browser.Browser() as one:
+        yield one
+
+
+def ready(chromium, path, **look):
+    chromium.errors.clear()
+    chromium.open(path, **look)
+    chromium.wait("document.body.dataset.took !== undefined && !queued")
+
+
+def settled(chromium):
+    chromium.wait("!filterRuns.busy && !smoothRuns.busy && !queued && !second.waiting.size")
+
+
+def shown(chromium, what):
+    return np.array(chromium.run(f"Array.from(drawn.{what}.low)"), float), np.array(chromium.run(f"Array.from(drawn.{what}.high)"), float)
+
+
+@needs_browser
+def test_the_page_does_what_the_package_says(nile, chromium):
+    model = read("nile")
+    z, _, _ = joining.record(EXAMPLES / "nile.csv", model)
+    ready(chromium, nile)
+    assert chromium.run("document.body.dataset.bits") == "same"
+    for arithmetic in ("f32", "q31", "f64"):
+        chromium.run(f"document.querySelector('[value={arithmetic}]').click()")
+        settled(chromium)
+        np.testing.assert_array_equal(shown(chromium, "pictures.filtered")[0], Filter(model, arithmetic).run(z).mean[:, 0])
+        np.testing.assert_array_equal(shown(chromium, "smoothed.smoothed")[0], Smoother(model, arithmetic).run(z).smoothed[:, 0])
+    # a slider, by the keyboard
+    chromium.run("document.getElementById('noise-0').focus()")
+    before = chromium.run("document.getElementById('chart-nis').getBoundingClientRect().top")
+    chromium.key("End")
+    settled(chromium)
+    other = model_file.rebuilt(model, {"drift": 1469.1e6})
+    filter_ = Filter(other)
+    np.testing.assert_allclose(shown(chromium, "pictures.filtered")[0], filter_.run(z).mean[:, 0], rtol=1e-10)
+    assert chromium.run("drawn.total") == pytest.approx(filter_.log_likelihood, rel=1e-10)
+    assert chromium.run("document.querySelector('.noise').className") == "noise changed"
+    assert chromium.run("document.getElementById('chart-nis').getBoundingClientRect().top") == before
+    chromium.key("z", modifiers=2)
+    settled(chromium)
+    assert chromium.run("set.theta[0]") == 1469.1 and not chromium.run("document.querySelector('.changed')")
+    # the fit
+    chromium.run("document.getElementById('fit').click()")
+    chromium.wait("document.body.dataset.fitted !== undefined")
+    settled(chromium)
+    assert float(chromium.run("document.body.dataset.fitted")) == pytest.approx(fit(model, [z], ["Q", "R"]).log_likelihood, abs=1e-6)
+    assert not chromium.errors
+
+
+@needs_browser
+def test_gaps_are_painted_and_taken_along(nile, chromium, tmp_path):
+    model = read("nile")
+    z, _, _ = joining.record(EXAMPLES / "nile.csv", model)
+    ready(chromium, nile)
+    band = [np.subtract(*reversed(shown(chromium, what))) for what in ("pictures.filteredBand", "smoothed.smoothedBand")]
+    chromium.run("document.querySelector('[value=gap]').click()")
+    box = chromium.run("(() => { const b = document.getElementById('chart-state').getBoundingClientRect(); return [b.left + charts.state.x(40), b.left + charts.state.x(52), b.top + 60]; })()")
+    chromium.drag((box[0], box[2]), (box[1], box[2]))
+    settled(chromium)
+    z[40:53] = np.nan
+    wider = [np.subtract(*reversed(shown(chromium, what))) for what in ("pictures.filteredBand", "smoothed.smoothedBand")]
+    assert all(np.all(after[40:53] > before[40:53]) for before, after in zip(band, wider))
+    np.testing.assert_array_equal(shown(chromium, "pictures.filtered")[0], Filter(model).run(z).mean[:, 0])
+    chromium.run("document.querySelector('[value=outlier]').click()")
+    at = chromium.run("(() => { const b = document.getElementById('chart-state').getBoundingClientRect(); return [b.left + charts.state.x(20), b.top + charts.state.y(900)]; })()")
+    chromium.drag((at[0], at[1] - 30), tuple(at))
+    settled(chromium)
+    assert chromium.run("set.cells[20]") == pytest.approx(900, abs=10)
+    chromium.run("setNoise(1, 5000)")
+    settled(chromium)
+    again, tuned = tmp_path / "again.html", tmp_path / "tuned.toml"
+    again.write_text(chromium.run("pageText()"), encoding="utf-8")
+    tuned.write_text(chromium.run("modelText()"), encoding="utf-8")
+    assert model_file.read(tuned).R == 5000
+    told = [chromium.run("JSON.stringify([set, drawn.total])"), *shown(chromium, "smoothed.smoothed")]
+    ready(chromium, again)
+    settled(chromium)
+    assert chromium.run("JSON.stringify([set, drawn.total])") == told[0]
+    np.testing.assert_array_equal(shown(chromium, "smoothed.smoothed"), told[1:])
+    assert not chromium.errors
+
+
+@needs_browser
+def test_widths_names_and_the_tree(nile, chromium, tmp_path):
+    for width in (400, 900, 1600):
+        ready(chromium, nile, width=width, dark=width == 900)
+        assert chromium.run("document.documentElement.scrollWidth") == width
+    roles = {"button", "slider", "textbox", "combobox", "spinbutton", "checkbox", "radio", "group", "table"}
+    nameless = [one["role"]["value"] for one in chromium.accessible()
+                if not one.get("ignored") and one.get("role", {}).get("value") in roles - {"table"} and not one.get("name", {}).get("value")]
+    assert not nameless
+    # text of others: shown, never run
+    bad = "</script><img src=x onerror=alert(1)>"
+    model = Model([[1.0]], [[1.0]], [[1.0]], [[1.0]], name=bad, states=[bad], measurements=[Quantity(bad, "\"'<b>", 9.0)])
+    path = tmp_path / "bad.html"
+    path.write_text(page.page(model, np.zeros((20, 1)), None, None, {"model": bad, "data": bad}), encoding="utf-8")
+    ready(chromium, path)
+    assert chromium.run("document.images.length") == 0 and chromium.run("document.getElementById('name').textContent") == bad
+    assert not chromium.errors
+
+
+@needs_browser
+def test_a_browser_without_webassembly_is_told(nile, chromium):
+    with chromium.beginning_with("delete window.WebAssembly"):
+        chromium.open(nile)
+        chromium.wait("!document.getElementById('stop').hidden")
+        assert "no WebAssembly" in chromium.run("document.getElementById('stop').textContent")

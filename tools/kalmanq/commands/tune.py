@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import List
 
+import numpy as np
 import typer
 from rich.console import Console
 
@@ -38,7 +39,8 @@ def tune_file(options: Options, console: Console) -> None:
     if data:
         z, u, times = joining.record(data, model)
     else:
-        (_, z), u, times = drawn(model, ROWS, 1, None), None, None
+        (_, z), times = drawn(model, ROWS, 1, None), None
+        u = np.zeros((ROWS, len(model.inputs)))
     text = page.page(model, z, u, times, sources)
     with whole(options.out, [options.model, *(data or [])]) as path:
         path.write_text(text, encoding="utf-8")

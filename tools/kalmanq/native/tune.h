@@ -22,6 +22,7 @@ typedef struct {
     uint32_t unknown;  /* states of which nothing is known at first */
     int32_t loss, level, run; /* level and run: of a gate */
     int32_t smooth;    /* 0, 1 */
+    int32_t only;      /* the state that is wanted smoothed; -1: all */
     int32_t lag;       /* rows; -1: none */
     int32_t ahead;     /* rows of the forecast */
     const double *A, *B, *Q, *G, *H, *R, *x0, *P0;

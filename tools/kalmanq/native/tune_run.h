@@ -115,21 +115,28 @@ static kq_status K(record)(K(tuned) *r, size_t early)
     return status ? refused(r->of, TUNE_SMOOTHER, status) : K(run)(r, 0, rows);
 }
 
-/* Smoothed rows, a block at a time: less memory, and what is read is still near */
+/* What a view shows of the states that are wanted; of a start that is in part unknown a number may be NaN. */
+static void K(read_row)(const K(tuned) *r, const K(filter) *view, size_t t)
+{
+    const kq_tune *of = r->of;
+    const size_t n = (size_t)of->n, first = of->only >= 0 ? (size_t)of->only : 0, last = of->only >= 0 ? first + 1 : n;
+    number P[KQ_SIZE_MAX * KQ_SIZE_MAX];
+    const int is_exact = has_exact_variance && !K(covariance)(view, P);
+    for (size_t i = first; i < last; i++) {
+        const int fraction = r->formats[i].fraction;
+        const double exact = is_exact ? sqrt(K(double_of_number)(P[i * n + i], 2 * fraction)) : NAN;
+        of->smoothed[t * n + i] = K(double_of_mean)(K(mean)(view, (int)i), K(mean_low)(view, (int)i), fraction);
+        of->smoothed_sigma[t * n + i] = exact == exact ? exact : K(double_of_mean)(K(sigma)(view, (int)i), 0, fraction);
+    }
+}
+
 static kq_status K(read_back)(K(tuned) *r)
 {
-    enum { BLOCK = 256 };
-    static num mean[BLOCK * KQ_SIZE_MAX], low[BLOCK * KQ_SIZE_MAX], sigma[BLOCK * KQ_SIZE_MAX];
-    static number variance[BLOCK * KQ_SIZE_MAX];
-    const size_t n = (size_t)r->of->n, rows = (size_t)r->of->rows;
-    for (size_t first = 0; first < rows; first += BLOCK) {
-        const size_t count = first + BLOCK < rows ? BLOCK : rows - first;
-        number *exact = has_exact_variance ? variance : NULL;
-        const kq_status status = r->of->unknown ? K(diffuse_read)(&r->start, first, count, mean, low, sigma, exact, NULL)
-                                                : K(history_read)(&r->history, first, count, mean, low, sigma, exact, NULL);
-        if (status) return status;
-        K(means)(r, mean, low, count, r->of->smoothed + first * n);
-        K(sigmas)(r, sigma, exact, count, r->of->smoothed_sigma + first * n);
+    for (size_t t = 0; t < (size_t)r->of->rows; t++) {
+        K(filter) view;
+        const kq_status status = r->of->unknown ? K(diffuse_smoothed)(&r->start, t, &view) : K(smoothed)(&r->history, t, &view);
+        if (status && status != KQ_ERR_NOT_READY) return status;
+        K(read_row)(r, &view, t);
     }
     return KQ_OK;
 }

@@ -27,6 +27,7 @@ class Chart {
     this.canvas = place.querySelector("canvas");
     this.pen = this.canvas.getContext("2d");
   }
+  get most() { return (this.place.clientWidth - MARGIN.left - MARGIN.right) / 90; } // labels across
   get columns() { return Math.max(50, Math.floor(this.place.clientWidth - MARGIN.left - MARGIN.right)); }
   fit() {
     const scale = window.devicePixelRatio || 1, width = this.place.clientWidth, height = this.place.clientHeight;
@@ -43,7 +44,7 @@ class Chart {
   row(x) { return this.xs[0] + ((x - this.box.left) / (this.box.right - this.box.left)) * (this.xs[1] - this.xs[0]); }
   value(y) { return this.ys[0] + ((this.box.bottom - y) / (this.box.bottom - this.box.top)) * (this.ys[1] - this.ys[0]); }
 
-  /* spec: xs, ys (or null: by the layers), layers, label of a row, text */
+  /* spec: xs, ys (or null: by the layers), layers, marks, whole */
   draw(spec) {
     this.fit();
     this.xs = spec.xs;
@@ -57,8 +58,9 @@ class Chart {
     for (const layer of spec.layers) this[layer.kind](layer);
     pen.restore();
   }
-  axes({ label, whole }) {
-    const { pen, box } = this, across = ticks(...this.xs, (box.right - box.left) / 90), up = ticks(...this.ys, (box.bottom - box.top) / 42);
+  /* marks: [row, text], where rows have times; otherwise the rows' numbers, whole ones */
+  axes({ marks, whole }) {
+    const { pen, box } = this, across = ticks(...this.xs, this.most), up = ticks(...this.ys, (box.bottom - box.top) / 34);
     pen.font = "12px system-ui, sans-serif";
     pen.strokeStyle = colour("grid");
     pen.fillStyle = colour("muted");
@@ -74,9 +76,8 @@ class Chart {
     }
     pen.stroke();
     pen.textBaseline = "top";
-    for (const row of across.made) {
-      if (whole && row !== Math.round(row)) continue;
-      const x = this.x(row), text = label(row), half = pen.measureText(text).width / 2;
+    for (const [row, text] of marks || across.made.filter((one) => !whole || one === Math.round(one)).map((one) => [one, said(one, 7)])) {
+      const x = this.x(row), half = pen.measureText(text).width / 2;
       pen.textAlign = "center";
       if (x - half > 0 && x + half < box.right + MARGIN.right) pen.fillText(text, x, box.bottom + 6);
     }
@@ -119,14 +120,16 @@ class Chart {
     pen.setLineDash([]);
   }
   points({ low, high, first, last, colour: name }) {
-    const { pen } = this, n = low.length, dense = n > (this.box.right - this.box.left) / 5, size = dense ? 1 : 2;
+    const { pen } = this, n = low.length, dense = n > (this.box.right - this.box.left) / 3, size = dense ? 1.2 : 2;
     pen.fillStyle = colour(name);
     for (let k = 0; k < n; k++) {
       if (Number.isNaN(low[k])) continue;
       const x = this.at(n, k, first, last);
       for (const value of high[k] === low[k] ? [low[k]] : [low[k], high[k]]) {
+        const y = this.y(value), edge = y < this.box.top ? this.box.top : y > this.box.bottom ? this.box.bottom : null;
         pen.beginPath();
-        pen.arc(x, this.y(value), size, 0, 7);
+        if (edge === null) pen.arc(x, y, size, 0, 7);
+        else for (const [dx, dy] of [[0, 0], [-4, 7], [4, 7]]) pen.lineTo(x + dx, edge === this.box.top ? edge + dy : edge - dy); // farther than the picture
         pen.fill();
       }
     }
@@ -173,4 +176,12 @@ function reach(layers) {
   if (Number.isFinite(room)) { low = Math.max(Math.min(a, low), low - room); high = Math.min(Math.max(b, high), high + room); }
   if (!(high > low)) [low, high] = Number.isFinite(low) ? [low - 1, low + 1] : [-1, 1];
   return [low - 0.04 * (high - low), high + 0.04 * (high - low)];
+}
+
+/* Around 0, of points with few far ones: those are drawn at the edge */
+function around({ low, high }) {
+  const sizes = [];
+  for (let k = 0; k < low.length; k++) if (Number.isFinite(low[k])) sizes.push(Math.max(Math.abs(low[k]), Math.abs(high[k])));
+  const most = sizes.sort((a, b) => a - b)[Math.floor(0.98 * (sizes.length - 1))];
+  return most > 0 ? [-1.35 * most, 1.35 * most] : [-1, 1];
 }

@@ -3,13 +3,13 @@
    worker, the page itself and Node use it alike. */
 
 /* Of a kq_tune (native/tune.h), in its order: 32 bits each */
-const FIELDS = ("arithmetic n m l rows processes factor unknown loss level run smooth lag ahead A B Q G H R x0 P0 d parameter " +
+const FIELDS = ("arithmetic n m l rows processes factor unknown loss level run smooth only lag ahead A B Q G H R x0 P0 d parameter " +
   "range fraction which z u mean sigma innovation innovation_sigma nis log_likelihood taken smoothed smoothed_sigma lagged " +
   "lagged_sigma forecast forecast_sigma total events part row quantity component bits").split(" ");
 const ARITHMETICS = ["f32", "f64", "q31"];
 const LOSSES = ["none", "gate", "huber", "student", "jump"];
 const LEVELS = [0.9, 0.95, 0.99, 0.999, 0.9999];
-const SATURATED = 8, LAGS = 20, BAND = 1.959963984540054;
+const SATURATED = 8, LAGS = 20, BAND = 1.959963984540054, FARTHEST = 35;
 const PARTS = ["", "memory", "formats", "A, B, Q", "H, R", "P0", "measurements", "controls", "the run", "the smoother", "the lag"];
 
 function numbersOf(text) {
@@ -106,7 +106,8 @@ class Engine {
     return made;
   }
 
-  /* asked: theta, arithmetic, loss, parameter, lag, ahead, smooth; all, false: the log-likelihood alone; only: the smoother alone */
+  /* asked: theta, arithmetic, loss, parameter, lag, ahead, smooth; all, false: the log-likelihood alone; alone: the smoother alone;
+     only: a state to be smoothed */
   run(asked) {
     const model = this.model, made = this.matrices(asked.theta);
     if (asked.arithmetic === "q31" && !this.canFix) throw new Refusal("q31 needs a range of each state, measurement and control: `ranges` in the model file");
@@ -118,10 +119,10 @@ class Engine {
     this.write(this.free.parameter, [loss > 1 ? asked.parameter : 0]);
     set({ arithmetic: ARITHMETICS.indexOf(asked.arithmetic), n: model.n, m: model.m, l: model.l, rows: model.rows,
           processes: model.processes, factor: model.factor, unknown: model.unknown, loss, level: LEVELS.indexOf(asked.parameter), run: 8,
-          smooth: asked.smooth && !loss ? 1 : 0, lag: asked.lag > 0 ? asked.lag : -1, ahead: this.ahead, ...this.fixed, ...this.free,
+          smooth: asked.smooth && !loss ? 1 : 0, only: asked.only ?? -1, lag: asked.lag > 0 ? asked.lag : -1, ahead: this.ahead, ...this.fixed, ...this.free,
           range: this.range, fraction: this.fraction, which: this.which, z: this.z, u: this.u, ...this.out });
     if (asked.all === false) set({ mean: 0, lag: -1, smooth: 0 });
-    if (asked.only) set({ total: 0, lag: -1 });
+    if (asked.alone) set({ total: 0, lag: -1 });
     const status = this.core.tune_run();
     if (status < 0) throw new Refusal(this.refusal(status));
     return { total: this.view(this.free.total, 1)[0], events: new Int32Array(this.core.memory.buffer)[this.at.events] };
@@ -226,31 +227,42 @@ function envelope(values, width, i, first, last, columns, sigma, times) {
   return { low, high };
 }
 
-/* z of a measurement, as what it says of a state that it measures alone */
-function seen(engine, i) {
-  const { n, m, H, d, rows } = engine.model;
+/* The measurement that says something of what is shown, state i or, from n on, a measurement itself: z = scale x + less.  null: none sees this state alone */
+function seen({ n, m, H, d }, i) {
+  if (i >= n) return { c: i - n, scale: 1, less: 0 };
   for (let c = 0; c < m; c++) {
     const row = H.subarray(c * n, c * n + n);
-    if (row[i] === 0 || row.some((one, j) => j !== i && one !== 0)) continue;
-    return { c, scale: row[i], less: d ? d[c] : 0, rows };
+    if (row[i] !== 0 && row.every((one, j) => j === i || one === 0)) return { c, scale: row[i], less: d ? d[c] : 0 };
   }
   return null;
 }
 
-/* shows: state, measurement, first, last (rows), columns; what: which curves there are */
-function pictures(engine, shows, what) {
-  const { n, m } = engine.model, { state: i, measurement: c, first, last, columns } = shows;
-  const curve = (name, width, k, sigma, times) => envelope(name && engine.result(name), width, k, first, last, columns, sigma && engine.result(sigma), times);
-  const made = { first, last, filtered: curve("mean", n, i), filteredBand: curve("mean", n, i, "sigma", BAND),
-                 innovation: curve("innovation", m, c), innovationBand: curve(null, m, c, "innovation_sigma", BAND), nis: curve("nis", 1, 0) };
-  const of = seen(engine, i);
-  if (of) {
-    const z = engine.measurements(), scaled = (from) => from.map((one) => (one - of.less) / of.scale);
-    const drawn = envelope(z, m, of.c, first, last, columns);
-    made.data = { low: scaled(drawn.low), high: scaled(drawn.high) };
+/* Of rows of states: what is shown, column i of so many, or H x + d */
+function chosen({ n, H, d, rows }, x, i) {
+  if (i < n) return { x, width: n, i };
+  const c = i - n, made = new Float64Array(rows);
+  for (let t = 0; t < rows; t++) {
+    let sum = d ? d[c] : 0;
+    for (let j = 0; j < n; j++) sum += H[c * n + j] * x[t * n + j];
+    made[t] = sum;
   }
-  if (what.lag > 0) made.lagged = envelope(shifted(engine.result("lagged"), n, what.lag), n, i, first, last, columns);
-  if (engine.ahead) {
+  return { x: made, width: 1, i: 0 };
+}
+
+/* shows: state (or from n on a measurement), measurement, first, last (rows), columns */
+function pictures(engine, shows, lag) {
+  const { model } = engine, { n, m } = model, { state: i, measurement: c, first, last, columns } = shows;
+  const curve = (name, width, k, sigma) => envelope(name && engine.result(name), width, k, first, last, columns, sigma && engine.result(sigma), BAND);
+  const drawn = (x) => { const of = chosen(model, x, i); return envelope(of.x, of.width, of.i, first, last, columns); };
+  const made = { first, last, filtered: drawn(engine.result("mean")), filteredBand: i < n ? curve("mean", n, i, "sigma") : null,
+                 innovation: curve("innovation", m, c), innovationBand: curve(null, m, c, "innovation_sigma"), nis: curve("nis", 1, 0) };
+  const of = seen(model, i);
+  if (of) {
+    const z = envelope(engine.measurements(), m, of.c, first, last, columns), scaled = (from) => from.map((one) => (one - of.less) / of.scale);
+    made.data = of.scale > 0 ? { low: scaled(z.low), high: scaled(z.high) } : { low: scaled(z.high), high: scaled(z.low) };
+  }
+  if (lag > 0) made.lagged = drawn(shifted(engine.result("lagged"), n, lag));
+  if (engine.ahead && i < n) {
     const x = engine.result("forecast"), s = engine.result("forecast_sigma");
     const one = (f) => Float64Array.from({ length: engine.ahead }, (_, t) => f(x[t * n + i], BAND * s[t * n + i]));
     made.forecast = { mean: one((a) => a), low: one((a, b) => a - b), high: one((a, b) => a + b) };
@@ -259,11 +271,12 @@ function pictures(engine, shows, what) {
 }
 
 function smoothed(engine, { state: i, first, last, columns }) {
-  const x = engine.result("smoothed"), s = engine.result("smoothed_sigma"), n = engine.model.n;
-  return { smoothed: envelope(x, n, i, first, last, columns), smoothedBand: envelope(x, n, i, first, last, columns, s, BAND) };
+  const x = engine.result("smoothed"), n = engine.model.n, of = chosen(engine.model, x, i);
+  return { smoothed: envelope(of.x, of.width, of.i, first, last, columns),
+           smoothedBand: i < n ? envelope(x, n, i, first, last, columns, engine.result("smoothed_sigma"), BAND) : null };
 }
 
-/* What was told `lag` rows later, at its own row */
+/* What is told `lag` rows late, at its own row */
 function shifted(values, n, lag) {
   const made = new Float64Array(values.length).fill(NaN);
   made.set(values.subarray(Math.min(lag * n, values.length)));
@@ -335,7 +348,7 @@ function fit(engine, asked, isFree, told = () => {}) {
   let calls = 0;
   const value = (x) => {
     calls++;
-    if (x.some((one) => Math.abs(one) > 300)) return -Infinity;
+    if (x.some((one, k) => Math.abs(one - Math.log(engine.model.noises[at[k]].value)) > FARTHEST)) return -Infinity;
     try {
       const { total } = engine.run({ ...asked, theta: theta(x), arithmetic: "f64", all: false });
       return Number.isFinite(total) ? total : -Infinity;

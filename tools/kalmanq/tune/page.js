@@ -90,8 +90,7 @@ async function runFilter({ kind, begun }) {
   drawn = { ...drawn, pictures: told.pictures, consistency: told.consistency, correlation: told.correlation };
   if (kind === "run") Object.assign(drawn, { total: told.total, events: told.events, headroom: told.headroom });
   if (kind === "run" && now === JSON.stringify(BEGIN.theta) && set.arithmetic === "f64" && set.loss === "none" && !Object.keys(set.cells).length) check(told.total);
-  show();
-  took(begun);
+  show(begun);
 }
 
 async function runSmoother({ kind, begun }) {
@@ -100,8 +99,7 @@ async function runSmoother({ kind, begun }) {
   const told = await second.ask({ kind, asked: asked(), shows: shown() });
   if (told.refused) { drawn.smoothed = null; return; }
   drawn.smoothed = told.pictures;
-  show();
-  took(begun);
+  show(begun);
 }
 
 function shown() { return { ...shows, columns: charts.state.columns }; }
@@ -117,12 +115,11 @@ function redraw(kind = "run") {
   showSettings();
 }
 
-let slowest = 0;
+/* From the change to the picture of it, smoothed curve included */
 function took(begun) {
-  const both = !filterRuns.wanted && !smoothRuns.wanted;
-  slowest = performance.now() - begun;
-  $("took").textContent = `${slowest.toFixed(0)} ms`;
-  if (both) document.body.dataset.took = slowest.toFixed(1);
+  const milliseconds = performance.now() - begun;
+  $("took").textContent = `${milliseconds.toFixed(0)} ms`;
+  document.body.dataset.took = milliseconds.toFixed(1);
 }
 
 async function measureDistance() {
@@ -224,14 +221,30 @@ function showSettings() {
 /* ------------------------------------------------------------------ showing */
 
 const charts = {};
-function rowLabel(row) { return content.times ? said(times[Math.max(0, Math.min(content.rows - 1, Math.round(row)))], 6) : said(row, 7); }
+/* Round times, where rows have times, and the rows that they are at */
+function marks(a, b, chart) {
+  if (!times) return null;
+  const of = ticks(times[a], times[b - 1], chart.most);
+  return of.made.map((time) => [rowAt(time, a, b), time.toFixed(of.digits)]);
+}
+function rowAt(time, a, b) {
+  let low = a, high = b - 1;
+  while (high - low > 1) { const middle = (low + high) >> 1; if (times[middle] <= time) low = middle; else high = middle; }
+  return high > low ? low + (time - times[low]) / (times[high] - times[low]) : low;
+}
 const named = (one) => `${one.name}${one.unit ? ` [${one.unit}]` : ""}`;
-let times = null, overlay = null, queued = false;
+let times = null, sizes = null, overlay = null, queued = false, waiting = 0;
 
-function show() {
+function show(begun) {
+  if (begun) waiting = begun;
   if (queued) return;
   queued = true;
-  requestAnimationFrame(() => { queued = false; draw(); });
+  requestAnimationFrame(() => {
+    queued = false;
+    draw();
+    if (waiting) took(waiting);
+    waiting = 0;
+  });
 }
 
 function draw() {
@@ -247,12 +260,12 @@ function draw() {
     layers.push({ kind: "band", low: of.forecast.low, high: of.forecast.high, ...more }, { kind: "line", low: of.forecast.mean, high: of.forecast.mean, ...more });
   }
   if (overlay) layers.push({ kind: "marked", ...overlay });
-  const xs = [a - 0.5, b - 0.5 + ahead];
-  charts.state.draw({ xs, layers, label: rowLabel, whole: true });
-  charts.innovation.draw({ xs: [a - 0.5, b - 0.5], label: rowLabel, whole: true, layers: [...one("band", of.innovationBand, "filtered"), { kind: "level", value: 0, colour: "edge" }, ...one("points", of.innovation, "data")] });
-  charts.nis.draw({ xs: [a - 0.5, b - 0.5], label: rowLabel, whole: true, layers: [{ kind: "level", value: 0, colour: "edge" }, { kind: "level", value: limit(), colour: "smoothed", dash: [5, 3] }, ...one("points", of.nis, "filtered")] });
+  const xs = [a - 0.5, b - 0.5 + ahead], over = { xs: [a - 0.5, b - 0.5], marks: marks(a, b, charts.nis), whole: true };
+  charts.state.draw({ xs, layers, marks: marks(a, b, charts.state), whole: true });
+  charts.innovation.draw({ ...over, ys: around(of.innovation), layers: [...one("band", of.innovationBand, "filtered"), { kind: "level", value: 0, colour: "edge" }, ...one("points", of.innovation, "data")] });
+  charts.nis.draw({ ...over, ys: [0, Math.max(1.3 * limit(), around(of.nis)[1])], layers: [{ kind: "level", value: 0, colour: "edge" }, { kind: "level", value: limit(), colour: "smoothed", dash: [5, 3] }, ...one("points", of.nis, "filtered")] });
   const { values, bound } = drawn.correlation;
-  charts.correlation.draw({ xs: [0, values.length + 1], ys: [-1, 1], label: said, whole: true, layers: [{ kind: "bars", values, colour: "filtered" }, { kind: "level", value: 0, colour: "edge" },
+  charts.correlation.draw({ xs: [0, values.length + 1], ys: [-1, 1], whole: true, layers: [{ kind: "bars", values, colour: "filtered" }, { kind: "level", value: 0, colour: "edge" },
     { kind: "level", value: bound, colour: "smoothed", dash: [5, 3] }, { kind: "level", value: -bound, colour: "smoothed", dash: [5, 3] }] });
   showNumbers(ahead);
 }
@@ -272,6 +285,7 @@ function showNumbers(ahead) {
   document.querySelector(".legend .lagged").hidden = !drawn.pictures.lagged;
   document.querySelector(".legend .forecast").hidden = !ahead;
   document.querySelector(".legend .smoothed").hidden = !drawn.smoothed;
+  for (const one of document.querySelectorAll(".with-band")) one.hidden = !drawn.pictures.filteredBand;
   document.querySelector(".legend .data").hidden = !drawn.pictures.data;
   const found = EVENTS.filter(([bit]) => drawn.events & bit).map(([, text]) => text);
   tell(found.join("; "), found.length > 0);
@@ -315,7 +329,8 @@ async function runFit() {
   const found = await second.ask({ kind: "fit", asked: { ...asked(), loss: "none" }, free }, (now) => { $("fitted").textContent = `Climbing … log-likelihood ${now.value.toFixed(6)}`; });
   button.disabled = false;
   if (found.refused) { $("fitted").textContent = found.refused; return; }
-  $("fitted").textContent = `Log-likelihood ${found.value.toFixed(6)} after ${found.calls} runs.`;
+  const gone = content.noises.filter((one, k) => free[k] && found.theta[k] < 1e-8 * one.value).map((one) => one.key);
+  $("fitted").textContent = `Log-likelihood ${found.value.toFixed(6)} after ${found.calls} runs.${gone.length ? ` Nothing is left of ${gone.join(", ")}.` : ""}`;
   document.body.dataset.fitted = String(found.value);
   change({ theta: found.theta });
 }
@@ -364,16 +379,6 @@ function zoom(a, b) {
   redraw("look");
 }
 
-/* The measurement that the state is seen by */
-function seenBy_() {
-  const H = numbersOf(content.H), { n, m } = content, d = numbersOf(content.d);
-  for (let c = 0; c < m; c++) {
-    const row = Array.from(H.subarray(c * n, c * n + n));
-    if (row[shows.state] && row.every((one, j) => j === shows.state || one === 0)) return { c, scale: row[shows.state], less: d ? d[c] : 0 };
-  }
-  return null;
-}
-
 function paint(kind, from, to) {
   const cells = { ...set.cells }, { m } = content;
   for (let t = clampRow(from); t < clampRow(to); t++) for (let c = 0; c < m; c++) if (kind === "gap") cells[t * m + c] = null; else delete cells[t * m + c];
@@ -381,7 +386,7 @@ function paint(kind, from, to) {
 }
 
 function moveValue(row, value) {
-  const of = seenBy_(), t = Math.max(0, Math.min(content.rows - 1, Math.round(row)));
+  const of = seen(sizes, shows.state), t = Math.max(0, Math.min(content.rows - 1, Math.round(row)));
   if (!of) return tell("No measurement sees this state alone: choose another state.", true);
   change({ cells: { ...set.cells, [t * content.m + of.c]: value * of.scale + of.less } }, { isDragging: true });
 }
@@ -440,13 +445,14 @@ function read(x) {
   const of = drawn.pictures;
   if (!of || !charts.state.box) return;
   const row = Math.round(charts.state.row(x)), n = of.filtered.low.length;
-  const k = Math.floor(((row - of.first) * n) / (of.last - of.first)), unit = content.states[shows.state].unit;
+  const k = Math.floor(((row - of.first) * n) / (of.last - of.first)), unit = quantity().unit;
   if (row < of.first || row >= of.last) { $("reading").textContent = "\u00a0"; return; }
   const middle = (curve) => (curve.low[k] + curve.high[k]) / 2, half = (curve) => (curve.high[k] - curve.low[k]) / 2;
   const parts = [`${content.times ? `${said(times[row], 7)} ${content.unit}, ` : ""}row ${row}`];
   if (of.data) parts.push(`measured ${said(middle(of.data))}`);
-  parts.push(`filtered ${said(middle(of.filtered))} ± ${said(half(of.filteredBand), 3)}`);
-  if (drawn.smoothed) parts.push(`smoothed ${said(middle(drawn.smoothed.smoothed))} ± ${said(half(drawn.smoothed.smoothedBand), 3)}`);
+  const both = (name, curve, band) => parts.push(`${name} ${said(middle(curve))}${band ? ` ± ${said(half(band), 3)}` : ""}`);
+  both("filtered", of.filtered, of.filteredBand);
+  if (drawn.smoothed) both("smoothed", drawn.smoothed.smoothed, drawn.smoothed.smoothedBand);
   $("reading").textContent = parts.join(" · ") + (unit ? ` ${unit}` : "");
 }
 
@@ -456,12 +462,14 @@ function options(select, names, chosen = 0) {
   select.replaceChildren(...names.map((one, k) => { const made = document.createElement("option"); made.value = one[0]; made.textContent = one[1]; made.selected = k === chosen; return made; }));
 }
 
+function quantity() { return shows.state < content.n ? content.states[shows.state] : content.measurements[shows.state - content.n]; }
+
 function captions() {
-  const state = content.states[shows.state], measured = content.measurements[shows.measurement];
-  $("state-caption").textContent = named(state);
+  const state = quantity(), over = content.times ? `over time [${content.unit}]` : "over rows", measured = content.measurements[shows.measurement];
+  $("state-caption").textContent = `${named(state)}, ${over}`;
   $("innovation-caption").textContent = `Innovations of ${named(measured)}, with the band of 95 %`;
   $("correlation-caption").textContent = `Autocorrelation of the innovations of ${measured.name}, by lag, with the bound of 95 %`;
-  $("chart-state").setAttribute("aria-label", `Picture of ${named(state)} over the rows`);
+  $("chart-state").setAttribute("aria-label", `Picture of ${named(state)}, ${over}`);
 }
 
 function listen() {
@@ -516,10 +524,12 @@ async function begin() {
     return;
   }
   times = numbersOf(content.times);
+  sizes = { ...content, H: numbersOf(content.H), d: numbersOf(content.d) };
+  if (!seen(sizes, 0)) shows.state = content.n; // what is measured, where nothing measures the first state alone
   const kept = JSON.parse($("settings").textContent);
   if (kept) { set = { ...set, ...kept.set }; shows = { ...shows, ...kept.shows }; }
   title();
-  options($("state"), content.states.map((one, k) => [k, one.name]), shows.state);
+  options($("state"), [...content.states.map((one, k) => [k, one.name]), ...content.measurements.map((one, c) => [content.n + c, `${one.name} (measured)`])], shows.state);
   options($("measurement"), content.measurements.map((one, k) => [k, one.name]), shows.measurement);
   options($("core"), Object.entries(content.cores), Object.keys(content.cores).indexOf("m4f"));
   buildNoises();

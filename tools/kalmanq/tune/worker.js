@@ -1,7 +1,7 @@
 "use strict";
 /* Answers one message after the other, in a worker or in the page itself. */
 
-let engine = null, given = null;
+let engine = null, given = null, smoothedState = -1;
 
 const ANSWERS = {
   async begin({ wasm, content }) {
@@ -18,19 +18,23 @@ const ANSWERS = {
   /* All but what a smoother has to say; the fit's and the smoother's worker has the rest. */
   run({ asked, shows }) {
     const told = engine.run({ ...asked, smooth: false });
-    const pictured = pictures(engine, shows, { lag: asked.lag });
+    const pictured = pictures(engine, shows, asked.lag);
     return { ...told, pictures: pictured, ...judged(shows), headroom: asked.arithmetic === "q31" ? headroom(engine) : null };
   },
   look({ asked, shows }) {
-    return { pictures: pictures(engine, shows, { lag: asked.lag }), ...judged(shows) };
+    return { pictures: pictures(engine, shows, asked.lag), ...judged(shows) };
   },
   smooth({ asked, shows }) {
-    engine.run({ ...asked, lag: 0, ahead: 0, smooth: true, only: true });
+    const only = shows.state < engine.model.n ? shows.state : -1; // a measurement is of all of them
+    engine.run({ ...asked, lag: 0, ahead: 0, smooth: true, alone: true, only });
+    smoothedState = only;
     return { pictures: smoothed(engine, shows) };
   },
-  look_smooth({ shows }) { return { pictures: smoothed(engine, shows) }; },
+  look_smooth({ asked, shows }) {
+    return smoothedState === -1 || smoothedState === shows.state ? { pictures: smoothed(engine, shows) } : ANSWERS.smooth({ asked, shows });
+  },
   fit({ asked, free }, tell) { return fit(engine, asked, free, tell); },
-  distance({ asked }) { return { far: Object.fromEntries(["f32", "q31"].map((one) => [one, tried(() => distance(engine, asked, one))])) }; },
+  distance({ asked }) { return { far: Object.fromEntries((engine.canFix ? ["f32", "q31"] : ["f32"]).map((one) => [one, tried(() => distance(engine, asked, one))])) }; },
 };
 
 function judged(shows) {
