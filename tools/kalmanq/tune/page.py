@@ -20,7 +20,7 @@ from kalmanq.tune.noises import MATRICES, Noise, Shape, noises_of, rest_of
 HERE = Path(__file__).resolve().parent
 CORE = HERE / "core.wasm"
 STEPS_MOST = 1000  # steps of other lengths than dt, which have a process each
-NUMBERS_MOST = 100_000_000  # that the page's memory has to hold
+NUMBERS_MOST = 40_000_000  # that the page's memory has to hold
 FORECAST = 0.1  # of the rows that there are; at least 10, at most 200
 WAYS = ("tables", "init", "sizes", "lean")
 
