@@ -5,6 +5,7 @@ from __future__ import annotations
 import base64
 import json
 import re
+import shlex
 import shutil
 import subprocess
 import tempfile
@@ -133,17 +134,34 @@ def test_other_sizes_of_the_noises():
         np.testing.assert_allclose(numbers(found["smoothed"]), Smoother(other).run(z, u, times=times).smoothed.ravel(), rtol=1e-7, atol=1e-7)
 
 
-def model_of(content, theta):
+def model_of(content, theta, dt=None):
     """Of the model file that the page writes"""
+    dt = dt or (content["flow"] or {}).get("dt")
+
     def value(one):
         if isinstance(one, list):
             return repr(sum(factor * theta[k] for k, factor in one))
+        if "dt" in one:
+            return repr(dt)
         return repr(one["of"] * (theta[one["root"]] / content["noises"][one["root"]]["value"]) ** 0.5)
     text = "".join(one if isinstance(one, str) else value(one) for one in content["template"])
     with tempfile.TemporaryDirectory() as folder:
         path = Path(folder) / "tuned.toml"
         path.write_text(text, encoding="utf-8")
         return model_file.read(path)
+
+
+@needs_node
+def test_another_dt():
+    for name in ("track", "oscillator", "several"):
+        model = read(name) if name != "several" else several()[0]
+        u = np.ones((120, 1)) if model.inputs else None
+        z = with_gaps(model, u=u)
+        content = content_of(model, z, u)
+        theta = [one["value"] * 1.3 for one in content["noises"]]
+        found, = in_node([{"content": content, "asked": {"theta": theta, "dt": 1.7 * model.continuous.dt, "arithmetic": "f64"}, "names": ["mean"]}])
+        other = model_of(content, theta, 1.7 * model.continuous.dt)
+        np.testing.assert_allclose(numbers(found["mean"]), Filter(other).run(z, u).mean.ravel(), rtol=1e-9, atol=1e-9, err_msg=name)
 
 
 @needs_node
@@ -290,6 +308,12 @@ def test_gaps_are_painted_and_taken_along(nile, chromium, tmp_path):
     again.write_text(chromium.run("pageText()"), encoding="utf-8")
     tuned.write_text(chromium.run("modelText()"), encoding="utf-8")
     assert model_file.read(tuned).R == 5000
+    tuned.rename(tmp_path / "nile_tuned.toml")
+    for name in ("nile.toml", "nile.csv"):
+        (tmp_path / name).symlink_to(EXAMPLES / name)
+    for line in chromium.run("commands()").splitlines()[:2]:  # fit and run
+        made = kalmanq(*shlex.split(line)[1:], folder=tmp_path)
+        assert made.returncode == 0, made.stderr
     told = [chromium.run("JSON.stringify([set, drawn.total])"), *shown(chromium, "smoothed.smoothed")]
     ready(chromium, again)
     settled(chromium)

@@ -28,7 +28,8 @@ function decoded(given) {
   const made = { ...given };
   for (const name of ["A", "B", "Q", "G", "H", "R", "x0", "P0", "d", "z", "u", "times", "which"]) made[name] = numbersOf(given[name]);
   made.rest = Object.fromEntries(["Q", "R", "P0"].map((name) => [name, numbersOf(given.rest[name])]));
-  made.noises = given.noises.map((one) => ({ ...one, Q: numbersOf(one.Q), R: numbersOf(one.R), P0: numbersOf(one.P0) }));
+  made.noises = given.noises.map((one) => ({ ...one, Q: numbersOf(one.Q), R: numbersOf(one.R), P0: numbersOf(one.P0), Qc: numbersOf(one.Qc) }));
+  made.flow = given.flow && { ...given.flow, F: numbersOf(given.flow.F), B: numbersOf(given.flow.B), rest: numbersOf(given.flow.rest) };
   return made;
 }
 
@@ -39,6 +40,37 @@ async function unpacked(text) {
 
 function add(sum, part, size) {
   for (let e = 0; e < sum.length; e++) sum[e] += size * part[e];
+}
+
+function product(a, b, rows, inner, columns, isTransposed = false) {
+  const made = new Float64Array(rows * columns);
+  for (let i = 0; i < rows; i++) for (let j = 0; j < columns; j++) for (let k = 0; k < inner; k++) made[i * columns + j] += a[i * inner + k] * (isTransposed ? b[j * inner + k] : b[k * columns + j]);
+  return made;
+}
+
+/* A, Q and B of x' = F x + B u + noise over dt, by a series and doublings: model/continuous.py has it, too */
+function stepOver(n, l, F, Qc, B, dt) {
+  const times = (a, b, isTransposed) => product(a, b, n, n, n, isTransposed), unit = Float64Array.from({ length: n * n }, (_, k) => (k % (n + 1) ? 0 : 1));
+  let pattern = F.map((one) => (one ? 1 : 0)), norm = 0;
+  for (let k = 1; k < n; k++) pattern = times(pattern, F.map((one) => (one ? 1 : 0)));
+  if (pattern.some((one) => one)) for (let i = 0; i < n; i++) norm = Math.max(norm, F.subarray(i * n, i * n + n).reduce((sum, one) => sum + Math.abs(one), 0));
+  const doublings = Math.max(0, Math.ceil(Math.log2(Math.max((norm * dt) / 0.5, 1)))), h = dt / 2 ** doublings;
+  let power = unit, noise = Qc.map((one) => one * h), A = unit.slice(), Q = noise.slice(), S = unit.map((one) => one * h);
+  for (let k = 1; k < 20 + n; k++) {
+    power = times(F, power).map((one) => (one * h) / k);
+    const left = times(F, noise), right = times(noise, F, true);
+    noise = left.map((one, e) => ((one + right[e]) * h) / (k + 1));
+    add(A, power, 1);
+    add(Q, noise, 1);
+    add(S, power, h / (k + 1));
+  }
+  for (let k = 0; k < doublings; k++) {
+    const more = times(times(A, Q), A, true), moved = times(A, S);
+    add(Q, more, 1);
+    add(S, moved, 1);
+    A = times(A, A);
+  }
+  return { A, Q: Q.map((one, e) => (one + Q[(e % n) * n + Math.floor(e / n)]) / 2), B: B && product(S, B, n, n, l) };
 }
 
 class Refusal extends Error {}
@@ -91,6 +123,20 @@ class Engine {
   }
   measurements() { return this.view(this.z, this.model.rows * this.model.m); }
 
+  /* A, B and Q of the step of another dt.  As it was given: those very bits. */
+  step(theta, dt, made) {
+    const { flow, noises, n, l } = this.model, isGiven = !flow || dt === undefined || dt === flow.dt;
+    if (isGiven) { this.moveBy(this.model); return; }
+    const Qc = flow.rest.slice();
+    noises.forEach((one, k) => { if (one.Qc) add(Qc, one.Qc, theta[k] ** one.power); });
+    const of = stepOver(n, l, flow.F, Qc, flow.B, dt);
+    this.moveBy(of);
+    made.Q = of.Q;
+  }
+  moveBy({ A, B }) {
+    this.write(this.fixed.A, A);
+    if (B) this.write(this.fixed.B, B);
+  }
   /* Q, R, P0 and G at these sizes of the noises.  As they were given: those very bits. */
   matrices(theta) {
     const { noises } = this.model, made = {};
@@ -106,10 +152,11 @@ class Engine {
     return made;
   }
 
-  /* asked: theta, arithmetic, loss, parameter, lag, ahead, smooth; all, false: the log-likelihood alone; alone: the smoother alone;
+  /* asked: theta, dt, arithmetic, loss, parameter, lag, ahead, smooth; all, false: the log-likelihood alone; alone: the smoother alone;
      only: a state to be smoothed */
   run(asked) {
     const model = this.model, made = this.matrices(asked.theta);
+    this.step(asked.theta, asked.dt, made);
     if (asked.arithmetic === "q31" && !this.canFix) throw new Refusal("q31 needs a range of each state, measurement and control: `ranges` in the model file");
     for (const name of ["Q", "R", "P0"]) this.write(this.free[name], made[name]);
     if (made.G) this.write(this.free.G, made.G);

@@ -13,7 +13,7 @@ from kalmanq.model import model_file
 from kalmanq.model.builders import searched
 
 CLOSE = 1e-9  # of what is a multiple of a size but for rounding
-MATRICES = ("Q", "R", "P0")
+MATRICES = ("Q", "R", "P0", "Qc")
 
 
 @dataclass
@@ -44,11 +44,12 @@ class Shape:
             A_, Q_, B_ = model.continuous.steps(self.dt[1:])
             A, Q = np.concatenate([A, A_]), np.concatenate([Q, Q_])
             B = None if B is None else np.concatenate([B, B_])
-        return {"A": A, "Q": Q, "B": B, "R": model.R, "P0": model.P0, "G": model.G, "H": model.H, "x0": model.x0, "d": model.d}
+        return {"A": A, "Q": Q, "B": B, "R": model.R, "P0": model.P0, "G": model.G, "H": model.H, "x0": model.x0, "d": model.d,
+                "Qc": np.zeros((1, 1)) if model.continuous is None else model.continuous.Qc}
 
 
 def noises_of(model: Model, shape: Shape) -> tuple[list[Noise], list[Any]]:
-    """And the model file, its text in pieces: between them what the page puts in, [[size, factor], ...] or {"root": ...}"""
+    """And the model file, its text in pieces: between them what the page puts in, [[size, factor], ...], {"root": ...} or {"dt": ...}"""
     candidates = _of_builder(model) if model.builder else None
     made = None if candidates is None else _measured(candidates, model, shape)
     if made is None or not {one.kind for one in made} >= _kinds(model):
@@ -56,7 +57,12 @@ def noises_of(model: Model, shape: Shape) -> tuple[list[Noise], list[Any]]:
         model = _without_builder(model)
     if not made:
         raise KalmanqError("all noises are 0: there is nothing to tune; give a Q, G, Qc or R that is not 0")
-    return made, _pieces(model, made)
+    return made, _pieces(model, made, has_dt(model, shape))
+
+
+def has_dt(model: Model, shape: Shape) -> bool:
+    """May the time of a row be another?  Where rows have times they say it."""
+    return model.continuous is not None and shape.dt is None
 
 
 def rest_of(given: np.ndarray, noises: Sequence[Noise], name: str) -> np.ndarray:
@@ -211,7 +217,7 @@ def _mark(k: int) -> float:
     return float(f"7.{k:05d}1e-250")
 
 
-def _pieces(model: Model, noises: Sequence[Noise]) -> list[Any]:
+def _pieces(model: Model, noises: Sequence[Noise], with_dt: bool) -> list[Any]:
     marks: dict[str, Any] = {}
 
     def marked(what: Any) -> float:
@@ -219,7 +225,12 @@ def _pieces(model: Model, noises: Sequence[Noise]) -> list[Any]:
         marks[repr(value)] = what
         return value
 
-    text, at = model_file.text_of(_with_marks(model, noises, marked)), 0
+    made = _with_marks(model, noises, marked)
+    if with_dt and made.builder:
+        made.builder["dt"] = marked({"dt": 1})
+    elif with_dt:
+        made.continuous = replace(made.continuous, dt=marked({"dt": 1}))
+    text, at = model_file.text_of(made), 0
     pieces: list[Any] = []
     for found in sorted((text.index(mark, begin), mark) for mark in marks for begin in _begins(text, mark)):
         pieces += [text[at : found[0]], marks[found[1]]]

@@ -5,7 +5,7 @@ const SOURCE = `<!DOCTYPE html>\n${document.documentElement.outerHTML}\n`;
 const $ = (id) => document.getElementById(id);
 const content = JSON.parse($("content").textContent);
 const BEGIN = {
-  theta: content.noises.map((one) => one.value), free: content.noises.map(() => true), arithmetic: "f64", loss: "none", parameter: null,
+  theta: content.noises.map((one) => one.value), dt: content.flow ? content.flow.dt : undefined, free: content.noises.map(() => true), arithmetic: "f64", loss: "none", parameter: null,
   lag: 0, ahead: Math.max(10, Math.min(200, Math.round(content.rows / 10))), cells: {},
 };
 const USUAL = { none: null, gate: 0.9999, huber: 3, student: 10, jump: 9 };
@@ -74,7 +74,7 @@ let first, second, resting;
 const filterRuns = new Latest(runFilter), smoothRuns = new Latest(runSmoother);
 
 function asked() {
-  return { theta: set.theta, arithmetic: set.arithmetic, loss: set.loss, parameter: set.parameter, lag: set.lag, ahead: set.ahead };
+  return { theta: set.theta, dt: set.dt, arithmetic: set.arithmetic, loss: set.loss, parameter: set.parameter, lag: set.lag, ahead: set.ahead };
 }
 
 async function edited(helper, who) {
@@ -85,11 +85,11 @@ async function edited(helper, who) {
 
 async function runFilter({ kind, begun }) {
   await edited(first, "first");
-  const now = JSON.stringify(set.theta), told = await first.ask({ kind, asked: asked(), shows: shown() });
+  const now = JSON.stringify([set.theta, set.dt]), told = await first.ask({ kind, asked: asked(), shows: shown() });
   if (told.refused) return refuse(told.refused);
   drawn = { ...drawn, pictures: told.pictures, consistency: told.consistency, correlation: told.correlation };
   if (kind === "run") Object.assign(drawn, { total: told.total, events: told.events, headroom: told.headroom });
-  if (kind === "run" && now === JSON.stringify(BEGIN.theta) && set.arithmetic === "f64" && set.loss === "none" && !Object.keys(set.cells).length) check(told.total);
+  if (kind === "run" && now === JSON.stringify([BEGIN.theta, BEGIN.dt]) && set.arithmetic === "f64" && set.loss === "none" && !Object.keys(set.cells).length) check(told.total);
   show(begun);
 }
 
@@ -160,48 +160,60 @@ function travel(from, to) {
   redraw();
 }
 
-/* ------------------------------------------------------------------ noises */
+/* ------------------------------------------------------------------ sliders: of the noises, and of dt */
 
-const DECADES = 6;
-function sliderOf(k) { return Math.log10(set.theta[k] / BEGIN.theta[k]); }
+const NOISE_DECADES = 6, DT_DECADES = 1;
+const sliders = content.noises.map((one, k) => ({
+  key: one.key, unit: one.unit, hint: `${one.kind === "R" ? "measurement noise" : "process noise"}${one.hint ? ` of ${one.hint}` : ""}`, decades: NOISE_DECADES,
+  begun: BEGIN.theta[k], value: () => set.theta[k], noise: k, changed: (value) => ({ theta: set.theta.map((old, i) => (i === k ? value : old)) }) }));
+if (content.flow) sliders.push({ key: "dt", unit: content.flow.unit, hint: "time from row to row", decades: DT_DECADES, begun: BEGIN.dt, value: () => set.dt, changed: (dt) => ({ dt }) });
 
-function buildNoises() {
-  const place = $("noises");
-  content.noises.forEach((one, k) => {
-    const row = document.createElement("div");
+function buildSliders() {
+  sliders.forEach((one, k) => {
+    const row = document.createElement("div"), isNoise = one.noise !== undefined;
     row.className = "noise";
     row.innerHTML = `<label class="what" for="size-${k}"></label><input id="size-${k}" inputmode="decimal" autocomplete="off" spellcheck="false">
-      <input type="range" id="noise-${k}" min="${-DECADES}" max="${DECADES}" step="0.01">
-      <label class="free"><input type="checkbox" id="free-${k}"> fit it</label><button type="button" class="was" id="was-${k}"></button>`;
-    const what = row.querySelector(".what"), small = document.createElement("small"), unit = one.unit ? ` [${one.unit}]` : "";
-    what.textContent = `${one.key}${unit}`;
-    small.textContent = `${one.kind === "R" ? "measurement noise" : "process noise"}${one.hint ? ` of ${one.hint}` : ""}`;
+      <input type="range" id="noise-${k}" min="${-one.decades}" max="${one.decades}" step="0.01">
+      <label class="free">${isNoise ? `<input type="checkbox" id="free-${k}"> fit it` : "&nbsp;"}</label><button type="button" class="was" id="was-${k}" title="Back to what it was"></button>`;
+    const what = row.querySelector(".what"), small = document.createElement("small"), [size, slider, free] = row.querySelectorAll("input");
+    what.textContent = `${one.key}${one.unit ? ` [${one.unit}]` : ""}`;
+    small.textContent = one.hint;
     what.append(small);
-    place.append(row);
-    const slider = row.querySelector("[type=range]"), size = row.querySelector("input"), name = `${one.key}${one.hint ? `, ${one.hint}` : ""}`;
-    slider.setAttribute("aria-label", `${name}, logarithmic`);
-    row.querySelector("[type=checkbox]").setAttribute("aria-label", `Fit ${name}`);
-    slider.addEventListener("input", () => { beginDrag(); setNoise(k, BEGIN.theta[k] * 10 ** Number(slider.value), true); });
+    $("noises").append(row);
+    slider.setAttribute("aria-label", `${one.key}, ${one.hint}, logarithmic`);
+    slider.addEventListener("input", () => { beginDrag(); change(one.changed(Number(slider.value) === 0 ? one.begun : one.begun * 10 ** Number(slider.value)), { isDragging: true }); });
     slider.addEventListener("change", endDrag);
-    size.addEventListener("change", () => { const value = Number(size.value.replace(",", ".")); if (value > 0 && Number.isFinite(value)) setNoise(k, value); else { tell(`${one.key}: ${size.value} is not a number above 0`, true); showSettings(); } });
-    row.querySelector("[type=checkbox]").addEventListener("change", (event) => { remember(); set.free[k] = event.target.checked; showSettings(); });
-    row.querySelector(".was").addEventListener("click", () => setNoise(k, BEGIN.theta[k]));
+    size.addEventListener("change", () => typed(one, size.value));
+    row.querySelector(".was").addEventListener("click", () => change(one.changed(one.begun)));
+    if (!isNoise) return;
+    free.setAttribute("aria-label", `Fit ${one.key}, ${one.hint}`);
+    free.addEventListener("change", () => { remember(); set.free[one.noise] = free.checked; showSettings(); });
   });
 }
 
-function setNoise(k, value, isDragging = false) { change({ theta: set.theta.map((one, i) => (i === k ? value : one)) }, { isDragging }); }
+function typed(one, text) {
+  const value = Number(text.replace(",", "."));
+  if (value > 0 && Number.isFinite(value)) return change(one.changed(value));
+  tell(`${one.key}: ${text} is not a number above 0`, true);
+  showSettings();
+}
+
+function setNoise(k, value) { change(sliders[k].changed(value)); }
+
+function showSliders() {
+  sliders.forEach((one, k) => {
+    const value = one.value(), decades = Math.log10(value / one.begun);
+    $(`size-${k}`).parentElement.classList.toggle("changed", value !== one.begun);
+    if (document.activeElement !== $(`size-${k}`)) $(`size-${k}`).value = said(value, 6);
+    $(`noise-${k}`).value = Math.max(-one.decades, Math.min(one.decades, decades));
+    $(`noise-${k}`).setAttribute("aria-valuetext", said(value, 4));
+    if (one.noise !== undefined) $(`free-${k}`).checked = set.free[one.noise];
+    $(`was-${k}`).textContent = `was ${said(one.begun, 4)}`;
+  });
+}
 
 function showSettings() {
-  content.noises.forEach((one, k) => {
-    const isChanged = set.theta[k] !== BEGIN.theta[k], row = $(`size-${k}`).parentElement;
-    row.classList.toggle("changed", isChanged);
-    if (document.activeElement !== $(`size-${k}`)) $(`size-${k}`).value = said(set.theta[k], 6);
-    $(`noise-${k}`).value = Math.max(-DECADES, Math.min(DECADES, sliderOf(k)));
-    $(`noise-${k}`).setAttribute("aria-valuetext", said(set.theta[k], 4));
-    $(`free-${k}`).checked = set.free[k];
-    $(`was-${k}`).textContent = `was ${said(one.value, 4)}`;
-    $(`was-${k}`).title = "Back to what it was";
-  });
+  showSliders();
   for (const one of document.querySelectorAll("[name=arithmetic]")) one.checked = one.value === set.arithmetic;
   $("loss").value = set.loss;
   $("parameter").value = set.parameter === null ? "" : String(set.parameter);
@@ -343,15 +355,15 @@ function commands() {
   const names = content.noises.filter((one, k) => set.free[k]).map((one) => one.fit), files = data ? ` ${data.split(" ").map(quoted).join(" ")}` : " DATA.csv";
   const isDiscrete = names.every((one) => /^[QR](\[|$)/.test(one));
   const forms = isDiscrete ? " --q-form diagonal --r-form diagonal" : "";
-  const fit = names.length && names.every(Boolean) && !names.some((one) => /^(Q|R|Qc)$/.test(one)) ? [`kalmanq fit ${quoted(model)}${files} --free ${names.map(quoted).join(",")}${forms}`] : [];
+  const fit = names.length && names.every(Boolean) && !names.some((one) => /^(Q|R|Qc)$/.test(one)) ? [`kalmanq fit ${quoted(model)}${files} --free ${quoted(names.join(","))}${forms}`] : [];
   return [...fit, `kalmanq run ${tuned()}${files} --arith ${set.arithmetic}${set.loss === "none" ? " --smooth" : ` --robust ${set.loss}`}`,
-          `kalmanq design ${tuned()} --core ${core} --arith ${chip} -o .`, `kalmanq compile ${tuned()} --arith ${chip} -o .`].join("\n");
+          `kalmanq design ${tuned()} --core ${core} --arith ${chip} -o .`, `kalmanq compile ${tuned()} --arith ${chip} -o ${tuned().replace(".toml", ".c")}`].join("\n");
 }
 
 function modelText() {
   const { theta } = set, written = (value) => String(value).replace(/^(-?\d+)(e|$)/, "$1.0$2");
   return content.template.map((one) => (typeof one === "string" ? one : Array.isArray(one) ? written(one.reduce((sum, [k, factor]) => sum + factor * theta[k], 0))
-    : written(one.of * Math.sqrt(theta[one.root] / content.noises[one.root].value)))).join("");
+    : one.dt ? written(set.dt) : written(one.of * Math.sqrt(theta[one.root] / content.noises[one.root].value)))).join("");
 }
 
 function pageText() {
@@ -532,7 +544,7 @@ async function begin() {
   options($("state"), [...content.states.map((one, k) => [k, one.name]), ...content.measurements.map((one, c) => [content.n + c, `${one.name} (measured)`])], shows.state);
   options($("measurement"), content.measurements.map((one, k) => [k, one.name]), shows.measurement);
   options($("core"), Object.entries(content.cores), Object.keys(content.cores).indexOf("m4f"));
-  buildNoises();
+  buildSliders();
   captions();
   for (const [name, id] of [["state", "chart-state"], ["innovation", "chart-innovation"], ["nis", "chart-nis"], ["correlation", "chart-correlation"]]) charts[name] = new Chart($(id));
   if ([...content.states, ...content.measurements, ...content.controls].some((one) => one.range === null)) {

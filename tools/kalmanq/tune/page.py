@@ -15,7 +15,7 @@ from kalmanq.firmware.costs import CORES, estimate, is_measured
 from kalmanq.model import Model
 from kalmanq.model.model import Quantity
 from kalmanq.run.filters import Filter
-from kalmanq.tune.noises import MATRICES, Noise, Shape, noises_of, rest_of
+from kalmanq.tune.noises import MATRICES, Noise, Shape, has_dt, noises_of, rest_of
 
 HERE = Path(__file__).resolve().parent
 CORE = HERE / "core.wasm"
@@ -73,9 +73,10 @@ def content(model: Model, z: np.ndarray, u: Optional[np.ndarray], times: Optiona
         "processes": len(arrays["A"]), "factor": 0 if model.G is None else model.G.shape[1],
         "unknown": sum(1 << int(i) for i in np.flatnonzero(model.unknown)),
         **{name: packed(arrays[name]) for name in ("A", "B", "Q", "G", "H", "R", "x0", "P0", "d")},
-        "rest": {name: packed(rest_of(arrays[name], noises, name)) for name in MATRICES},
+        "rest": {name: packed(rest_of(arrays[name], noises, name)) for name in ("Q", "R", "P0")},
         "z": packed(z), "u": packed(_with_ones(model, u, len(z))), "which": packed(which), "times": packed(times),
         "unit": model.continuous.unit if model.continuous and times is not None else "",
+        "flow": flow(model, noises) if has_dt(model, shape) else None,
         "noises": [_noise(one) for one in noises], "template": template, "total": filter_.log_likelihood,
         "cores": CORES, "costs": costs(model)}
 
@@ -105,6 +106,12 @@ def steps_of(model: Model, times: Optional[np.ndarray]) -> tuple[Optional[np.nda
     dt = np.concatenate([[own], others])
     order = np.argsort(dt)
     return dt, np.concatenate([[0], order[np.searchsorted(dt[order], between)]]).astype(float)
+
+
+def flow(model: Model, noises: Sequence[Noise]) -> dict[str, Any]:
+    """By which the page makes a step of another dt"""
+    of = model.continuous
+    return {"F": packed(of.F), "B": packed(of.B), "dt": of.dt, "unit": of.unit, "rest": packed(rest_of(of.Qc, noises, "Qc"))}
 
 
 def _with_ones(model: Model, u: Optional[np.ndarray], rows: int) -> Optional[np.ndarray]:
