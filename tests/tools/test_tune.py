@@ -239,7 +239,8 @@ def chromium():
 def ready(chromium, path, **look):
     chromium.errors.clear()
     chromium.open(path, **look)
-    chromium.wait("document.body.dataset.took !== undefined && !queued")
+    chromium.wait("document.body.dataset.took !== undefined")
+    settled(chromium)
 
 
 def settled(chromium):
