@@ -50,4 +50,10 @@ for arithmetic in f64 f32 q31; do
 done
 kalmanq compare "$examples/track.toml" track.csv --plot track_compare.png
 
+if [ -f "$site/kalmanq/tune/core.wasm" ]; then
+    step "Pages to tune both by hand: open them in a browser"
+    kalmanq tune nile.toml "$examples/nile.csv" -o nile_tune.html
+    kalmanq tune "$examples/track.toml" track.csv -o track_tune.html
+fi
+
 step "Done: $(find . -name '*.csv' | wc -l) tables and $(find . -name '*.png' | wc -l) pictures in ${out#"$root"/}"

@@ -13,6 +13,8 @@
 #   kq_setup clang     clang with its sanitizers
 #   kq_setup eigen     the library of the textbooks' filters;  package: pkg-config
 #   kq_setup scipy     KQ_PYTHON with SciPy, too
+#   kq_setup wasm      clang and its linker for WebAssembly: kalmanq tune has the library in that
+#   kq_setup browser   Node and Chromium, in which the page of kalmanq tune is tested
 #   kq_setup peers     sets KQ_PEERS_PYTHON to an interpreter with the libraries that results are
 #                      compared with
 #
@@ -134,6 +136,16 @@ kq_setup_clang() {
         kq_install "libclang-rt-$(clang -dumpversion | cut -d. -f1)-dev"
 }
 
+kq_setup_wasm() {
+    { kq_have clang || kq_have clang-14 || kq_install clang; } && { kq_have wasm-ld || kq_install lld; }
+}
+
+kq_setup_browser() {
+    kq_setup_wasm
+    kq_have node || kq_install nodejs
+    kq_have chromium || kq_have chromium-browser || kq_have google-chrome || kq_install chromium
+}
+
 kq_setup_unity() {
     [ -n "$kq_collects" ] || [ -f "$kq_unity/src/unity.c" ] || kq_fetch_unity ||
         echo "setup: no source package with Unity; CMake fetches its pinned release"
@@ -143,7 +155,7 @@ kq_setup_eigen() { kq_install libeigen3-dev; }
 kq_setup_package() { kq_install pkg-config; }
 
 kq_setup_tests() {
-    kq_setup_many unity cores clang eigen package python scipy cost peers tools
+    kq_setup_many unity cores clang eigen package python scipy cost peers browser tools
 }
 
 # Kalman libraries that results are compared with are not packaged: a virtual environment of its own,
@@ -164,6 +176,7 @@ kq_setup_peers() {
 # environment from PyPI.  Sets KQ_TOOLS_PYTHON.
 kq_setup_tools() {
     kq_setup_build
+    kq_setup_wasm || true # the package is without kalmanq tune then
     KQ_TOOLS_PYTHON="$kq_root/.deps/tools/bin/python"
     "$KQ_TOOLS_PYTHON" -c 'import scikit_build_core, cffi, numpy, scipy, matplotlib, typer, rich, pytest
 import pandas, distributed' 2>/dev/null && return 0

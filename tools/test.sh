@@ -37,7 +37,8 @@ groups_of() { # [NAME]
     flags.gcc | flags.gcc.*) ;;
     flags*) echo clang ;;
     readme* | house* | tools.shared*) echo interpreter ;;
-    tools) echo tools clang cores cost peers ;;
+    tools) echo tools clang cores cost peers browser ;;
+    tools.tune*) echo tools browser ;;
     tools.design* | tools.compile*) echo tools clang cores cost ;;
     tools.fit* | tools.gallery* | tools.speed) echo tools peers ;;
     tools*) echo tools ;;
@@ -48,7 +49,7 @@ groups_of() { # [NAME]
     diffuse* | em*) echo peers ;;
     peers*) echo tools peers ;;
     example*) echo cores python scipy ;;
-    *) echo clang cores package python scipy cost eigen peers tools ;;
+    *) echo clang cores package python scipy cost eigen peers browser tools ;;
     esac
 }
 

@@ -13,7 +13,7 @@ import sys
 
 # First to last.  Those of one tuple don't import each other.
 ORDER = [("errors",), ("core",), ("model",), ("data",), ("formulas", "run"), ("nonlinear",), ("firmware",), ("compiler",), ("fitting",),
-         ("pages",), ("studies",), ("commands",), ("studies' commands", "command_line"), ("__main__",)]
+         ("pages", "tune"), ("studies",), ("commands",), ("studies' commands", "command_line"), ("__main__",)]
 RANK = {folder: rank for rank, folders in enumerate(ORDER) for folder in folders}
 BUILT = {"kalmanq._core"}  # by tools/CMakeLists.txt
 APART = ("native", "examples")  # programs of the build and of users, no modules of the package

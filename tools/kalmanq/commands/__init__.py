@@ -24,6 +24,8 @@ COMMANDS = {
                "Does the data fit the model?  A page with a verdict, pictures and figures."),
     "fit": ("kalmanq.commands.fit", "Estimate parameters, with standard errors.  Exit code 3: no maximum; OUT then has "
                                     "the best that was found."),
+    "tune": ("kalmanq.commands.tune",
+             "A page in which the library runs over a recording while you move its noises; with a fit, and no server."),
     "doctor": ("kalmanq.commands.doctor", "What is installed, which compilers and emulators are there, what is missing for which command."),
     "examples": (f"{STUDIES}.examples", "The theory's examples: stationary, smoothing."),
     "gallery": (f"{STUDIES}.gallery", "Textbook models with data, fitted, smoothed and drawn: level, trend, season, "

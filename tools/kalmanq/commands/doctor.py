@@ -17,6 +17,7 @@ from rich.console import Console
 from kalmanq.commands.messages import EXTRAS, print_json, table
 from kalmanq.commands.options import JSON, command_of
 from kalmanq.compiler.host import NoCompiler, compiler
+from kalmanq.tune.page import CORE
 
 
 @dataclass(frozen=True)
@@ -53,7 +54,7 @@ PROGRAMS = (  # what serves the C that design and compile write: on a chip, and 
 def look() -> list[Found]:
     modules = [Found(name, _module(name), serves, _cure(name)) for name, serves in MODULES.items()]
     programs = [Found(name, _program([name]), serves, f"apt install {packages}") for name, serves, packages in PROGRAMS]
-    return [Found("python", platform.python_version(), "all commands", ""), *modules, _host_compiler(), *programs]
+    return [Found("python", platform.python_version(), "all commands", ""), *modules, _host_compiler(), _webassembly(), *programs]
 
 
 def _module(name: str) -> Optional[str]:
@@ -78,6 +79,10 @@ def _host_compiler() -> Found:
     except NoCompiler:
         return Found("C compiler", None, serves, "apt install gcc, or set CC")
     return Found(f"C compiler ({name})", _program([name]), serves, "apt install gcc, or set CC")
+
+
+def _webassembly() -> Found:
+    return Found("the library in WebAssembly", "found" if CORE.exists() else None, "tune", "apt install clang lld, then install kalmanq again")
 
 
 def _program(words: Sequence[str]) -> Optional[str]:

@@ -189,10 +189,10 @@ def _model(path: Path, given: Mapping[str, Any]) -> Model:
 
 
 def rebuilt(model: Model, given: Mapping[str, Any]) -> Model:
-    """A model of continuous time, of its builder with other parameters"""
+    """A model of its builder with other parameters"""
     builder, of = {**model.builder, **given}, model.continuous
     made = {**_built(dict(builder)), **{which: getattr(model, which) for which in ("states", "measurements", "gaps", "name")}}
-    again = Model.of(**made, time_unit=of.unit, jitter=of.jitter)
+    again = Model.of(**made, **({"time_unit": of.unit, "jitter": of.jitter} if of else {}))
     again.builder = builder
     return again
 

@@ -1,0 +1,350 @@
+"""kalmanq tune: its page has the library's bits, in Node and in a browser, and does what it says."""
+
+from __future__ import annotations
+
+import base64
+import json
+import re
+import shlex
+import shutil
+import subprocess
+import tempfile
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import browser
+from command import kalmanq
+from kalmanq import Filter, LagSmoother, Robust, Smoother, fit
+from kalmanq.data import joining
+from kalmanq.fitting.entries import free_and_held
+from kalmanq.model import Model, Quantity, model_file
+from kalmanq.run.simulation import drawn
+from kalmanq.tune import page
+
+HERE = Path(__file__).parent
+EXAMPLES = Path(page.HERE).parent / "examples"
+SOURCES = {"model": "model.toml", "data": "data.csv"}
+FILTERED = ("mean", "sigma", "innovation", "innovation_sigma", "nis", "log_likelihood")
+needs_node = pytest.mark.skipif(not shutil.which("node"), reason="node is not installed: tools/setup.sh, kq_setup browser")
+needs_browser = pytest.mark.skipif(not browser.found(), reason="chromium is not installed: tools/setup.sh, kq_setup browser")
+
+
+def read(name):
+    return model_file.read(EXAMPLES / f"{name}.toml")
+
+
+def content_of(model, z, u=None, times=None):
+    return page.content(model, z, u, times, SOURCES)
+
+
+def in_node(cases):
+    made = subprocess.run(["node", HERE / "tune_bits.js", page.HERE / "engine.js", page.CORE], input=json.dumps(cases), capture_output=True,
+                          text=True, check=True)
+    return json.loads(made.stdout)
+
+
+def numbers(text):
+    return np.frombuffer(base64.b64decode(text), "<f8")
+
+
+# ------------------------------------------------------------------------------ bits, in Node
+
+
+def with_gaps(model, rows=120, u=None):
+    _, z = drawn(model, rows, 3, (40, 55), u)
+    z[70, 0] = np.nan
+    return z
+
+
+def several():
+    """Two sensors at times of their own, correlated noise, offsets and a control"""
+    ranges = [Quantity("x", "m", 1000.0), Quantity("v", "m/s", 100.0)]
+    model = Model.of_continuous([[0, 1], [0, -0.1]], [[1, 0], [0, 1], [1, 1]], [[4, 1, 0], [1, 2, 0], [0, 0, 0.5]], [0.1, 0.3], dt=0.5,
+                                B=[0, 1], c=[0, 0.2], d=[1, 0, -2], P0=[9, 4], states=ranges,
+                                measurements=[Quantity(name, "m", 1000.0) for name in "abc"], controls=[Quantity("push", "N", 10.0)])
+    times = np.cumsum(np.random.default_rng(1).choice([0.5, 1.0, 0.75], 90))
+    u = np.sin(times)[:, None]
+    _, z = drawn(model, 90, 5, (30, 40), u, times)
+    z[::3, 1] = np.nan
+    return model, z, u, times
+
+
+def cases():
+    nile = read("nile")
+    yield "nile", nile, *joining.record(EXAMPLES / "nile.csv", nile)
+    for name in ("track", "two_gauges", "trend_season"):
+        yield name, read(name), with_gaps(read(name)), None, None
+    co2 = read("co2")
+    yield "co2", co2, *joining.record(EXAMPLES / "co2.csv", co2)
+    yield "several", *several()
+
+
+@needs_node
+@pytest.mark.parametrize("name, model, z, u, times", list(cases()), ids=lambda one: one if isinstance(one, str) else "")
+def test_runs_are_the_packages_bit_for_bit(name, model, z, u, times):
+    content = content_of(model, z, u, times)
+    theta = [one["value"] for one in content["noises"]]
+    can_fix = all(one.range is not None for one in (*model.states, *model.measurements, *model.inputs))
+    arithmetics = ("f32", "f64", "q31") if can_fix else ("f32", "f64")
+    asked = [{"theta": theta, "arithmetic": one, "smooth": True, "lag": 3, "ahead": 7} for one in arithmetics]
+    names = (*FILTERED, "smoothed", "smoothed_sigma", "lagged", "lagged_sigma", "forecast", "forecast_sigma")
+    told = in_node([{"content": content, "asked": one, "names": names} for one in asked])
+    for arithmetic, found in zip(arithmetics, told):
+        filter_ = Filter(model, arithmetic)
+        run, smooth = filter_.run(z, u, times=times), Smoother(model, arithmetic).run(z, u, times=times)
+        lag = LagSmoother(model, 3, arithmetic).run(z, u, times=times)
+        ahead = [filter_.forecast(k, None if u is None else np.repeat(u[-1:], k, axis=0)) for k in range(1, 8)]
+        wanted = {**{one: getattr(run, one) for one in FILTERED}, "smoothed": smooth.smoothed, "smoothed_sigma": smooth.smoothed_sigma,
+                  "lagged": lag.lagged, "lagged_sigma": lag.lagged_sigma, "forecast": [one.mean for one in ahead],
+                  "forecast_sigma": [one.sigma for one in ahead]}
+        assert found["total"] == filter_.log_likelihood
+        for one, array in wanted.items():
+            np.testing.assert_array_equal(numbers(found[one]), np.ravel(array), err_msg=f"{name}, {arithmetic}, {one}")
+
+
+@needs_node
+def test_losses_are_the_packages():
+    model = read("track")
+    z = with_gaps(model)
+    z[20] += 500
+    ways = [Robust("gate", 0.99), Robust("huber", 2.0), Robust("student", 5.0), Robust("jump", 12.0)]
+    content = content_of(model, z)
+    asked = [{"theta": [one["value"] for one in content["noises"]], "arithmetic": arithmetic, "loss": way.way, "parameter": way.value}
+             for way in ways for arithmetic in ("f32", "f64", "q31")]
+    told = in_node([{"content": content, "asked": one, "names": ["mean", "sigma"]} for one in asked])
+    for one, found in zip(asked, told):
+        run = Filter(model, one["arithmetic"]).run(z, robust=Robust(one["loss"], one["parameter"]))
+        np.testing.assert_array_equal(numbers(found["mean"]), run.mean.ravel())
+        np.testing.assert_array_equal(numbers(found["sigma"]), run.sigma.ravel())
+
+
+@needs_node
+def test_other_sizes_of_the_noises():
+    """As the model of the package with these sizes, but for the rounding of Q"""
+    for name, model, z, u, times in cases():
+        content = content_of(model, z, u, times)
+        theta = [one["value"] * 1.7 ** (k + 1) for k, one in enumerate(content["noises"])]
+        found, = in_node([{"content": content, "asked": {"theta": theta, "arithmetic": "f64", "smooth": True}, "names": ["smoothed"]}])
+        other = model_of(content, theta)
+        filter_ = Filter(other)
+        filter_.run(z, u, times=times)
+        assert found["total"] == pytest.approx(filter_.log_likelihood, rel=1e-11), name
+        np.testing.assert_allclose(numbers(found["smoothed"]), Smoother(other).run(z, u, times=times).smoothed.ravel(), rtol=1e-7, atol=1e-7)
+
+
+def model_of(content, theta, dt=None):
+    """Of the model file that the page writes"""
+    dt = dt or (content["flow"] or {}).get("dt")
+
+    def value(one):
+        if isinstance(one, list):
+            return repr(sum(factor * theta[k] for k, factor in one))
+        if "dt" in one:
+            return repr(dt)
+        return repr(one["of"] * (theta[one["root"]] / content["noises"][one["root"]]["value"]) ** 0.5)
+    text = "".join(one if isinstance(one, str) else value(one) for one in content["template"])
+    with tempfile.TemporaryDirectory() as folder:
+        path = Path(folder) / "tuned.toml"
+        path.write_text(text, encoding="utf-8")
+        return model_file.read(path)
+
+
+@needs_node
+def test_another_dt():
+    for name in ("track", "oscillator", "several"):
+        model = read(name) if name != "several" else several()[0]
+        u = np.ones((120, 1)) if model.inputs else None
+        z = with_gaps(model, u=u)
+        content = content_of(model, z, u)
+        theta = [one["value"] * 1.3 for one in content["noises"]]
+        found, = in_node([{"content": content, "asked": {"theta": theta, "dt": 1.7 * model.continuous.dt, "arithmetic": "f64"}, "names": ["mean"]}])
+        other = model_of(content, theta, 1.7 * model.continuous.dt)
+        np.testing.assert_allclose(numbers(found["mean"]), Filter(other).run(z, u).mean.ravel(), rtol=1e-9, atol=1e-9, err_msg=name)
+
+
+@needs_node
+def test_the_fit_finds_the_optimum_of_the_package():
+    for name, model, z, u, times in cases():
+        if name not in ("nile", "two_gauges", "trend_season"):  # those that take no time
+            continue
+        content = content_of(model, z, u, times)
+        theta = [one["value"] for one in content["noises"]]
+        found, = in_node([{"content": content, "asked": {"theta": theta}, "free": [True] * len(theta)}])
+        free, held = free_and_held(",".join(one["fit"] for one in content["noises"]), "", model)
+        best = fit(model, [z], free, held=held, Q_form="diagonal", R_form="diagonal")
+        assert best.converged and found["value"] >= best.log_likelihood - 1e-6, name
+        filter_ = Filter(model_of(content, found["theta"]))
+        filter_.run(z)
+        assert filter_.log_likelihood == pytest.approx(found["value"], abs=1e-7)
+
+
+# ------------------------------------------------------------------------------ the command
+
+
+@pytest.fixture(scope="module")
+def nile(tmp_path_factory):
+    path = tmp_path_factory.mktemp("tune") / "nile.html"
+    made = kalmanq("tune", EXAMPLES / "nile.toml", EXAMPLES / "nile.csv", "-o", path)
+    assert made.returncode == 0, made.stderr
+    return path
+
+
+def test_a_page_asks_nothing_of_a_network(nile):
+    text = nile.read_text(encoding="utf-8")
+    assert not re.search(r"<(?:link|script|img|iframe)\b[^>]*\s(?:src|href)=|https?://|@import|url\(|fetch\(", text)
+    assert "default-src 'none'" in text
+
+
+MODEL = '[model]\nA = [[1.0]]\nH = [[1.0]]\nQ = [[%s]]\nR = [[%s]]\nP0 = "unknown"\n'
+LATE = ('[model]\nA = [[1.0]]\nQ = [[1.0]]\nP0 = "unknown"\n[[sensors]]\nname = "gps"\nH = [[1.0]]\nR = [[1.0]]\ndelay = 2\n')
+
+
+@pytest.mark.parametrize("model, data, said", [
+    (MODEL % (0.0, 0.0), None, "there is nothing to tune"),
+    (LATE, None, "gps has a delay, and tune takes all in time: leave its `delay` out"),
+    (MODEL % (1.0, 1.0), "z1\n1\nx\n", "data.csv: row 3, column z1"),
+    (MODEL % (1.0, 1.0), "flow\n1\n", "there is no column z1"),
+    (MODEL % (1.0, 1.0) + "B = [1.0]\n", "z1,u1\n1,1\n2,\n", "control is missing"),
+    (MODEL % (1.0, "[1"), None, "model.toml: line 6: Unclosed array"),
+])
+def test_refusals_are_one_line(tmp_path, model, data, said):
+    (tmp_path / "model.toml").write_text(model)
+    given = []
+    if data:
+        (tmp_path / "data.csv").write_text(data)
+        given = ["data.csv"]
+    made = kalmanq("tune", "model.toml", *given, folder=tmp_path)
+    assert made.returncode != 0 and said in " ".join(made.stderr.split()), made.stderr
+    assert "Traceback" not in made.stderr and not (tmp_path / "tune.html").exists()
+
+
+def test_without_webassembly_it_says_what_to_install(tmp_path, monkeypatch):
+    monkeypatch.setattr(page, "CORE", tmp_path / "core.wasm")
+    made = kalmanq("tune", EXAMPLES / "nile.toml", folder=tmp_path)
+    assert made.returncode != 0 and "apt install clang lld" in " ".join(made.stderr.split())
+    assert not (tmp_path / "tune.html").exists()
+
+
+# ------------------------------------------------------------------------------ in a browser
+
+
+@pytest.fixture(scope="module")
+def chromium():
+    with browser.Browser() as one:
+        yield one
+
+
+def ready(chromium, path, **look):
+    chromium.errors.clear()
+    chromium.open(path, **look)
+    chromium.wait("document.body.dataset.took !== undefined")
+    settled(chromium)
+
+
+def settled(chromium):
+    chromium.wait("!filterRuns.busy && !smoothRuns.busy && !queued && !second.waiting.size")
+
+
+def shown(chromium, what):
+    return np.array(chromium.run(f"Array.from(drawn.{what}.low)"), float), np.array(chromium.run(f"Array.from(drawn.{what}.high)"), float)
+
+
+@needs_browser
+def test_the_page_does_what_the_package_says(nile, chromium):
+    model = read("nile")
+    z, _, _ = joining.record(EXAMPLES / "nile.csv", model)
+    ready(chromium, nile)
+    assert chromium.run("document.body.dataset.bits") == "same"
+    for arithmetic in ("f32", "q31", "f64"):
+        chromium.run(f"document.querySelector('[value={arithmetic}]').click()")
+        settled(chromium)
+        np.testing.assert_array_equal(shown(chromium, "pictures.filtered")[0], Filter(model, arithmetic).run(z).mean[:, 0])
+        np.testing.assert_array_equal(shown(chromium, "smoothed.smoothed")[0], Smoother(model, arithmetic).run(z).smoothed[:, 0])
+    # a slider, by the keyboard
+    chromium.run("document.getElementById('noise-0').focus()")
+    before = chromium.run("document.getElementById('chart-nis').getBoundingClientRect().top")
+    chromium.key("End")
+    settled(chromium)
+    other = model_file.rebuilt(model, {"drift": 1469.1e6})
+    filter_ = Filter(other)
+    np.testing.assert_allclose(shown(chromium, "pictures.filtered")[0], filter_.run(z).mean[:, 0], rtol=1e-10)
+    assert chromium.run("drawn.total") == pytest.approx(filter_.log_likelihood, rel=1e-10)
+    assert chromium.run("document.querySelector('.noise').className") == "noise changed"
+    assert chromium.run("document.getElementById('chart-nis').getBoundingClientRect().top") == before
+    chromium.key("z", modifiers=2)
+    settled(chromium)
+    assert chromium.run("set.theta[0]") == 1469.1 and not chromium.run("document.querySelector('.changed')")
+    # the fit
+    chromium.run("document.getElementById('fit').click()")
+    chromium.wait("document.body.dataset.fitted !== undefined")
+    settled(chromium)
+    assert float(chromium.run("document.body.dataset.fitted")) == pytest.approx(fit(model, [z], ["Q", "R"]).log_likelihood, abs=1e-6)
+    assert not chromium.errors
+
+
+@needs_browser
+def test_gaps_are_painted_and_taken_along(nile, chromium, tmp_path):
+    model = read("nile")
+    z, _, _ = joining.record(EXAMPLES / "nile.csv", model)
+    ready(chromium, nile)
+    band = [np.subtract(*reversed(shown(chromium, what))) for what in ("pictures.filteredBand", "smoothed.smoothedBand")]
+    chromium.run("document.querySelector('[value=gap]').click()")
+    box = chromium.run("(() => { const b = document.getElementById('chart-state').getBoundingClientRect(); return [b.left + charts.state.x(40), b.left + charts.state.x(52), b.top + 60]; })()")
+    chromium.drag((box[0], box[2]), (box[1], box[2]))
+    settled(chromium)
+    z[40:53] = np.nan
+    wider = [np.subtract(*reversed(shown(chromium, what))) for what in ("pictures.filteredBand", "smoothed.smoothedBand")]
+    assert all(np.all(after[40:53] > before[40:53]) for before, after in zip(band, wider))
+    np.testing.assert_array_equal(shown(chromium, "pictures.filtered")[0], Filter(model).run(z).mean[:, 0])
+    chromium.run("document.querySelector('[value=outlier]').click()")
+    at = chromium.run("(() => { const b = document.getElementById('chart-state').getBoundingClientRect(); return [b.left + charts.state.x(20), b.top + charts.state.y(900)]; })()")
+    chromium.drag((at[0], at[1] - 30), tuple(at))
+    settled(chromium)
+    assert chromium.run("set.cells[20]") == pytest.approx(900, abs=10)
+    chromium.run("setNoise(1, 5000)")
+    settled(chromium)
+    again, tuned = tmp_path / "again.html", tmp_path / "tuned.toml"
+    again.write_text(chromium.run("pageText()"), encoding="utf-8")
+    tuned.write_text(chromium.run("modelText()"), encoding="utf-8")
+    assert model_file.read(tuned).R == 5000
+    tuned.rename(tmp_path / "nile_tuned.toml")
+    for name in ("nile.toml", "nile.csv"):
+        (tmp_path / name).symlink_to(EXAMPLES / name)
+    for line in chromium.run("commands()").splitlines()[:2]:  # fit and run
+        made = kalmanq(*shlex.split(line)[1:], folder=tmp_path)
+        assert made.returncode == 0, made.stderr
+    told = [chromium.run("JSON.stringify([set, drawn.total])"), *shown(chromium, "smoothed.smoothed")]
+    ready(chromium, again)
+    settled(chromium)
+    assert chromium.run("JSON.stringify([set, drawn.total])") == told[0]
+    np.testing.assert_array_equal(shown(chromium, "smoothed.smoothed"), told[1:])
+    assert not chromium.errors
+
+
+@needs_browser
+def test_widths_names_and_the_tree(nile, chromium, tmp_path):
+    for width in (400, 900, 1600):
+        ready(chromium, nile, width=width, dark=width == 900)
+        assert chromium.run("document.documentElement.scrollWidth") == width
+    roles = {"button", "slider", "textbox", "combobox", "spinbutton", "checkbox", "radio", "group", "table"}
+    nameless = [one["role"]["value"] for one in chromium.accessible()
+                if not one.get("ignored") and one.get("role", {}).get("value") in roles - {"table"} and not one.get("name", {}).get("value")]
+    assert not nameless
+    # text of others: shown, never run
+    bad = "</script><img src=x onerror=alert(1)>"
+    model = Model([[1.0]], [[1.0]], [[1.0]], [[1.0]], name=bad, states=[bad], measurements=[Quantity(bad, "\"'<b>", 9.0)])
+    path = tmp_path / "bad.html"
+    path.write_text(page.page(model, np.zeros((20, 1)), None, None, {"model": bad, "data": bad}), encoding="utf-8")
+    ready(chromium, path)
+    assert chromium.run("document.images.length") == 0 and chromium.run("document.getElementById('name').textContent") == bad
+    assert not chromium.errors
+
+
+@needs_browser
+def test_a_browser_without_webassembly_is_told(nile, chromium):
+    with chromium.beginning_with("delete window.WebAssembly"):
+        chromium.open(nile)
+        chromium.wait("!document.getElementById('stop').hidden")
+        assert "no WebAssembly" in chromium.run("document.getElementById('stop').textContent")

@@ -1,0 +1,7 @@
+#include "fixed_size.h"
+
+#include "kq_fixed_f32.h"
+
+#include "calm.h"
+
+#include "kernels.h"

@@ -1,0 +1,87 @@
+/* Memory, and what is taken of a C library, of a WebAssembly module that has none. */
+#include <math.h>
+#include <stdint.h>
+#include <string.h>
+
+#include "fixed_size.h"
+#include "tune.h"
+
+#define PAGE 65536u
+
+extern unsigned char __heap_base;
+static unsigned char *next;
+
+void *tune_mark(void)
+{
+    if (!next) next = &__heap_base;
+    return next;
+}
+
+void tune_release(void *mark) { next = mark; }
+
+void *tune_take(size_t size)
+{
+    unsigned char *first = (unsigned char *)(((uintptr_t)tune_mark() + 15) & ~(uintptr_t)15);
+    const uintptr_t there = (uintptr_t)__builtin_wasm_memory_size(0) * PAGE;
+    if (size > UINT32_MAX - PAGE - (uintptr_t)first) return NULL;
+    const uintptr_t end = (uintptr_t)first + size;
+    if (end > there && __builtin_wasm_memory_grow(0, (end - there + PAGE - 1) / PAGE) == SIZE_MAX) return NULL;
+    next = first + size;
+    return first;
+}
+
+void *memcpy(void *restrict to, const void *restrict from, size_t size)
+{
+    unsigned char *a = to;
+    const unsigned char *b = from;
+    while (size--) *a++ = *b++;
+    return to;
+}
+
+void *memmove(void *to, const void *from, size_t size)
+{
+    unsigned char *a = to;
+    const unsigned char *b = from;
+    if (a < b) return memcpy(to, from, size);
+    while (size--) a[size] = b[size];
+    return to;
+}
+
+void *memset(void *to, int byte, size_t size)
+{
+    unsigned char *a = to;
+    while (size--) *a++ = (unsigned char)byte;
+    return to;
+}
+
+int memcmp(const void *a, const void *b, size_t size)
+{
+    const unsigned char *p = a, *q = b;
+    for (; size--; p++, q++) {
+        if (*p != *q) return *p < *q ? -1 : 1;
+    }
+    return 0;
+}
+
+/* Exact but where the result is subnormal, which is rounded once */
+double ldexp(double a, int exponent)
+{
+    union { uint64_t bits; double value; } power;
+    for (; exponent > 1023; exponent -= 1023) a *= 0x1p1023;
+    for (; exponent < -968; exponent += 968) a *= 0x1p-968;
+    power.bits = (uint64_t)(exponent + 1023) << 52;
+    return a * power.value;
+}
+
+/* q31 has the library's own functions alone: a page is sooner there. */
+int kq_calm_find_q31(kq_calm_q31 *k, const kq_filter_q31 *f, const kq_process_q31 *p, const kq_sensor_q31 *s)
+{
+    (void)k, (void)f, (void)p, (void)s;
+    return 0;
+}
+
+kq_kernels_q31 kq_kernels_for_q31(int n, int m, int is_upper)
+{
+    (void)n, (void)m, (void)is_upper;
+    return (kq_kernels_q31){kq_predict_q31, kq_update_q31, 0};
+}

@@ -1,0 +1,296 @@
+"""What of a model can be tuned: sizes of noises, and what of Q, R and P0 each of them makes."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field, replace
+from typing import Any, Callable, Iterator, Optional, Sequence
+
+import numpy as np
+
+from kalmanq.errors import KalmanqError
+from kalmanq.model import Model
+from kalmanq.model import model_file
+from kalmanq.model.builders import searched
+
+CLOSE = 1e-9  # of what is a multiple of a size but for rounding
+MATRICES = ("Q", "R", "P0", "Qc")
+
+
+@dataclass
+class Noise:
+    """key: as `kalmanq fit --free` names it; parts: by matrix what a size of 1 makes of it, of Q for each process;
+    power: a size counts so; columns: of G, which go with the root of the size"""
+
+    key: str
+    value: float
+    parts: dict[str, np.ndarray]
+    kind: str = "Q"
+    unit: str = ""
+    hint: str = ""
+    power: int = 1
+    columns: list[int] = field(default_factory=list)
+    fit: str = ""
+
+
+@dataclass(frozen=True)
+class Shape:
+    """A model at the steps of a recording: dt (or None: of steps) of each process"""
+
+    dt: Optional[np.ndarray]
+
+    def arrays(self, model: Model) -> dict[str, Any]:
+        A, Q, B = (one[None] if one is not None else None for one in (model.A, model.Q, model.B))
+        if self.dt is not None and len(self.dt) > 1:
+            A_, Q_, B_ = model.continuous.steps(self.dt[1:])
+            A, Q = np.concatenate([A, A_]), np.concatenate([Q, Q_])
+            B = None if B is None else np.concatenate([B, B_])
+        return {"A": A, "Q": Q, "B": B, "R": model.R, "P0": model.P0, "G": model.G, "H": model.H, "x0": model.x0, "d": model.d,
+                "Qc": np.zeros((1, 1)) if model.continuous is None else model.continuous.Qc}
+
+
+def noises_of(model: Model, shape: Shape) -> tuple[list[Noise], list[Any]]:
+    """And the model file, its text in pieces: between them what the page puts in, [[size, factor], ...], {"root": ...} or {"dt": ...}"""
+    candidates = _of_builder(model) if model.builder else None
+    made = None if candidates is None else _measured(candidates, model, shape)
+    if made is None or not {one.kind for one in made} >= _kinds(model):
+        made = _measured(_of_entries(model), model, shape)
+        model = _without_builder(model)
+    if not made:
+        raise KalmanqError("all noises are 0: there is nothing to tune; give a Q, G, Qc or R that is not 0")
+    return made, _pieces(model, made, has_dt(model, shape))
+
+
+def has_dt(model: Model, shape: Shape) -> bool:
+    """May the time of a row be another?  Where rows have times they say it."""
+    return model.continuous is not None and shape.dt is None
+
+
+def rest_of(given: np.ndarray, noises: Sequence[Noise], name: str) -> np.ndarray:
+    """What no noise makes of a matrix"""
+    made, size = given.copy(), np.abs(given).max(initial=0)
+    for one in noises:
+        if name in one.parts:
+            made = made - one.value**one.power * one.parts[name]
+    return np.where(np.abs(made) <= CLOSE * size, 0.0, made)
+
+
+def _kinds(model: Model) -> set[str]:
+    return {name for name in ("Q", "R") if np.any(getattr(model, name))}
+
+
+# ------------------------------------------------------------------------------ what may be one
+
+Candidate = tuple[str, float, Callable[[float], Model]]  # name, size, and the model with another size
+
+
+def _of_builder(model: Model) -> Iterator[Candidate]:
+    for name, given in model.builder.items():
+        if name in ("builder", "P0", "x0", "c", "d", "dt") or isinstance(given, (str, bool)):
+            continue
+        if isinstance(given, list):
+            if all(isinstance(one, (int, float)) for one in given):
+                for k, value in enumerate(given):
+                    yield f"{name}[{k}]", float(value), _with_entry(model, name, given, k)
+        elif isinstance(given, float) or name in searched(model.builder):
+            yield name, float(given), lambda value, name=name: model_file.rebuilt(model, {name: value})
+
+
+def _with_entry(model: Model, name: str, given: list[float], k: int) -> Callable[[float], Model]:
+    return lambda value: model_file.rebuilt(model, {name: [*given[:k], value, *given[k + 1 :]]})
+
+
+def _of_entries(model: Model) -> Iterator[Candidate]:
+    of = model.continuous
+    if model.G is not None:
+        for c in range(model.G.shape[1]):
+            yield f"G[*,{c}]", 1.0, lambda value, c=c: model.changed(G=model.G * np.where(np.arange(model.G.shape[1]) == c, np.sqrt(value), 1.0))
+    else:
+        name, Q = ("Qc", of.Qc) if of else ("Q", model.Q)
+        for key, value, part in _blocks(name, Q):
+            yield key, value, (lambda size, part=part, value=value: model.flowing(Qc=Q + (size - value) * part)) if of else \
+                (lambda size, part=part, value=value: model.changed(Q=Q + (size - value) * part))
+    for key, value, part in _blocks("R", model.R):
+        yield key, value, lambda size, part=part, value=value: model.changed(R=model.R + (size - value) * part)
+
+
+def _blocks(name: str, given: np.ndarray) -> Iterator[tuple[str, float, np.ndarray]]:
+    """Variances that stand alone, and blocks of correlated ones, whose size is a factor"""
+    left = {i for i in range(len(given)) if given[i, i] != 0}
+    while left:
+        block = {min(left)}
+        while True:
+            more = {j for i in block for j in left if given[i, j] != 0} | block
+            if more == block:
+                break
+            block = more
+        left -= block
+        at = sorted(block)
+        part = np.zeros_like(given)
+        if len(at) == 1:
+            part[at[0], at[0]] = 1.0
+            yield f"{name}[{at[0]},{at[0]}]", float(given[at[0], at[0]]), part
+        else:
+            part[np.ix_(at, at)] = given[np.ix_(at, at)]
+            yield f"{name} x", 1.0, part
+
+
+# ------------------------------------------------------------------------------ what is one
+
+
+def _measured(candidates: Iterator[Candidate], model: Model, shape: Shape) -> list[Noise]:
+    made = []
+    for key, value, changed in candidates:
+        if value > 0:
+            noise = _noise(key, value, changed, model, shape)
+            made += [noise] if noise else []
+    for one in made:
+        _describe(one, model, made)
+    return made
+
+
+def _noise(key: str, value: float, changed: Callable[[float], Model], model: Model, shape: Shape) -> Optional[Noise]:
+    """None: it is of more than noises, or no power of it makes them"""
+    try:
+        one, two, four = (shape.arrays(changed(factor * value)) for factor in (1, 2, 4))
+    except KalmanqError:
+        return None
+    if any(not _same(one[name], four[name]) for name in ("A", "B", "H", "x0", "d")):
+        return None
+    for power in (1, 2):
+        parts = {name: (four[name] - one[name]) / (4**power - 1) / value**power for name in MATRICES}
+        if all(np.allclose(two[name], one[name] + (2**power - 1) * value**power * parts[name], rtol=CLOSE, atol=0) for name in MATRICES):
+            columns = [] if one["G"] is None else _columns(one["G"], four["G"], power)
+            if columns is None or not (np.any(parts["Q"]) or np.any(parts["R"])):
+                return None
+            parts = {name: _rounded(part) for name, part in parts.items() if np.any(part)}
+            return Noise(key, value, parts, "R" if "R" in parts else "Q", power=power, columns=columns)
+    return None
+
+
+def _same(a: Optional[np.ndarray], b: Optional[np.ndarray]) -> bool:
+    return a is b is None or (a is not None and b is not None and np.array_equal(a, b))
+
+
+def _rounded(part: np.ndarray) -> np.ndarray:
+    """1 where differences have left it but for rounding"""
+    return np.where(np.abs(part - np.round(part)) < CLOSE, np.round(part), part)
+
+
+def _columns(one: np.ndarray, four: np.ndarray, power: int) -> Optional[list[int]]:
+    moved = [c for c in range(one.shape[1]) if not np.array_equal(one[:, c], four[:, c])]
+    return moved if all(np.allclose(four[:, c], 2**power * one[:, c], rtol=CLOSE) for c in moved) else None
+
+
+def _describe(one: Noise, model: Model, noises: Sequence[Noise]) -> None:
+    """Its unit, whose noise it is, and how `kalmanq fit` calls it"""
+    of, part = model.continuous, one.parts.get(one.kind, np.zeros((1, model.n, model.n)))
+    at = np.flatnonzero(np.diag(part if one.kind == "R" else part[0]))
+    whose = [(model.measurements if one.kind == "R" else model.states)[i] for i in at]
+    one.hint = ", ".join(quantity.name for quantity in whose)
+    entry = one.key.partition("[")[0] in ("Q", "R", "Qc")
+    if len(whose) == 1 and whose[0].unit and (entry or one.kind == "R" or (of is None and one.power == 1)) and " x" not in one.key:
+        one.unit = f"({whose[0].unit})²" if " " in whose[0].unit or "/" in whose[0].unit else f"{whose[0].unit}²"
+        one.unit += f"/{of.unit}" if one.key.startswith("Qc") and of else ""
+    if one.key.partition("[")[0] in searched(model.builder):
+        one.fit = one.key
+    elif " x" in one.key:
+        one.fit = one.key[:-2] if sum(other.key.startswith(one.key[:-2]) for other in noises) == 1 else ""
+    elif entry:
+        one.fit = one.key
+    elif of is None and len(at) == 1:
+        one.fit = f"{one.kind}[{at[0]},{at[0]}]"
+
+
+# ------------------------------------------------------------------------------ the model file, in pieces
+
+
+def _without_builder(model: Model) -> Model:
+    if not model.builder:
+        return model
+    made = model.changed()
+    made.builder = None
+    return made
+
+
+def _mark(k: int) -> float:
+    """A number that no model has"""
+    return float(f"7.{k:05d}1e-250")
+
+
+def _pieces(model: Model, noises: Sequence[Noise], with_dt: bool) -> list[Any]:
+    marks: dict[str, Any] = {}
+
+    def marked(what: Any) -> float:
+        value = _mark(len(marks))
+        marks[repr(value)] = what
+        return value
+
+    made = _with_marks(model, noises, marked)
+    if with_dt and made.builder:
+        made.builder["dt"] = marked({"dt": 1})
+    elif with_dt:
+        made.continuous = replace(made.continuous, dt=marked({"dt": 1}))
+    text, at = model_file.text_of(made), 0
+    pieces: list[Any] = []
+    for found in sorted((text.index(mark, begin), mark) for mark in marks for begin in _begins(text, mark)):
+        pieces += [text[at : found[0]], marks[found[1]]]
+        at = found[0] + len(found[1])
+    return [*pieces, text[at:]]
+
+
+def _begins(text: str, mark: str) -> Iterator[int]:
+    at = text.find(mark)
+    while at >= 0:
+        yield at
+        at = text.find(mark, at + 1)
+
+
+def _with_marks(model: Model, noises: Sequence[Noise], marked: Callable[[Any], float]) -> Model:
+    if model.builder and all(one.key.partition("[")[0] in model.builder for one in noises):
+        made, builder = model.changed(), {name: list(one) if isinstance(one, list) else one for name, one in model.builder.items()}
+        for k, one in enumerate(noises):
+            name, _, index = one.key.rstrip("]").partition("[")
+            if index:
+                builder[name][int(index)] = marked([[k, 1.0]])
+            else:
+                builder[name] = marked([[k, 1.0]])
+        made.builder = builder
+        return made
+    R = _marked_sums(model.R, noises, "R", marked)
+    if model.G is not None:
+        G = model.G.copy()
+        for k, one in enumerate(noises):
+            for c in one.columns:
+                for i in np.flatnonzero(G[:, c]):
+                    G[i, c] = marked({"root": k, "of": float(model.G[i, c])})
+        return replace_matrices(model, G=G, R=R)
+    if model.continuous is None:
+        return replace_matrices(model, Q=_marked_sums(model.Q, noises, "Q", marked), R=R)
+    of = model.continuous
+    Qc = of.Qc.copy()
+    blocks = {key: part for key, _, part in _blocks("Qc", of.Qc)}
+    for k, one in enumerate(noises):
+        for i, j in np.argwhere(np.triu(blocks.get(one.key, np.zeros_like(Qc)))):
+            Qc[i, j] = Qc[j, i] = marked([[k, float(blocks[one.key][i, j])]])
+    return replace_matrices(model, Qc=Qc, R=R)
+
+
+def replace_matrices(model: Model, R: np.ndarray, Qc: Optional[np.ndarray] = None, **more: np.ndarray) -> Model:
+    if Qc is None:
+        return model.changed(R=R, **more)
+    made = model.changed(R=R)
+    made.continuous = replace(model.continuous, Qc=Qc)
+    return made
+
+
+def _marked_sums(given: np.ndarray, noises: Sequence[Noise], name: str, marked: Callable[[Any], float]) -> np.ndarray:
+    made = given.copy()
+    for i, j in np.argwhere(np.triu(given)):
+        terms = [[k, float(_first(one.parts[name])[i, j])] for k, one in enumerate(noises) if name in one.parts and _first(one.parts[name])[i, j]]
+        if terms:
+            made[i, j] = made[j, i] = marked(terms)
+    return made
+
+
+def _first(part: np.ndarray) -> np.ndarray:
+    return part[0] if part.ndim == 3 else part

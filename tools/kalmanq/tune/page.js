@@ -1,0 +1,569 @@
+"use strict";
+/* The page: what is set, what is asked of the library, what is shown. */
+
+const SOURCE = `<!DOCTYPE html>\n${document.documentElement.outerHTML}\n`;
+const $ = (id) => document.getElementById(id);
+const content = JSON.parse($("content").textContent);
+const BEGIN = {
+  theta: content.noises.map((one) => one.value), dt: content.flow ? content.flow.dt : undefined, free: content.noises.map(() => true), arithmetic: "f64", loss: "none", parameter: null,
+  lag: 0, ahead: Math.max(10, Math.min(200, Math.round(content.rows / 10))), cells: {},
+};
+const USUAL = { none: null, gate: 0.9999, huber: 3, student: 10, jump: 9 };
+const LOSS_NOTES = {
+  none: "", gate: "Leaves out a row that is too far off. Parameter: the share of good rows that pass (0.9, 0.95, 0.99, 0.999, 0.9999).",
+  huber: "A row beyond k sigma counts less.", student: "Heavy tails with nu degrees of freedom.", jump: "Raises the covariance where a row says the state has jumped.",
+};
+const EVENTS = [[1, "a measurement was redundant"], [2, "overflow: a mean or variance is not representable"], [8, "a state saturated at the end of its range"],
+                [128, "precision lost: a sigma may be wrong by more than 5 %"], [512, "a low-noise measurement contradicts what was known"]];
+
+let set = JSON.parse(JSON.stringify(BEGIN)), shows = { state: 0, measurement: 0, first: 0, last: content.rows };
+let past = [], future = [], seenCells = set.cells, seenBy = { first: null, second: null };
+let drawn = { pictures: null, smoothed: null, total: null };
+const begunTotal = {};
+
+/* ------------------------------------------------------------------ workers, or the page itself */
+
+class Helper {
+  constructor(wasm, code) {
+    this.waiting = new Map();
+    this.next = 0;
+    try {
+      this.worker = new Worker(URL.createObjectURL(new Blob([code], { type: "text/javascript" })));
+      this.worker.onmessage = ({ data }) => this.heard(data);
+      this.worker.onerror = (event) => { event.preventDefault(); for (const one of this.waiting.values()) one.done({ refused: event.message || "the worker has stopped" }); };
+    } catch { this.worker = null; }
+    this.ready = this.ask({ kind: "begin", wasm, content });
+  }
+  heard(data) {
+    const one = this.waiting.get(data.id);
+    if (data.told) return one.told(data.told);
+    this.waiting.delete(data.id);
+    one.done(data);
+  }
+  ask(message, told = () => {}) {
+    const id = this.next++;
+    return new Promise((done) => {
+      this.waiting.set(id, { done, told });
+      if (this.worker) this.worker.postMessage({ ...message, id });
+      else answer({ ...message, id }, told).then((data) => this.heard(data));
+    });
+  }
+}
+
+/* The newest request alone is kept while one is at work. */
+class Latest {
+  constructor(work) { this.work = work; this.busy = false; this.wanted = null; }
+  ask(what) {
+    this.wanted = what;
+    if (!this.busy) this.go();
+  }
+  async go() {
+    this.busy = true;
+    while (this.wanted) {
+      const what = this.wanted;
+      this.wanted = null;
+      await this.work(what);
+    }
+    this.busy = false;
+  }
+}
+
+/* ------------------------------------------------------------------ asking */
+
+let first, second, resting;
+const filterRuns = new Latest(runFilter), smoothRuns = new Latest(runSmoother);
+
+function asked() {
+  return { theta: set.theta, dt: set.dt, arithmetic: set.arithmetic, loss: set.loss, parameter: set.parameter, lag: set.lag, ahead: set.ahead };
+}
+
+async function edited(helper, who) {
+  if (seenBy[who] === set.cells) return;
+  seenBy[who] = set.cells;
+  await helper.ask({ kind: "edit", cells: Object.keys(set.cells).map(Number), values: Object.values(set.cells).map((one) => (one === null ? NaN : one)) });
+}
+
+async function runFilter({ kind, begun }) {
+  await edited(first, "first");
+  const now = JSON.stringify([set.theta, set.dt]), told = await first.ask({ kind, asked: asked(), shows: shown() });
+  if (told.refused) return refuse(told.refused);
+  drawn = { ...drawn, pictures: told.pictures, consistency: told.consistency, correlation: told.correlation };
+  if (kind === "run") Object.assign(drawn, { total: told.total, events: told.events, headroom: told.headroom });
+  if (kind === "run" && now === JSON.stringify([BEGIN.theta, BEGIN.dt]) && set.arithmetic === "f64" && set.loss === "none" && !Object.keys(set.cells).length) check(told.total);
+  show(begun);
+}
+
+async function runSmoother({ kind, begun }) {
+  if (set.loss !== "none") { drawn.smoothed = null; return show(); }
+  await edited(second, "second");
+  const told = await second.ask({ kind, asked: asked(), shows: shown() });
+  if (told.refused) { drawn.smoothed = null; return; }
+  drawn.smoothed = told.pictures;
+  show(begun);
+}
+
+function shown() { return { ...shows, columns: charts.state.columns }; }
+
+/* kind: run, or look where nothing but what is shown has changed */
+function redraw(kind = "run") {
+  const begun = performance.now();
+  filterRuns.ask({ kind: kind === "look" && !filterRuns.wanted ? "look" : "run", begun });
+  smoothRuns.ask({ kind: kind === "look" && !smoothRuns.wanted ? "look_smooth" : "smooth", begun });
+  if (kind === "look") return;
+  clearTimeout(resting);
+  resting = setTimeout(measureDistance, 400);
+  showSettings();
+}
+
+/* From the change to the picture of it, smoothed curve included */
+function took(begun) {
+  const milliseconds = performance.now() - begun;
+  $("took").textContent = `${milliseconds.toFixed(0)} ms`;
+  document.body.dataset.took = milliseconds.toFixed(1);
+}
+
+async function measureDistance() {
+  if (set.loss !== "none" && set.parameter === null) return;
+  const { far } = await second.ask({ kind: "distance", asked: asked() });
+  const told = Object.entries(far).map(([name, one]) => `${name}: ${typeof one === "number" ? `${said(one, 2)} sigma` : "not to be had"}`);
+  $("distance").textContent = `Farthest mean from f64. ${told.join("; ")}.`;
+}
+
+function check(total) {
+  const same = Object.is(total, content.total);
+  $("bits").textContent = same ? "same bits as on the host" : "other bits than on the host";
+  document.body.dataset.bits = same ? "same" : "other";
+}
+
+/* ------------------------------------------------------------------ changing */
+
+function change(what, { isDragging = false } = {}) {
+  if (!isDragging) remember();
+  Object.assign(set, what);
+  redraw();
+}
+
+let before = null; // of a drag
+function remember() {
+  past.push(JSON.stringify(before || set));
+  if (past.length > 300) past.shift();
+  before = null;
+  future = [];
+}
+function beginDrag() { before = before || JSON.parse(JSON.stringify(set)); }
+function endDrag() { if (before && JSON.stringify(before) !== JSON.stringify(set)) remember(); before = null; showSettings(); }
+
+function travel(from, to) {
+  if (!from.length) return;
+  to.push(JSON.stringify(set));
+  set = JSON.parse(from.pop());
+  redraw();
+}
+
+/* ------------------------------------------------------------------ sliders: of the noises, and of dt */
+
+const NOISE_DECADES = 6, DT_DECADES = 1;
+const sliders = content.noises.map((one, k) => ({
+  key: one.key, unit: one.unit, hint: `${one.kind === "R" ? "measurement noise" : "process noise"}${one.hint ? ` of ${one.hint}` : ""}`, decades: NOISE_DECADES,
+  begun: BEGIN.theta[k], value: () => set.theta[k], noise: k, changed: (value) => ({ theta: set.theta.map((old, i) => (i === k ? value : old)) }) }));
+if (content.flow) sliders.push({ key: "dt", unit: content.flow.unit, hint: "time from row to row", decades: DT_DECADES, begun: BEGIN.dt, value: () => set.dt, changed: (dt) => ({ dt }) });
+
+function buildSliders() {
+  sliders.forEach((one, k) => {
+    const row = document.createElement("div"), isNoise = one.noise !== undefined;
+    row.className = "noise";
+    row.innerHTML = `<label class="what" for="size-${k}"></label><input id="size-${k}" inputmode="decimal" autocomplete="off" spellcheck="false">
+      <input type="range" id="noise-${k}" min="${-one.decades}" max="${one.decades}" step="0.01">
+      <label class="free">${isNoise ? `<input type="checkbox" id="free-${k}"> fit it` : "&nbsp;"}</label><button type="button" class="was" id="was-${k}" title="Back to what it was"></button>`;
+    const what = row.querySelector(".what"), small = document.createElement("small"), [size, slider, free] = row.querySelectorAll("input");
+    what.textContent = `${one.key}${one.unit ? ` [${one.unit}]` : ""}`;
+    small.textContent = one.hint;
+    what.append(small);
+    $("noises").append(row);
+    slider.setAttribute("aria-label", `${one.key}, ${one.hint}, logarithmic`);
+    slider.addEventListener("input", () => { beginDrag(); change(one.changed(Number(slider.value) === 0 ? one.begun : one.begun * 10 ** Number(slider.value)), { isDragging: true }); });
+    slider.addEventListener("change", endDrag);
+    size.addEventListener("change", () => typed(one, size.value));
+    row.querySelector(".was").addEventListener("click", () => change(one.changed(one.begun)));
+    if (!isNoise) return;
+    free.setAttribute("aria-label", `Fit ${one.key}, ${one.hint}`);
+    free.addEventListener("change", () => { remember(); set.free[one.noise] = free.checked; showSettings(); });
+  });
+}
+
+function typed(one, text) {
+  const value = Number(text.replace(",", "."));
+  if (value > 0 && Number.isFinite(value)) return change(one.changed(value));
+  tell(`${one.key}: ${text} is not a number above 0`, true);
+  showSettings();
+}
+
+function setNoise(k, value) { change(sliders[k].changed(value)); }
+
+function showSliders() {
+  sliders.forEach((one, k) => {
+    const value = one.value(), decades = Math.log10(value / one.begun);
+    $(`size-${k}`).parentElement.classList.toggle("changed", value !== one.begun);
+    if (document.activeElement !== $(`size-${k}`)) $(`size-${k}`).value = said(value, 6);
+    $(`noise-${k}`).value = Math.max(-one.decades, Math.min(one.decades, decades));
+    $(`noise-${k}`).setAttribute("aria-valuetext", said(value, 4));
+    if (one.noise !== undefined) $(`free-${k}`).checked = set.free[one.noise];
+    $(`was-${k}`).textContent = `was ${said(one.begun, 4)}`;
+  });
+}
+
+function showSettings() {
+  showSliders();
+  for (const one of document.querySelectorAll("[name=arithmetic]")) one.checked = one.value === set.arithmetic;
+  $("loss").value = set.loss;
+  $("parameter").value = set.parameter === null ? "" : String(set.parameter);
+  $("parameter").disabled = set.loss === "none";
+  $("loss-note").textContent = LOSS_NOTES[set.loss] + (set.loss === "none" ? "" : " No smoother then.");
+  $("lag").value = set.lag;
+  $("ahead").value = set.ahead;
+  $("undo").disabled = !past.length;
+  $("redo").disabled = !future.length;
+  $("fit").disabled = !set.free.some(Boolean);
+  const count = Object.keys(set.cells).length;
+  $("painted").textContent = count ? `${count} ${count === 1 ? "value" : "values"} changed.` : "The recording is as it was.";
+  $("commands").textContent = commands();
+  showCosts();
+}
+
+/* ------------------------------------------------------------------ showing */
+
+const charts = {};
+/* Round times, where rows have times, and the rows that they are at */
+function marks(a, b, chart) {
+  if (!times) return null;
+  const of = ticks(times[a], times[b - 1], chart.most);
+  return of.made.map((time) => [rowAt(time, a, b), time.toFixed(of.digits)]);
+}
+function rowAt(time, a, b) {
+  let low = a, high = b - 1;
+  while (high - low > 1) { const middle = (low + high) >> 1; if (times[middle] <= time) low = middle; else high = middle; }
+  return high > low ? low + (time - times[low]) / (times[high] - times[low]) : low;
+}
+const named = (one) => `${one.name}${one.unit ? ` [${one.unit}]` : ""}`;
+let times = null, sizes = null, overlay = null, queued = false, waiting = 0;
+
+function show(begun) {
+  if (begun) waiting = begun;
+  if (queued) return;
+  queued = true;
+  requestAnimationFrame(() => {
+    queued = false;
+    draw();
+    if (waiting) took(waiting);
+    waiting = 0;
+  });
+}
+
+function draw() {
+  const of = drawn.pictures;
+  if (!of) return;
+  const { first: a, last: b } = of, ahead = of.forecast && b === content.rows ? set.ahead : 0;
+  const one = (kind, curve, colour, more) => (curve ? [{ kind, ...curve, first: a, last: b, colour, ...more }] : []);
+  const layers = [...one("band", of.filteredBand, "filtered"), ...one("band", drawn.smoothed?.smoothedBand, "smoothed", { alpha: 0.28 }),
+                  ...one("points", of.data, "data"), ...one("line", of.filtered, "filtered"), ...one("line", drawn.smoothed?.smoothed, "smoothed"),
+                  ...one("line", of.lagged, "lagged", { dash: [5, 3] })];
+  if (ahead) {
+    const more = { first: content.rows, last: content.rows + of.forecast.mean.length, colour: "forecast" };
+    layers.push({ kind: "band", low: of.forecast.low, high: of.forecast.high, ...more }, { kind: "line", low: of.forecast.mean, high: of.forecast.mean, ...more });
+  }
+  if (overlay) layers.push({ kind: "marked", ...overlay });
+  const xs = [a - 0.5, b - 0.5 + ahead], over = { xs: [a - 0.5, b - 0.5], marks: marks(a, b, charts.nis), whole: true };
+  charts.state.draw({ xs, layers, marks: marks(a, b, charts.state), whole: true });
+  charts.innovation.draw({ ...over, ys: around(of.innovation), layers: [...one("band", of.innovationBand, "filtered"), { kind: "level", value: 0, colour: "edge" }, ...one("points", of.innovation, "data")] });
+  charts.nis.draw({ ...over, ys: [0, Math.max(1.3 * limit(), around(of.nis)[1])], layers: [{ kind: "level", value: 0, colour: "edge" }, { kind: "level", value: limit(), colour: "smoothed", dash: [5, 3] }, ...one("points", of.nis, "filtered")] });
+  const { values, bound } = drawn.correlation;
+  charts.correlation.draw({ xs: [0, values.length + 1], ys: [-1, 1], whole: true, layers: [{ kind: "bars", values, colour: "filtered" }, { kind: "level", value: 0, colour: "edge" },
+    { kind: "level", value: bound, colour: "smoothed", dash: [5, 3] }, { kind: "level", value: -bound, colour: "smoothed", dash: [5, 3] }] });
+  showNumbers(ahead);
+}
+
+const LIMITS = [3.841, 5.991, 7.815, 9.488, 11.07, 12.592, 14.067, 15.507, 16.919, 18.307, 19.675, 21.026, 22.362, 23.685, 24.996, 26.296];
+function limit() { return LIMITS[content.m - 1]; }
+
+function showNumbers(ahead) {
+  const { consistency: of } = drawn, begun = content.total;
+  $("total").textContent = Number.isFinite(drawn.total) ? drawn.total.toFixed(3) : "–";
+  const gain = drawn.total - begun;
+  $("gain").textContent = Math.abs(gain) < 5e-4 ? "as at the start" : `${gain > 0 ? "+" : "−"}${Math.abs(gain).toFixed(3)} since the start`;
+  $("nis-mean").textContent = said(of.mean, 4);
+  $("nis-bounds").textContent = `95 %: ${of.low.toFixed(3)} to ${of.high.toFixed(3)}`;
+  $("nis-mean").style.color = of.mean < of.low || of.mean > of.high ? "var(--bad)" : "";
+  $("beyond").textContent = `${(100 * of.beyond).toFixed(1)} %`;
+  document.querySelector(".legend .lagged").hidden = !drawn.pictures.lagged;
+  document.querySelector(".legend .forecast").hidden = !ahead;
+  document.querySelector(".legend .smoothed").hidden = !drawn.smoothed;
+  for (const one of document.querySelectorAll(".with-band")) one.hidden = !drawn.pictures.filteredBand;
+  document.querySelector(".legend .data").hidden = !drawn.pictures.data;
+  const found = EVENTS.filter(([bit]) => drawn.events & bit).map(([, text]) => text);
+  tell(found.join("; "), found.length > 0);
+  $("headroom").hidden = !drawn.headroom || set.arithmetic !== "q31";
+  if (drawn.headroom) showHeadroom(drawn.headroom);
+}
+
+function showHeadroom(bars) {
+  $("bars").replaceChildren(...bars.map((one) => {
+    const row = document.createElement("div"), [name, bar, text] = ["span", "i", "span"].map((tag) => document.createElement(tag)), fill = document.createElement("b");
+    row.className = `headroom${one.share >= 1 ? " full" : ""}`;
+    name.textContent = one.name;
+    fill.style.width = `${Math.min(100, 100 * one.share)}%`;
+    text.textContent = `${(100 * one.share).toFixed(0)} %`;
+    bar.append(fill);
+    row.append(name, bar, text);
+    return row;
+  }));
+}
+
+function tell(text, isBad = false) {
+  $("message").textContent = text || "\u00a0";
+  $("message").classList.toggle("bad", isBad);
+}
+function refuse(text) { tell(text, true); document.body.dataset.refused = text; }
+
+function showCosts() {
+  const of = (content.costs[$("core").value] || {})[set.arithmetic === "q31" ? "q31" : "f32"] || {};
+  const cells = (tag, values) => { const row = document.createElement("tr"); values.forEach((one) => { const cell = document.createElement(tag); cell.textContent = one; row.append(cell); }); return row; };
+  $("costs").replaceChildren(cells("th", [set.arithmetic === "q31" ? "q31" : "f32", "instr./step", "flash", "RAM", "stack"]),
+    ...Object.entries(of).map(([way, values]) => cells("td", [way, ...values.map((one) => one.toLocaleString("en").replaceAll(",", "\u2009"))])));
+}
+
+/* ------------------------------------------------------------------ the fit, and what is taken along */
+
+async function runFit() {
+  const free = set.free.slice(), button = $("fit");
+  button.disabled = true;
+  await edited(second, "second");
+  $("fitted").textContent = "Climbing …";
+  const found = await second.ask({ kind: "fit", asked: { ...asked(), loss: "none" }, free }, (now) => { $("fitted").textContent = `Climbing … log-likelihood ${now.value.toFixed(6)}`; });
+  button.disabled = false;
+  if (found.refused) { $("fitted").textContent = found.refused; return; }
+  const gone = content.noises.filter((one, k) => free[k] && found.theta[k] < 1e-8 * one.value).map((one) => one.key);
+  $("fitted").textContent = `Log-likelihood ${found.value.toFixed(6)} after ${found.calls} runs.${gone.length ? ` Nothing is left of ${gone.join(", ")}.` : ""}`;
+  document.body.dataset.fitted = String(found.value);
+  change({ theta: found.theta });
+}
+
+function quoted(text) { return /^[\w./+-]+$/.test(text) ? text : `'${text.replaceAll("'", "'\\''")}'`; }
+function tuned() { return `${content.name.replace(/[^\w-]+/g, "_") || "model"}_tuned.toml`; }
+
+function commands() {
+  const { model, data } = content.sources, core = $("core").value || "m4f", chip = set.arithmetic === "q31" ? "q31" : "f32";
+  const names = content.noises.filter((one, k) => set.free[k]).map((one) => one.fit), files = data ? ` ${data.split(" ").map(quoted).join(" ")}` : " DATA.csv";
+  const isDiscrete = names.every((one) => /^[QR](\[|$)/.test(one));
+  const forms = isDiscrete ? " --q-form diagonal --r-form diagonal" : "";
+  const fit = names.length && names.every(Boolean) && !names.some((one) => /^(Q|R|Qc)$/.test(one)) ? [`kalmanq fit ${quoted(model)}${files} --free ${quoted(names.join(","))}${forms}`] : [];
+  return [...fit, `kalmanq run ${tuned()}${files} --arith ${set.arithmetic}${set.loss === "none" ? " --smooth" : ` --robust ${set.loss}`}`,
+          `kalmanq design ${tuned()} --core ${core} --arith ${chip} -o .`, `kalmanq compile ${tuned()} --arith ${chip} -o ${tuned().replace(".toml", ".c")}`].join("\n");
+}
+
+function modelText() {
+  const { theta } = set, written = (value) => String(value).replace(/^(-?\d+)(e|$)/, "$1.0$2");
+  return content.template.map((one) => (typeof one === "string" ? one : Array.isArray(one) ? written(one.reduce((sum, [k, factor]) => sum + factor * theta[k], 0))
+    : one.dt ? written(set.dt) : written(one.of * Math.sqrt(theta[one.root] / content.noises[one.root].value)))).join("");
+}
+
+function pageText() {
+  const settings = JSON.stringify({ set, shows }).replaceAll("<", "\\u003c"), mark = '<script type="application/json" id="settings">';
+  const at = SOURCE.indexOf(mark) + mark.length, end = SOURCE.indexOf("</" + "script>", at);
+  return SOURCE.slice(0, at) + settings + SOURCE.slice(end);
+}
+
+function save(name, text, type) {
+  const link = document.createElement("a");
+  link.href = URL.createObjectURL(new Blob([text], { type }));
+  link.download = name;
+  link.click();
+  setTimeout(() => URL.revokeObjectURL(link.href), 10000);
+}
+
+/* ------------------------------------------------------------------ dragging in the picture, keys */
+
+function clampRow(row) { return Math.max(0, Math.min(content.rows, Math.round(row))); }
+
+function zoom(a, b) {
+  let from = clampRow(a), to = clampRow(b);
+  if (to - from < 8) { const middle = Math.round((from + to) / 2); from = Math.max(0, middle - 4); to = Math.min(content.rows, from + 8); }
+  shows = { ...shows, first: from, last: to };
+  redraw("look");
+}
+
+function paint(kind, from, to) {
+  const cells = { ...set.cells }, { m } = content;
+  for (let t = clampRow(from); t < clampRow(to); t++) for (let c = 0; c < m; c++) if (kind === "gap") cells[t * m + c] = null; else delete cells[t * m + c];
+  change({ cells });
+}
+
+function moveValue(row, value) {
+  const of = seen(sizes, shows.state), t = Math.max(0, Math.min(content.rows - 1, Math.round(row)));
+  if (!of) return tell("No measurement sees this state alone: choose another state.", true);
+  change({ cells: { ...set.cells, [t * content.m + of.c]: value * of.scale + of.less } }, { isDragging: true });
+}
+
+function listenToPicture() {
+  const place = $("chart-state");
+  let drag = null;
+  const where = (event) => { const box = place.getBoundingClientRect(); return { x: event.clientX - box.left, y: event.clientY - box.top }; };
+  place.addEventListener("pointerdown", (event) => {
+    if (!charts.state.box) return;
+    const { x, y } = where(event), tool = document.querySelector("[name=tool]:checked").value;
+    drag = { tool, row: charts.state.row(x) };
+    place.setPointerCapture(event.pointerId);
+    if (tool === "outlier") { beginDrag(); moveValue(drag.row, charts.state.value(y)); }
+  });
+  place.addEventListener("pointermove", (event) => {
+    const { x, y } = where(event);
+    read(x);
+    if (!drag) return;
+    if (drag.tool === "outlier") return moveValue(drag.row, charts.state.value(y));
+    const [from, to] = [drag.row, charts.state.row(x)].sort((a, b) => a - b);
+    overlay = { from: clampRow(from), to: clampRow(to + 1), colour: drag.tool === "gap" ? "bad" : "accent" };
+    show();
+  });
+  const end = () => {
+    if (drag?.tool === "outlier") endDrag();
+    else if (drag && overlay && overlay.to > overlay.from) {
+      if (drag.tool === "zoom") { if (overlay.to - overlay.from > 3) zoom(overlay.from, overlay.to); }
+      else paint(drag.tool, overlay.from, overlay.to);
+    }
+    drag = overlay = null;
+    show();
+  };
+  place.addEventListener("pointerup", end);
+  place.addEventListener("pointercancel", end);
+  place.addEventListener("dblclick", () => zoom(0, content.rows));
+  place.addEventListener("wheel", (event) => { event.preventDefault(); scale(event.deltaY > 0 ? 1.25 : 0.8, charts.state.row(where(event).x)); }, { passive: false });
+  place.addEventListener("keydown", (event) => {
+    const span = shows.last - shows.first, step = Math.max(1, Math.round(span / 10));
+    const moves = { ArrowLeft: () => pan(-step), ArrowRight: () => pan(step), "+": () => scale(0.8), "=": () => scale(0.8), "-": () => scale(1.25), 0: () => zoom(0, content.rows), Home: () => zoom(0, content.rows) };
+    if (event.ctrlKey || event.metaKey || !moves[event.key]) return;
+    event.preventDefault();
+    moves[event.key]();
+  });
+}
+
+function pan(step) {
+  const by = Math.max(-shows.first, Math.min(content.rows - shows.last, step));
+  if (by) zoom(shows.first + by, shows.last + by);
+}
+function scale(factor, around = (shows.first + shows.last) / 2) {
+  zoom(around - (around - shows.first) * factor, around + (shows.last - around) * factor);
+}
+
+function read(x) {
+  const of = drawn.pictures;
+  if (!of || !charts.state.box) return;
+  const row = Math.round(charts.state.row(x)), n = of.filtered.low.length;
+  const k = Math.floor(((row - of.first) * n) / (of.last - of.first)), unit = quantity().unit;
+  if (row < of.first || row >= of.last) { $("reading").textContent = "\u00a0"; return; }
+  const middle = (curve) => (curve.low[k] + curve.high[k]) / 2, half = (curve) => (curve.high[k] - curve.low[k]) / 2;
+  const parts = [`${content.times ? `${said(times[row], 7)} ${content.unit}, ` : ""}row ${row}`];
+  if (of.data) parts.push(`measured ${said(middle(of.data))}`);
+  const both = (name, curve, band) => parts.push(`${name} ${said(middle(curve))}${band ? ` ± ${said(half(band), 3)}` : ""}`);
+  both("filtered", of.filtered, of.filteredBand);
+  if (drawn.smoothed) both("smoothed", drawn.smoothed.smoothed, drawn.smoothed.smoothedBand);
+  $("reading").textContent = parts.join(" · ") + (unit ? ` ${unit}` : "");
+}
+
+/* ------------------------------------------------------------------ the beginning */
+
+function options(select, names, chosen = 0) {
+  select.replaceChildren(...names.map((one, k) => { const made = document.createElement("option"); made.value = one[0]; made.textContent = one[1]; made.selected = k === chosen; return made; }));
+}
+
+function quantity() { return shows.state < content.n ? content.states[shows.state] : content.measurements[shows.state - content.n]; }
+
+function captions() {
+  const state = quantity(), over = content.times ? `over time [${content.unit}]` : "over rows", measured = content.measurements[shows.measurement];
+  $("state-caption").textContent = `${named(state)}, ${over}`;
+  $("innovation-caption").textContent = `Innovations of ${named(measured)}, with the band of 95 %`;
+  $("correlation-caption").textContent = `Autocorrelation of the innovations of ${measured.name}, by lag, with the bound of 95 %`;
+  $("chart-state").setAttribute("aria-label", `Picture of ${named(state)}, ${over}`);
+}
+
+function listen() {
+  const number = (id, most) => Math.max(0, Math.min(most, Math.round(Number($(id).value) || 0)));
+  $("undo").onclick = () => travel(past, future);
+  $("redo").onclick = () => travel(future, past);
+  $("reset").onclick = () => { remember(); set = JSON.parse(JSON.stringify(BEGIN)); redraw(); };
+  document.addEventListener("keydown", (event) => {
+    if (!(event.ctrlKey || event.metaKey) || event.target.matches("input:not([type=range],[type=radio],[type=checkbox])")) return;
+    if (event.key === "z" && !event.shiftKey) { event.preventDefault(); travel(past, future); }
+    if (event.key === "y" || (event.key === "z" && event.shiftKey) || event.key === "Z") { event.preventDefault(); travel(future, past); }
+  });
+  $("state").onchange = () => { shows.state = Number($("state").value); captions(); redraw("look"); };
+  $("measurement").onchange = () => { shows.measurement = Number($("measurement").value); captions(); redraw("look"); };
+  for (const one of document.querySelectorAll("[name=arithmetic]")) one.onchange = () => change({ arithmetic: one.value });
+  $("loss").onchange = () => change({ loss: $("loss").value, parameter: USUAL[$("loss").value] });
+  $("parameter").onchange = () => setParameter(Number($("parameter").value.replace(",", ".")));
+  $("lag").onchange = () => change({ lag: number("lag", 200) });
+  $("ahead").onchange = () => change({ ahead: number("ahead", 2000) });
+  $("fit").onclick = runFit;
+  $("make-gap").onclick = () => paint("gap", number("from", content.rows), number("to", content.rows) + 1);
+  $("restore").onclick = () => paint("restore", number("from", content.rows), number("to", content.rows) + 1);
+  $("zoom-to").onclick = () => zoom(number("from", content.rows), number("to", content.rows) + 1);
+  $("core").onchange = showSettings;
+  $("save-model").onclick = () => save(tuned(), modelText(), "text/plain");
+  $("save-page").onclick = () => save(`${content.name.replace(/[^\w-]+/g, "_") || "tune"}.html`, pageText(), "text/html");
+  new ResizeObserver(() => redraw("look")).observe($("chart-state"));
+  matchMedia("(prefers-color-scheme: dark)").addEventListener("change", show);
+  listenToPicture();
+}
+
+function setParameter(value) {
+  const levels = [0.9, 0.95, 0.99, 0.999, 0.9999];
+  if (!(value > 0) || (set.loss === "gate" && !levels.includes(value)) || (set.loss === "jump" && value < 1)) {
+    tell(set.loss === "gate" ? `the gate's share is one of ${levels.join(", ")}` : "the parameter is a number above 0", true);
+    return showSettings();
+  }
+  change({ parameter: value });
+}
+
+function title() {
+  document.title = `${content.name}: tune`;
+  $("name").textContent = content.name;
+  const { model, data } = content.sources;
+  $("facts").textContent = [`${model}, ${data || "drawn from the model"}`, `${content.rows} rows`, `${content.n} ${content.n === 1 ? "state" : "states"}, ${content.m} ${content.m === 1 ? "measurement" : "measurements"}`].join(" · ");
+}
+
+async function begin() {
+  if (typeof WebAssembly !== "object" || typeof DecompressionStream !== "function") {
+    $("stop").hidden = false;
+    $("stop").textContent = "This browser has no WebAssembly, in which the filter runs: open the page in a newer one, or allow it.";
+    return;
+  }
+  times = numbersOf(content.times);
+  sizes = { ...content, H: numbersOf(content.H), d: numbersOf(content.d) };
+  if (!seen(sizes, 0)) shows.state = content.n; // what is measured, where nothing measures the first state alone
+  const kept = JSON.parse($("settings").textContent);
+  if (kept) { set = { ...set, ...kept.set }; shows = { ...shows, ...kept.shows }; }
+  title();
+  options($("state"), [...content.states.map((one, k) => [k, one.name]), ...content.measurements.map((one, c) => [content.n + c, `${one.name} (measured)`])], shows.state);
+  options($("measurement"), content.measurements.map((one, k) => [k, one.name]), shows.measurement);
+  options($("core"), Object.entries(content.cores), Object.keys(content.cores).indexOf("m4f"));
+  buildSliders();
+  captions();
+  for (const [name, id] of [["state", "chart-state"], ["innovation", "chart-innovation"], ["nis", "chart-nis"], ["correlation", "chart-correlation"]]) charts[name] = new Chart($(id));
+  if ([...content.states, ...content.measurements, ...content.controls].some((one) => one.range === null)) {
+    const fixed = document.querySelector("[name=arithmetic][value=q31]");
+    fixed.disabled = true;
+    fixed.parentElement.title = "q31 needs ranges of all states and measurements in the model file";
+  }
+  $("from").value = 0;
+  $("to").value = Math.min(content.rows - 1, 9);
+  showSettings();
+  const wasm = await unpacked($("core-text").textContent), code = `${$("engine").textContent}\n${$("worker").textContent}`;
+  first = new Helper(wasm, code);
+  second = new Helper(wasm, code);
+  const made = await Promise.all([first.ready, second.ready]);
+  const refused = made.find((one) => one.refused);
+  if (refused) return refuse(refused.refused);
+  listen();
+  redraw();
+  document.body.dataset.ready = String(Math.round(performance.now()));
+}
+
+begin().catch((problem) => { $("stop").hidden = false; $("stop").textContent = `The page has stopped: ${problem.message}`; });

@@ -1,0 +1,148 @@
+"""One file: page.html with its style, its scripts, the library in WebAssembly and what it is of."""
+
+from __future__ import annotations
+
+import base64
+import gzip
+import json
+from pathlib import Path
+from typing import Any, Optional, Sequence
+
+import numpy as np
+
+from kalmanq.errors import KalmanqError
+from kalmanq.firmware.costs import CORES, estimate, is_measured
+from kalmanq.model import Model
+from kalmanq.model.model import Quantity
+from kalmanq.run.filters import Filter
+from kalmanq.tune.noises import MATRICES, Noise, Shape, has_dt, noises_of, rest_of
+
+HERE = Path(__file__).resolve().parent
+CORE = HERE / "core.wasm"
+STEPS_MOST = 1000  # steps of other lengths than dt, which have a process each
+NUMBERS_MOST = 40_000_000  # that the page's memory has to hold
+FORECAST = 0.1  # of the rows that there are; at least 10, at most 200
+WAYS = ("tables", "init", "sizes", "lean")
+
+
+def core() -> bytes:
+    if not CORE.exists():
+        raise KalmanqError("tune: this installation is without WebAssembly: install clang and lld (apt install clang lld), and "
+                           "then kalmanq again")
+    return CORE.read_bytes()
+
+
+def page(model: Model, z: np.ndarray, u: Optional[np.ndarray], times: Optional[np.ndarray], sources: dict[str, str]) -> str:
+    """sources: names of the files that it is of"""
+    wasm = base64.b64encode(gzip.compress(core(), 9, mtime=0)).decode()
+    pieces = {"STYLE": _file("page.css"), "ENGINE": _file("engine.js"), "WORKER": _file("worker.js"), "CHARTS": _file("charts.js"),
+              "PAGE": _file("page.js"), "CORE": wasm, "CONTENT": for_script(content(model, z, u, times, sources)), "SETTINGS": "null"}
+    made = _file("page.html")
+    for name, text in pieces.items():
+        before, mark, after = made.partition(f"/*{name}*/")
+        if not mark:
+            raise KalmanqError(f"page.html has no place for {name}")
+        made = before + text + after
+    return made
+
+
+def _file(name: str) -> str:
+    return (HERE / name).read_text(encoding="utf-8")
+
+
+def for_script(given: Any) -> str:
+    """JSON that ends no <script>, whatever names are in it"""
+    made = json.dumps(given, ensure_ascii=False, allow_nan=False)
+    return made.replace("<", "\\u003c").replace("\u2028", "\\u2028").replace("\u2029", "\\u2029")
+
+
+# ------------------------------------------------------------------------------ what it is of
+
+
+def content(model: Model, z: np.ndarray, u: Optional[np.ndarray], times: Optional[np.ndarray], sources: dict[str, str]) -> dict[str, Any]:
+    refuse(model, z, u)
+    dt, which = steps_of(model, times)
+    shape = Shape(dt)
+    noises, template = noises_of(model, shape)
+    arrays = shape.arrays(model)
+    filter_ = Filter(model)
+    filter_.run(z, u, times=times)
+    return {
+        "name": model.name, "sources": sources, "n": model.n, "m": model.m, "l": model.l, "rows": len(z),
+        "states": _quantities(model.states), "measurements": _quantities(model.measurements), "controls": _quantities(model.controls),
+        "processes": len(arrays["A"]), "factor": 0 if model.G is None else model.G.shape[1],
+        "unknown": sum(1 << int(i) for i in np.flatnonzero(model.unknown)),
+        **{name: packed(arrays[name]) for name in ("A", "B", "Q", "G", "H", "R", "x0", "P0", "d")},
+        "rest": {name: packed(rest_of(arrays[name], noises, name)) for name in ("Q", "R", "P0")},
+        "z": packed(z), "u": packed(_with_ones(model, u, len(z))), "which": packed(which), "times": packed(times),
+        "unit": model.continuous.unit if model.continuous and times is not None else "",
+        "flow": flow(model, noises) if has_dt(model, shape) else None,
+        "noises": [_noise(one) for one in noises], "template": template, "total": filter_.log_likelihood,
+        "cores": CORES, "costs": costs(model)}
+
+
+def refuse(model: Model, z: np.ndarray, u: Optional[np.ndarray]) -> None:
+    late = [one.name for one in model.sensors if one.delay]
+    if late:
+        raise KalmanqError(f"sensors: {late[0]} has a delay, and tune takes all in time: leave its `delay` out")
+    if model.inputs and (u is None or np.any(np.isnan(u))):
+        row = 0 if u is None else int(np.argmax(np.any(np.isnan(u), axis=1)))
+        raise KalmanqError(f"row {row}: a control is missing: give all controls, or leave B out of the model")
+    need = len(z) * (10 * model.n + (model.n + 5) * model.n + 8 * model.m)
+    if need > NUMBERS_MOST:
+        most = NUMBERS_MOST * len(z) // need
+        raise KalmanqError(f"{len(z)} rows of {model.n} states: a page holds {most}: give fewer rows")
+
+
+def steps_of(model: Model, times: Optional[np.ndarray]) -> tuple[Optional[np.ndarray], Optional[np.ndarray]]:
+    """dt of each process, the model's own first, and which one is before each row"""
+    if times is None or model.continuous is None:
+        return None, None
+    own, between = model.continuous.dt, model.continuous.between(times)
+    others = np.setdiff1d(between, [own])
+    if len(others) > STEPS_MOST:
+        raise KalmanqError(f"{len(others)} steps of other lengths than dt = {own:g}; a page has at most {STEPS_MOST}: give --jitter, or "
+                           "--time none, which takes each row for a step of dt")
+    dt = np.concatenate([[own], others])
+    order = np.argsort(dt)
+    return dt, np.concatenate([[0], order[np.searchsorted(dt[order], between)]]).astype(float)
+
+
+def flow(model: Model, noises: Sequence[Noise]) -> dict[str, Any]:
+    """By which the page makes a step of another dt"""
+    of = model.continuous
+    return {"F": packed(of.F), "B": packed(of.B), "dt": of.dt, "unit": of.unit, "rest": packed(rest_of(of.Qc, noises, "Qc"))}
+
+
+def _with_ones(model: Model, u: Optional[np.ndarray], rows: int) -> Optional[np.ndarray]:
+    """Rows x l: the control of an offset is 1"""
+    if not model.l:
+        return None
+    given = np.zeros((rows, 0)) if u is None else np.reshape(u, (rows, -1))
+    return np.hstack([given, np.ones((rows, model.l - given.shape[1]))])
+
+
+def packed(array: Optional[np.ndarray]) -> Optional[str]:
+    return None if array is None else base64.b64encode(np.ascontiguousarray(array, "<f8").tobytes()).decode()
+
+
+def _quantities(given: Sequence[Quantity]) -> list[dict[str, Any]]:
+    return [{"name": one.name, "unit": one.unit, "range": one.range, "fraction": one.fraction} for one in given]
+
+
+def _noise(one: Noise) -> dict[str, Any]:
+    parts = {name: packed(one.parts.get(name)) for name in MATRICES}
+    return {"key": one.key, "value": one.value, "kind": one.kind, "unit": one.unit, "hint": one.hint, "power": one.power,
+            "columns": one.columns, "fit": one.fit, **parts}
+
+
+def costs(model: Model) -> dict[str, dict[str, dict[str, list[int]]]]:
+    """By core, arithmetic and way: instructions of a step, bytes of flash, RAM and stack, as `kalmanq design` has them"""
+    made: dict[str, dict[str, dict[str, list[int]]]] = {}
+    for core_ in CORES:
+        for arithmetic in ("f32", "q31"):
+            for way in WAYS:
+                if is_measured(core_, arithmetic, way):
+                    of = estimate(model, core_, arithmetic, way)
+                    made.setdefault(core_, {}).setdefault(arithmetic, {})[way] = [of.instructions, of.flash, of.ram, of.stack]
+    return made
