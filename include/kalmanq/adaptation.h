@@ -1,29 +1,25 @@
 /*
  * kalmanq: the scales of Q and R, learnt while the filter runs.
  *
- * You know the shapes of Q and R, not their sizes: the noises are q Q and r R.  An adaptation carries q and r
- * (1 at first), runs the filter with them, and moves them after every update by recursive maximum likelihood.
+ * You know the shapes of Q and R, not their sizes: the noises are q Q and r R.  An adaptation carries q and r (1 at
+ * first), runs the filter with them, and moves them after every update by recursive maximum likelihood.
  *
  *     kq_adaptation_init_f32(&tuner, &motion, &ranger, &rule);
  *     kq_attach_f32(&track, &tuner.attached);
  *     ... kq_predict_f32(&track, &motion, NULL);        with q Q
  *         kq_update_f32(&track, &ranger, z);            with r R; q and r then move
  *
- * An update changes a scale by a factor of at most 1 + step, within its limits.  M is the memory, in
- * updates.  A normalised innovation counts within -4 .. 4: an outlier has bounded weight.  If you know one
- * scale, let only the other adapt (rule.scales): it is found sooner.
+ * An update changes a scale by a factor of at most 1 + step, within its limits.  M is the memory, in updates.  A
+ * normalised innovation counts within -4 .. 4: an outlier has bounded weight.  If you know one scale, let only the
+ * other adapt (rule.scales): it is found sooner.
  *
- * What to expect (tests/README.md, "Accuracy").  M = 200 finds scales that are off by 4 within 400 to 1100
- * updates for Q / R of 0.01 to 1, with a spread of 0.07 to 0.28 of their logarithms.  A larger M spreads
- * less.
+ * What to expect: M = 200 finds scales that are off by 4 within 400 to 1100 updates (tests/README.md, "Scales of the
+ * noises").  A larger M spreads less.
  *   - Q far above R: only q + r shows.  Let only q adapt.  Q far below R: q is learnt slowly.
- *   - 1 % of outliers of 10 sigma raise r by a factor of 1.15 to 1.34 and q by up to 1.4.  A jump raises q.
- *   - A model that is wrong otherwise (missing state, bias, coloured noise) bends both scales.
+ *   - Outliers raise r and q; a jump raises q.  A model that is wrong otherwise (missing state, bias, coloured noise) bends both scales.
  *
- * Learning begins with the first whole update after n scalar measurements.  Updates with another process or
- * sensor, robust updates and kq_forget move the filter, not the adaptation: the scales suffer.
- *
- * Sources: Gupta and Mehra, IEEE Trans. AC-19 (1974); Ljung and Soderstrom, Recursive Identification (1983).
+ * Learning begins with the first whole update after n scalar measurements.  Updates with another process or sensor,
+ * robust updates and kq_forget move the filter, not the adaptation: the scales suffer.
  */
 #ifndef KALMANQ_ADAPTATION_H
 #define KALMANQ_ADAPTATION_H
@@ -34,8 +30,8 @@
 extern "C" {
 #endif
 
-/** Length of an adaptation's memory, in words (q31: numbers; besides a root).  Bytes at n, m = 2, 1; 4, 2; 9,
-    3: 56, 188, 720 in f32; 100, 320, 1224 in q31 with the root. */
+/** Length of an adaptation's memory, in words (q31: numbers; besides a root).  Bytes at n, m = 2, 1; 4, 2; 9, 3: 56,
+ * 188, 720 in f32; 100, 320, 1224 in q31 with the root. */
 #define KQ_ADAPTATION_LEN_F32(n, m) (KQ_ADAPTATION_LEN_Q31(n, m) + (m) * (m) + KQ_PROCESS_LEN(n))
 #define KQ_ADAPTATION_LEN_F64(n, m) KQ_ADAPTATION_LEN_F32(n, m)
 #define KQ_ADAPTATION_LEN_Q31(n, m) (((n) + (m) + 1) * (n) + (m) + KQ_SENSOR_LEN(m))
@@ -120,26 +116,21 @@ extern const struct kq_hooks_q31 kq_adaptation_hooks_q31;
         0, 0, NULL, NULL, NULL, NULL, {0}, 0, 0, 0, NULL}, NULL}
 
 /** Sets sizes and memory at run time: n, m in 1..16.  `length` words (q31: numbers) at memory,
-    KQ_ADAPTATION_LEN_<T>(n, m), yours while in use.  root (q31): KQ_ROOT_LEN_Q31(n) words, yours too.
-    KQ_ERR_NULL, KQ_ERR_SIZE, KQ_ERR_MEMORY. */
-KQ_NODISCARD kq_status kq_adaptation_assign_f32(kq_adaptation_f32 *a, int n, int m, float *memory,
-    size_t length);
-KQ_NODISCARD kq_status kq_adaptation_assign_f64(kq_adaptation_f64 *a, int n, int m, double *memory,
-    size_t length);
+ * KQ_ADAPTATION_LEN_<T>(n, m), yours while in use.  root (q31): KQ_ROOT_LEN_Q31(n) words, yours too.
+ * KQ_ERR_NULL, KQ_ERR_SIZE, KQ_ERR_MEMORY. */
+KQ_NODISCARD kq_status kq_adaptation_assign_f32(kq_adaptation_f32 *a, int n, int m, float *memory, size_t length);
+KQ_NODISCARD kq_status kq_adaptation_assign_f64(kq_adaptation_f64 *a, int n, int m, double *memory, size_t length);
 KQ_NODISCARD kq_status kq_adaptation_assign_q31(kq_adaptation_q31 *a, int n, int m, kq_scaled_q31 *memory,
     size_t length, int32_t *root);
 
-/**
- * Initialises: both scales 1, nothing learnt.
+/** Initialises: both scales 1, nothing learnt.
  *   a        has sizes and memory; written
- *   p, s     the process and sensor as you know them, kept by reference.  A new A or H
- *            (kq_process_change_transition, kq_sensor_change_measurement) counts from the next step on.  A
- *            variance of 0 stays 0
+ *   p, s     the process and sensor as you know them, kept by reference.  A new A or H (kq_process_change_transition,
+ *            kq_sensor_change_measurement) counts from the next step on.  A variance of 0 stays 0
  *   rule     copied
- * KQ_ERR_NULL, KQ_ERR_SIZE (never assigned; M), KQ_ERR_MEMORY, KQ_ERR_NOT_READY (p, s), KQ_ERR_MISMATCH
- * (sizes; q31: formats), KQ_ERR_NOT_FINITE (rule; R times its limits), KQ_ERR_RANGE (rule.scales, step,
- * limits); q31: KQ_ERR_COEFFICIENT (a number of the rule, or a noise times its limits, is not as in a table).
- */
+ * KQ_ERR_NULL, KQ_ERR_SIZE (never assigned; M), KQ_ERR_MEMORY, KQ_ERR_NOT_READY (p, s), KQ_ERR_MISMATCH (sizes; q31:
+ * formats), KQ_ERR_NOT_FINITE (rule; R times its limits), KQ_ERR_RANGE (rule.scales, step, limits); q31:
+ * KQ_ERR_COEFFICIENT (a number of the rule, or a noise times its limits, is not as in a table). */
 KQ_NODISCARD kq_status kq_adaptation_init_f32(kq_adaptation_f32 *a, const kq_process_f32 *p,
     const kq_sensor_f32 *s, const kq_adaptation_rule_f32 *rule);
 KQ_NODISCARD kq_status kq_adaptation_init_f64(kq_adaptation_f64 *a, const kq_process_f64 *p,
@@ -148,35 +139,29 @@ KQ_NODISCARD kq_status kq_adaptation_init_q31(kq_adaptation_q31 *a, const kq_pro
     const kq_sensor_q31 *s, const kq_adaptation_rule_q31 *rule);
 
 /*
- * kq_attach (filter.h): from now on kq_predict with p takes q Q; kq_update, kq_update_subset and kq_step with
- * s take r R, and q and r then move.  Scales and information stay.  While q = r = 1 the filter is
- * bit-identical to one without adaptation.  Nothing else may be attached.  NIS, log-likelihood and count of
- * the filter are of the scales before they moved.  A component that is missing, redundant or not
- * representable teaches nothing.  Steps also answer KQ_ERR_NOT_READY, KQ_ERR_MISMATCH, KQ_ERR_NOT_FINITE (r
- * R), KQ_ERR_COEFFICIENT (q31: q Q, r R) if p or s have changed so that they no longer fit.
- * Cost of a predict: n^2/2 + n^3/6 + 1.5 n^3 multiplications (0.75 n^3 for an upper triangular A) and a root;
- * of an update, for component c: 3 n^2 + 2 c n multiplications, a root, a division, and 7 divisions in all.
- * Both at n, m = 2, 1; 4, 2; 9, 3: 2934, 8029, 35095 instructions on a Cortex-M4F in f32 (kq_step: 884, 1941,
- * 6864); 12291, 35114, 152240 on an M3 in q31 (2541, 6147, 19804).
+ * kq_attach (filter.h): from now on kq_predict with p takes q Q; kq_update, kq_update_subset and kq_step with s take
+ * r R, and q and r then move.  Scales and information stay.  While q = r = 1 the filter is bit-identical to one
+ * without adaptation.  Nothing else may be attached.  NIS, log-likelihood and count of the filter are of the scales
+ * before they moved.  A component that is missing, redundant or not representable teaches nothing.  Steps also answer
+ * KQ_ERR_NOT_READY, KQ_ERR_MISMATCH, KQ_ERR_NOT_FINITE (r R), KQ_ERR_COEFFICIENT (q31: q Q, r R) if p or s have
+ * changed so that they no longer fit.
+ * Cost of a predict: n^2/2 + n^3/6 + 1.5 n^3 multiplications (0.75 n^3 for an upper triangular A) and a root; of an
+ * update, for component c: 3 n^2 + 2 c n multiplications, a root, a division, and 7 divisions in all.  Both take 3 to
+ * 8 times a kq_step (tests/ACCURACY.md).
  * Stack: 40 words more than predict and update (q31: 115); 136 (q31: 272) where an update decorrelates R.
  */
 
-/**
- * The scales as they are now.
+/** The scales as they are now.
  *   a        read
  *   q, r     written: the scale of Q, of R; each may be NULL
- * KQ_ERR_NULL (a), KQ_ERR_NOT_READY.
- */
+ * KQ_ERR_NULL (a), KQ_ERR_NOT_READY. */
 KQ_NODISCARD kq_status kq_adaptation_scales_f32(const kq_adaptation_f32 *a, float *q, float *r);
 KQ_NODISCARD kq_status kq_adaptation_scales_f64(const kq_adaptation_f64 *a, double *q, double *r);
-KQ_NODISCARD kq_status kq_adaptation_scales_q31(const kq_adaptation_q31 *a, kq_scaled_q31 *q,
-    kq_scaled_q31 *r);
+KQ_NODISCARD kq_status kq_adaptation_scales_q31(const kq_adaptation_q31 *a, kq_scaled_q31 *q, kq_scaled_q31 *r);
 
-/**
- * The process with q Q and the sensor with r R as they are now, for kq_forecast or kq_measurement.
+/** The process with q Q and the sensor with r R as they are now, for kq_forecast or kq_measurement.
  *   a        its scaled models are written; they change with the next call of a or of its filter
- * NULL where a is NULL or not initialised, or where process or sensor have changed and no longer fit.
- */
+ * NULL where a is NULL or not initialised, or where process or sensor have changed and no longer fit. */
 const kq_process_f32 *kq_adaptation_process_f32(kq_adaptation_f32 *a);
 const kq_process_f64 *kq_adaptation_process_f64(kq_adaptation_f64 *a);
 const kq_process_q31 *kq_adaptation_process_q31(kq_adaptation_q31 *a);

@@ -19,10 +19,8 @@
  *     kq_consistency_nis_f32(&window, 1.96f, &nis, &low, &high);
  *     kq_consistency_innovation_f32(&window, 0, 1.96f, &mean, &mean_bound, &correlation, &correlation_bound);
  *
- * One object watches one sensor, or sensors that share a meaning of their components.  Sums are formed when
- * you read them: the window is exact, and nothing drifts.
- *
- * Source: Bar-Shalom, Li and Kirubarajan, Estimation with Applications to Tracking (2001), 5.4.
+ * One object watches one sensor, or sensors that share a meaning of their components.  Sums are formed when you read
+ * them: the window is exact, and nothing drifts.
  */
 #ifndef KALMANQ_CONSISTENCY_H
 #define KALMANQ_CONSISTENCY_H
@@ -68,7 +66,7 @@ typedef struct {
     static kq_consistency_q31 name = {m, 0, window, 0, 0, name##_memory}
 
 /** Sets sizes and memory at run time: m in 1..16, W in 1..KQ_WINDOW_MAX.  `length` words at memory,
-    KQ_CONSISTENCY_LEN_<T>(m, W), yours while in use.  Errors: KQ_ERR_NULL, KQ_ERR_SIZE, KQ_ERR_MEMORY. */
+ * KQ_CONSISTENCY_LEN_<T>(m, W), yours while in use.  Errors: KQ_ERR_NULL, KQ_ERR_SIZE, KQ_ERR_MEMORY. */
 KQ_NODISCARD kq_status kq_consistency_assign_f32(kq_consistency_f32 *c, int m, size_t window, float *memory,
     size_t length);
 KQ_NODISCARD kq_status kq_consistency_assign_f64(kq_consistency_f64 *c, int m, size_t window, double *memory,
@@ -81,16 +79,13 @@ KQ_NODISCARD kq_status kq_consistency_clear_f32(kq_consistency_f32 *c);
 KQ_NODISCARD kq_status kq_consistency_clear_f64(kq_consistency_f64 *c);
 KQ_NODISCARD kq_status kq_consistency_clear_q31(kq_consistency_q31 *c);
 
-/**
- * Notes nu of every component that is present.  Call it between kq_predict and kq_update; do not use kq_step.
+/** Notes nu of every component that is present.  Call it between kq_predict and kq_update; do not use kq_step.
  *   c        written
  *   f, s     read
  *   z, present   as for kq_update_subset; UINT32_MAX for kq_update
- * A component counts as missing if its S_cc counts as 0 (KQ_EVENT_REDUNDANT) or its nu overflows (q31:
- * +-128).
+ * A component counts as missing if its S_cc counts as 0 (KQ_EVENT_REDUNDANT) or its nu overflows (q31: +-128).
  * Cost: n^2/2 + 2n multiplications, one root and one division a component.  Stack: n words.
- * Errors of kq_update_subset; KQ_ERR_MISMATCH also where the sensor does not have m components.
- */
+ * Errors of kq_update_subset; KQ_ERR_MISMATCH also where the sensor does not have m components. */
 KQ_NODISCARD kq_status kq_consistency_watch_f32(kq_consistency_f32 *c, const kq_filter_f32 *f,
     const kq_sensor_f32 *s, const float *z, uint32_t present);
 KQ_NODISCARD kq_status kq_consistency_watch_f64(kq_consistency_f64 *c, const kq_filter_f64 *f,
@@ -98,14 +93,12 @@ KQ_NODISCARD kq_status kq_consistency_watch_f64(kq_consistency_f64 *c, const kq_
 KQ_NODISCARD kq_status kq_consistency_watch_q31(kq_consistency_q31 *c, const kq_filter_q31 *f,
     const kq_sensor_q31 *s, const int32_t *z, uint32_t present);
 
-/**
- * Records the watched update, with kq_nis and kq_taken; the oldest leaves the window.  Call it after it.
+/** Records the watched update, with kq_nis and kq_taken; the oldest leaves the window.  Call it after it.
  *   c        written
  *   f        read
  * An update that took nothing is not recorded.  A gate that rejects makes a filter look more consistent.
  * Cost: a copy of a few words; with a frozen kq_freeze attached n (n + 1) / 2 comparisons.
- * KQ_ERR_NULL, KQ_ERR_NOT_READY (f; nothing watched since the last record; or the last step was frozen).
- */
+ * KQ_ERR_NULL, KQ_ERR_NOT_READY (f; nothing watched since the last record; or the last step was frozen). */
 KQ_NODISCARD kq_status kq_consistency_record_f32(kq_consistency_f32 *c, const kq_filter_f32 *f);
 KQ_NODISCARD kq_status kq_consistency_record_f64(kq_consistency_f64 *c, const kq_filter_f64 *f);
 KQ_NODISCARD kq_status kq_consistency_record_q31(kq_consistency_q31 *c, const kq_filter_q31 *f);
@@ -115,8 +108,7 @@ size_t kq_consistency_count_f32(const kq_consistency_f32 *c);
 size_t kq_consistency_count_f64(const kq_consistency_f64 *c);
 size_t kq_consistency_count_q31(const kq_consistency_q31 *c);
 
-/**
- * The mean NIS per degree of freedom, 1 but for chance, and its bounds.
+/** The mean NIS per degree of freedom, 1 but for chance, and its bounds.
  *   c        read
  *   q        >= 0: normal quantile, 1.96 for 95 %, 2.576 for 99 %
  *   nis      written: the sum of NIS / d, d scalar measurements taken
@@ -124,8 +116,7 @@ size_t kq_consistency_count_q31(const kq_consistency_q31 *c);
  * Accuracy: the coverage is within 0.001 of its level for d >= 10, within 0.003 for d >= 5.
  * q31: q and results are Q39.24.
  * Cost: W additions.
- * KQ_ERR_NULL, KQ_ERR_NOT_READY (empty), KQ_ERR_NOT_FINITE, KQ_ERR_RANGE (q < 0).
- */
+ * KQ_ERR_NULL, KQ_ERR_NOT_READY (empty), KQ_ERR_NOT_FINITE, KQ_ERR_RANGE (q < 0). */
 KQ_NODISCARD kq_status kq_consistency_nis_f32(const kq_consistency_f32 *c, float q, float *nis, float *low,
     float *high);
 KQ_NODISCARD kq_status kq_consistency_nis_f64(const kq_consistency_f64 *c, double q, double *nis, double *low,
@@ -133,8 +124,7 @@ KQ_NODISCARD kq_status kq_consistency_nis_f64(const kq_consistency_f64 *c, doubl
 KQ_NODISCARD kq_status kq_consistency_nis_q31(const kq_consistency_q31 *c, int64_t q, int64_t *nis,
     int64_t *low, int64_t *high);
 
-/**
- * Mean and lag-one correlation of nu of one component.
+/** Mean and lag-one correlation of nu of one component.
  *   c        read
  *   component   0 .. m-1
  *   q        as above
@@ -144,8 +134,7 @@ KQ_NODISCARD kq_status kq_consistency_nis_q31(const kq_consistency_q31 *c, int64
  *   correlation_bound   written: q sqrt(pairs) / k, good for large k; from k = 20 on a little too wide
  * q31: q and results are Q39.24.
  * Cost: 3 W multiplications.
- * KQ_ERR_NULL, KQ_ERR_SIZE (component), KQ_ERR_NOT_READY (no nu of it), KQ_ERR_NOT_FINITE, KQ_ERR_RANGE (q).
- */
+ * KQ_ERR_NULL, KQ_ERR_SIZE (component), KQ_ERR_NOT_READY (no nu of it), KQ_ERR_NOT_FINITE, KQ_ERR_RANGE (q). */
 KQ_NODISCARD kq_status kq_consistency_innovation_f32(const kq_consistency_f32 *c, int component, float q,
     float *mean, float *mean_bound, float *correlation, float *correlation_bound);
 KQ_NODISCARD kq_status kq_consistency_innovation_f64(const kq_consistency_f64 *c, int component, double q,

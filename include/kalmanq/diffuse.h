@@ -1,32 +1,27 @@
 /*
  * kalmanq: the diffuse start: some components of x0, or all, are unknown ("P0_ii = infinity").
  *
- * This is exact diffuse initialisation, without a large number in P0.  The state is x = x^ + S xi + D delta
- * with xi ~ N(0, I) and delta flat; D has a column for each of the d dimensions that are still unknown.  A
- * scalar measurement z = h'x + v with D'h = 0 is an ordinary update.  Any other removes one dimension.  At d
- * = 0 the filter is the limit of ever larger P0: the least-squares solution.
+ * This is exact diffuse initialisation, without a large number in P0.  The state is x = x^ + S xi + D delta with xi ~
+ * N(0, I) and delta flat; D has a column for each of the d dimensions that are still unknown.  A scalar measurement z
+ * = h'x + v with D'h = 0 is an ordinary update.  Any other removes one dimension.  At d = 0 the filter is the limit
+ * of ever larger P0: the least-squares solution.
  *
  *     kq_diffuse_init_f32(&start, &track, x0, P0, 3);         components 0 and 1 are unknown
  *     ... kq_update_f32(&track, &radar, z);
  *         kq_predict_f32(&track, &motion, NULL);
  *         if (kq_diffuse_count_f32(&start) == 0) ...          track is ready
  *
- * The start is attached to its filter and takes part in its steps until d = 0.  Until then kq_mean(f, i),
- * kq_mean_low and kq_sigma are NaN (q31: KQ_NOT_A_VALUE_Q31) for each component i that is not determined
- * yet.  Calls that need the whole state (kq_covariance, kq_gain, kq_forecast, robust updates, a lag, ...)
- * answer KQ_ERR_NOT_READY.
+ * The start is attached to its filter and takes part in its steps until d = 0.  Until then kq_mean(f, i), kq_mean_low
+ * and kq_sigma are NaN (q31: KQ_NOT_A_VALUE_Q31) for each component i that is not determined yet.  Calls that need
+ * the whole state (kq_covariance, kq_gain, kq_forecast, robust updates, a lag, ...) answer KQ_ERR_NOT_READY.
  *
  * Limits (tests/README.md, "Accuracy").  h'D within 16 standard errors of its rounding counts as 0.
- * KQ_EVENT_PRECISION: a measurement saw 4 to 32 standard errors, and sigmas of states that it determined may
- * be wrong.  If A makes modes grow apart by g, what is below eps g of the grown ones is hidden: a component
- * may count as determined though it depends that little on an unknown, or d stay above 0, unless the product
- * of |det A| falls below 1/256.  An A of determinant 0 that also grows may make the filter ready too early.
+ * KQ_EVENT_PRECISION: a measurement saw 4 to 32 standard errors, and sigmas of states that it determined may be
+ * wrong.  Modes of A that grow far apart hide small dependences.
  *
- * Log-likelihood: the exact diffuse one (Durbin and Koopman's L_d, statsmodels' llf).  Packages that leave
- * log 2 pi out of the diffuse steps differ by (d / 2) log 2 pi.  kq_taken counts a measurement that removes a
- * dimension, NIS does not: its degrees of freedom are kq_taken() less the fall of kq_diffuse_count().
- *
- * Sources: Durbin and Koopman, Time Series Analysis (2012), ch. 5; de Jong, Ann. Statist. 19 (1991).
+ * Log-likelihood: the exact diffuse one (Durbin and Koopman's L_d, statsmodels' llf).  Packages that leave log 2 pi
+ * out of the diffuse steps differ by (d / 2) log 2 pi.  kq_taken counts a measurement that removes a dimension, NIS
+ * does not: its degrees of freedom are kq_taken() less the fall of kq_diffuse_count().
  */
 #ifndef KALMANQ_DIFFUSE_H
 #define KALMANQ_DIFFUSE_H
@@ -37,12 +32,10 @@
 extern "C" {
 #endif
 
-/**
- * Length of a start's memory, in words.
+/** Length of a start's memory, in words.
  *   n        states
  *   early    early steps to smooth (below); 0 without a smoother
- * Bytes in f32 at n = 2, 4: 76 and 244; with early steps 132 and 420, and 72 and 220 for each.
- */
+ * Bytes in f32 at n = 2, 4: 76 and 244; with early steps 132 and 420, and 72 and 220 for each. */
 #define KQ_PRIVATE_DIFFUSE_PAST_LEN_F32(n) (KQ_FILTER_LEN_F32(n) + (2 * (n) + 1) * (n) + 1)
 #define KQ_PRIVATE_DIFFUSE_PAST_LEN_F64(n) (KQ_FILTER_LEN_F64(n) + (2 * (n) + 1) * (n) + 1)
 #define KQ_DIFFUSE_LEN_F32(n, early) \
@@ -76,34 +69,28 @@ typedef struct {
     static double name##_memory[KQ_DIFFUSE_LEN_F64(n, early)]; \
     static kq_diffuse_f64 name = {{NULL}, n, 0, 0, 0, early, 0, 0, name##_memory, NULL, NULL}
 
-/** Sets sizes and memory at run time: n in 1..16, early in 0..65534.  `length` words at memory,
-    KQ_DIFFUSE_LEN_<T>(n, early), yours while in use.  KQ_ERR_NULL, KQ_ERR_SIZE, KQ_ERR_MEMORY. */
-KQ_NODISCARD kq_status kq_diffuse_assign_f32(kq_diffuse_f32 *s, int n, size_t early, float *memory,
-    size_t length);
-KQ_NODISCARD kq_status kq_diffuse_assign_f64(kq_diffuse_f64 *s, int n, size_t early, double *memory,
-    size_t length);
+/** Sets sizes and memory at run time: n in 1..16, early in 0..65534.  `length` words at memory, KQ_DIFFUSE_LEN_<T>(n,
+ * early), yours while in use.  KQ_ERR_NULL, KQ_ERR_SIZE, KQ_ERR_MEMORY. */
+KQ_NODISCARD kq_status kq_diffuse_assign_f32(kq_diffuse_f32 *s, int n, size_t early, float *memory, size_t length);
+KQ_NODISCARD kq_status kq_diffuse_assign_f64(kq_diffuse_f64 *s, int n, size_t early, double *memory, size_t length);
 
-/**
- * Initialises a filter whose x0 is in part unknown.
- *   s        has sizes and memory; written, and attached to f until d = 0.  s and f must both exist until
- *            then; s refers to f until the next init, which does not look at it
+/** Initialises a filter whose x0 is in part unknown.
+ *   s        has sizes and memory; written, and attached to f until d = 0.  s and f must both exist until then; s
+ *            refers to f until the next init, which does not look at it
  *   f        written; not ready while d > 0
  *   x0       n.  For an unknown component any value will do; near the truth it rounds least
  *   P0       n x n; rows and columns of unknown components are not read.  May be NULL if all are unknown
  *   unknown  bit i: component i is unknown (bits n and above are ignored); 0: as kq_filter_init
  * Events: KQ_EVENT_OVERFLOW: a move of the mean was not representable, and was not made.
- * Accuracy: a mean is off by about eps times its distance from x0, a row of S by a few n eps of the sigma of
- * z in its units.  An observability (D'h against the terms of its sum) below 16 eps counts as 0.  A column of
- * D below 2^-120 (f32), 2^-400 (f64) of its unit counts as decayed; below the root of these its rounding is
- * no longer followed.
- * Cost: as kq_filter_init.  While d > 0, besides the filter's, in multiplications: a predict 2.3 n^3 + n^2 d,
- * a measurement n^2 + n d, one that removes a dimension n^3 + 2 n^2 more.  Each early step adds 3 n^3 to a
- * predict, n^2 to a measurement, 4 n^3 to the removal of a dimension.
+ * Accuracy: a mean is off by about eps times its distance from x0, a row of S by a few n eps of the sigma of z in its
+ * units.  An observability below 16 eps counts as 0.
+ * Cost: as kq_filter_init.  While d > 0, besides the filter's, in multiplications: a predict 2.3 n^3 + n^2 d, a
+ * measurement n^2 + n d, one that removes a dimension n^3 + 2 n^2 more.  Each early step adds 3 n^3 to a predict, n^2
+ * to a measurement, 4 n^3 to the removal of a dimension.
  * Stack: 680 words; while d > 0 n^2 numbers and 280 (f32) or 550 (q31) words more than the filter.
- * KQ_ERR_NULL, KQ_ERR_SIZE, KQ_ERR_MEMORY (s or f was never assigned), KQ_ERR_MISMATCH (states),
- * KQ_ERR_NOT_FINITE, KQ_ERR_NOT_SYMMETRIC, KQ_ERR_NOT_SEMIDEFINITE, KQ_ERR_RANGE (a known variance or any
- * |x0_i| above 2^120 in f32, 2^1000 in f64).
- */
+ * KQ_ERR_NULL, KQ_ERR_SIZE, KQ_ERR_MEMORY (s or f was never assigned), KQ_ERR_MISMATCH (states), KQ_ERR_NOT_FINITE,
+ * KQ_ERR_NOT_SYMMETRIC, KQ_ERR_NOT_SEMIDEFINITE, KQ_ERR_RANGE (a known variance or any |x0_i| above 2^120 in f32,
+ * 2^1000 in f64). */
 KQ_NODISCARD kq_status kq_diffuse_init_f32(kq_diffuse_f32 *s, kq_filter_f32 *f, const float *x0,
     const float *P0, uint32_t unknown);
 KQ_NODISCARD kq_status kq_diffuse_init_f64(kq_diffuse_f64 *s, kq_filter_f64 *f, const double *x0,
@@ -131,38 +118,32 @@ int kq_diffuse_count_f64(const kq_diffuse_f64 *s);
  * while its steps are shown.  kq_diffuse_init forgets the history without looking at it.
  */
 
-/**
- * The number of early steps: predicts from kq_attach until the filter was ready, or until now.  After a
+/** The number of early steps: predicts from kq_attach until the filter was ready, or until now.  After a
  * kq_diffuse_smooth with d > 0: the steps up to then, the last one included.
  *   s        read
  *   first    written: the first step that can be smoothed, above 0 if there was no room for all; or NULL
- * 0, and first 0, where s is NULL or not initialised.
- */
+ * 0, and first 0, where s is NULL or not initialised. */
 size_t kq_diffuse_steps_f32(const kq_diffuse_f32 *s, size_t *first);
 size_t kq_diffuse_steps_f64(const kq_diffuse_f64 *s, size_t *first);
 
-/**
- * Smooths the history and the early steps.
- *   s        of a filter with a history; changed.  kq_smooth, or kq_smooth_step to the end, may have smoothed
- *            the history already; after kq_smooth_states there are means only
- * If d > 0 still, all steps are early, the present one too, which needs room as well.  The components that
- * all data determine are smoothed.  The start goes on without a history.  The results stay until kq_attach.
+/** Smooths the history and the early steps.
+ *   s        of a filter with a history; changed.  kq_smooth, or kq_smooth_step to the end, may have smoothed the
+ *            history already; after kq_smooth_states there are means only
+ * If d > 0 still, all steps are early, the present one too, which needs room as well.  The components that all data
+ * determine are smoothed.  The start goes on without a history.  The results stay until kq_attach.
  * Cost: the history's, and 2.5 n^3 multiplications an early step.
  * KQ_SATURATED (q31): a state saturated, results may be wrong; KQ_EVENT_SATURATED is set.
- * KQ_ERR_NULL, KQ_ERR_NOT_READY, KQ_ERR_HISTORY_EMPTY (no history, or it has another filter; smoothed
- * already; d > 0 and no room), KQ_ERR_HISTORY_FULL, KQ_ERR_CHANGED (not by early steps).
- */
+ * KQ_ERR_NULL, KQ_ERR_NOT_READY, KQ_ERR_HISTORY_EMPTY (no history, or it has another filter; smoothed already; d > 0
+ * and no room), KQ_ERR_HISTORY_FULL, KQ_ERR_CHANGED (not by early steps). */
 KQ_NODISCARD kq_status kq_diffuse_smooth_f32(kq_diffuse_f32 *s);
 KQ_NODISCARD kq_status kq_diffuse_smooth_f64(kq_diffuse_f64 *s);
 
-/**
- * Shows step t, given all measurements, in a view (kq_smoothed).
+/** Shows step t, given all measurements, in a view (kq_smoothed).
  *   s        smoothed; keeps what is shown, with its history
  *   t        0, 1, ... from kq_attach on
- *   view     written; without memory.  A component that is not determined reads NaN, and kq_covariance then
- *            answers KQ_ERR_NOT_READY.  After an error all readings are NaN
- * KQ_ERR_NULL, KQ_ERR_SIZE (t), KQ_ERR_NOT_READY (not smoothed, or t is before `first` of kq_diffuse_steps).
- */
+ *   view     written; without memory.  A component that is not determined reads NaN, and kq_covariance then answers
+ *            KQ_ERR_NOT_READY.  After an error all readings are NaN
+ * KQ_ERR_NULL, KQ_ERR_SIZE (t), KQ_ERR_NOT_READY (not smoothed, or t is before `first` of kq_diffuse_steps). */
 KQ_NODISCARD kq_status kq_diffuse_smoothed_f32(const kq_diffuse_f32 *s, size_t t, kq_filter_f32 *view);
 KQ_NODISCARD kq_status kq_diffuse_smoothed_f64(const kq_diffuse_f64 *s, size_t t, kq_filter_f64 *view);
 
@@ -194,15 +175,12 @@ typedef struct {
     static int32_t name##_memory[KQ_DIFFUSE_LEN_Q31(n, early)]; \
     static kq_diffuse_q31 name = {{NULL}, n, 0, 0, 0, early, 0, 0, name##_memory, NULL, NULL}
 
-KQ_NODISCARD kq_status kq_diffuse_assign_q31(kq_diffuse_q31 *s, int n, size_t early, int32_t *memory,
-    size_t length);
+KQ_NODISCARD kq_status kq_diffuse_assign_q31(kq_diffuse_q31 *s, int n, size_t early, int32_t *memory, size_t length);
 
-/**
- * As kq_diffuse_init_f32, from a table.
+/** As kq_diffuse_init_f32, from a table.
  *   prior    read; checked but for the root's rows of unknown components.  Their means are as x0 of f32
  *   range_error   as for kq_filter_init_q31, or NULL
- * KQ_ERR_NULL, KQ_ERR_SIZE, KQ_ERR_MEMORY, KQ_ERR_MISMATCH (states), KQ_ERR_RANGE, KQ_ERR_TABLE.
- */
+ * KQ_ERR_NULL, KQ_ERR_SIZE, KQ_ERR_MEMORY, KQ_ERR_MISMATCH (states), KQ_ERR_RANGE, KQ_ERR_TABLE. */
 KQ_NODISCARD kq_status kq_diffuse_init_q31(kq_diffuse_q31 *s, kq_filter_q31 *f,
     const kq_prior_table_q31 *prior, uint32_t unknown, kq_range_error_q31 *range_error);
 

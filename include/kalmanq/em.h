@@ -4,16 +4,15 @@
  *     x[t+1] = A x[t] + B u[t] + F q[t],  q ~ N(0, Q)       z[t] = H x[t] + v[t],  v ~ N(0, R)
  *     x[0] ~ N(x0, P0), before the first measurement;  F is I if it is NULL
  *
- * An iteration moves the free ones of (A, H, Q, R, x0, P0) to values under which the recordings are at least
- * as likely.  The E-step smooths every recording; the M-step makes new parameters of the smoothed noises:
+ * An iteration moves the free ones of (A, H, Q, R, x0, P0) to values under which the recordings are at least as
+ * likely.  The E-step smooths every recording; the M-step makes new parameters of the smoothed noises:
  *
  *     Q  = mean of E[q q' | all]            A + sum E[w x'] (sum E[x x'])^-1,  w = F q
  *     R  = mean of E[v v' | all]            H + sum E[v x'] (sum E[x x'])^-1
  *     x0 = mean of E[x[0] | all]            P0 = mean of E[(x[0] - x0)(x[0] - x0)' | all]
  *
- * All sums are carried as triangular roots: every covariance is positive semi-definite, whatever the
- * rounding.  H and R are means over the steps that have a measurement; a missing component of such a step
- * counts with its expectation.
+ * All sums are carried as triangular roots: every covariance is positive semi-definite, whatever the rounding.  H and
+ * R are means over the steps that have a measurement; a missing component of such a step counts with its expectation.
  *
  *     static kq_parameters_f32 model = {0, 0, A, NULL, NULL, Q, H, R, x0, P0};
  *     static const kq_recording_f32 night = {STEPS, z, NULL, NULL};
@@ -34,9 +33,6 @@
  *   - With few measurements for a full R there may be no maximum: R becomes singular, and EM ends with
  *     KQ_ERR_LIKELIHOOD and the last good parameters.
  * q31: estimate in f32 or f64, and prepare tables of the result (prepare.h).
- *
- * Sources: Shumway and Stoffer, J. Time Series Anal. 3 (1982); Koopman, Biometrika 80 (1993), for the noises;
- * Meng and Rubin, Biometrika 80 (1993), for fixed entries; Segal and Weinstein, IEEE Trans. IT-35 (1989).
  */
 #ifndef KALMANQ_EM_H
 #define KALMANQ_EM_H
@@ -102,9 +98,8 @@ typedef struct {
 #define KQ_PRIVATE_EM_ROOTS_LEN(n, m) \
     (3 * KQ_TRIANGLE((size_t)(n)) + 2 * KQ_TRIANGLE((size_t)(m)) + (size_t)(n) * (size_t)(n))
 
-/** Length of the memory, in words, for n states, m components and recordings of at most `steps` steps: a
-    history of the longest recording, and about 15 n^2 + 7 m n + 5 m^2.  9368 bytes in f32 at n = 2, m = 1,
-    200 steps. */
+/** Length of the memory, in words, for n states, m components and recordings of at most `steps` steps: a history of
+ * the longest recording, and about 15 n^2 + 7 m n + 5 m^2.  9368 bytes in f32 at n = 2, m = 1, 200 steps. */
 #define KQ_EM_LEN_F32(n, m, steps) \
     (KQ_HISTORY_LEN_F32(n, m, steps, 0) + KQ_FILTER_LEN_F32((size_t)(n)) + KQ_PRIVATE_EM_WORK_LEN(n, m) + \
         KQ_PRIVATE_EM_SUMS_LEN(n, m) + KQ_PRIVATE_EM_NEW_LEN(n, m) + KQ_PRIVATE_EM_ROOTS_LEN(n, m))
@@ -150,13 +145,12 @@ typedef struct {
     static double name##_memory[KQ_EM_LEN_F64(n, m, steps)]; \
     static kq_em_f64 name = KQ_PRIVATE_EM_OBJECT(n, m, KQ_EM_LEN_F64(n, m, steps), name##_memory)
 
-/** Sets sizes and memory at run time: n, m in 1..16.  `length` words at memory, KQ_EM_LEN_<T>(n, m, steps),
-    yours while in use.  KQ_ERR_NULL, KQ_ERR_SIZE, KQ_ERR_MEMORY. */
+/** Sets sizes and memory at run time: n, m in 1..16.  `length` words at memory, KQ_EM_LEN_<T>(n, m, steps), yours
+ * while in use.  KQ_ERR_NULL, KQ_ERR_SIZE, KQ_ERR_MEMORY. */
 KQ_NODISCARD kq_status kq_em_assign_f32(kq_em_f32 *em, int n, int m, float *memory, size_t length);
 KQ_NODISCARD kq_status kq_em_assign_f64(kq_em_f64 *em, int n, int m, double *memory, size_t length);
 
-/**
- * Checks model and recordings, and computes nothing.
+/** Checks model and recordings, and computes nothing.
  *   em          has sizes and memory; written
  *   model       kept by reference; kq_em_maximise writes its arrays, kq_em_advance may put them back
  *   choice      kept by reference; NULL: Q and R are free, of full form
@@ -164,36 +158,31 @@ KQ_NODISCARD kq_status kq_em_assign_f64(kq_em_f64 *em, int n, int m, double *mem
  *   count       1 .. KQ_COUNT_MAX
  * KQ_NOT_IDENTIFIED (no error, em is ready): H and Q are both free and no entry of H other than 0 is fixed.
  * KQ_ERR_NULL, KQ_ERR_SIZE (noises, controls, steps, count, choice), KQ_ERR_MEMORY (a recording is too long),
- * KQ_ERR_NOT_FINITE (parameters, z, u), KQ_ERR_NOT_SYMMETRIC, KQ_ERR_NOT_SEMIDEFINITE (Q, R, P0),
- * KQ_ERR_NO_DATA (all is missing), KQ_ERR_FEW_DATA (fewer scalar measurements than free parameters),
- * KQ_ERR_FORM (Q or R does not have its form; a multiple of 0; the columns of F are dependent).
- */
+ * KQ_ERR_NOT_FINITE (parameters, z, u), KQ_ERR_NOT_SYMMETRIC, KQ_ERR_NOT_SEMIDEFINITE (Q, R, P0), KQ_ERR_NO_DATA (all
+ * is missing), KQ_ERR_FEW_DATA (fewer scalar measurements than free parameters), KQ_ERR_FORM (Q or R does not have
+ * its form; a multiple of 0; the columns of F are dependent). */
 KQ_NODISCARD kq_status kq_em_init_f32(kq_em_f32 *em, const kq_parameters_f32 *model,
     const kq_em_choice *choice, const kq_recording_f32 *recordings, size_t count);
 KQ_NODISCARD kq_status kq_em_init_f64(kq_em_f64 *em, const kq_parameters_f64 *model,
     const kq_em_choice *choice, const kq_recording_f64 *recordings, size_t count);
 
-/**
- * One iteration: the whole E-step and the M-step.
+/** One iteration: the whole E-step and the M-step.
  *   em       changed, with the model's free arrays
  * Accuracy: parameters after 50 iterations to 2e-14 (f64), 7e-6 (f32) of their size (tests/README.md).
- * Cost, for every step of every recording: a predict, an update, a smoother's step and about 4 n^3
- * multiplications; 12 n^3 if A is free, 3 n^3 more if H is.  Stack: 430 words.
- * Errors of kq_em_advance and kq_em_maximise.
- */
+ * Cost, for every step of every recording: a predict, an update, a smoother's step and about 4 n^3 multiplications;
+ * 12 n^3 if A is free, 3 n^3 more if H is.  Stack: 430 words.
+ * Errors of kq_em_advance and kq_em_maximise. */
 KQ_NODISCARD kq_status kq_em_iterate_f32(kq_em_f32 *em);
 KQ_NODISCARD kq_status kq_em_iterate_f64(kq_em_f64 *em);
 
-/**
- * One slice of the E-step: one step of the filter or of the smoother.  The first call after init,
- * kq_em_maximise or a complete E-step begins a new one with the model as it is.
+/** One slice of the E-step: one step of the filter or of the smoother.  The first call after init, kq_em_maximise or a
+ * complete E-step begins a new one with the model as it is.
  *   em       changed
  * KQ_ERR_NULL, KQ_ERR_NOT_READY, and the errors of kq_em_init about the model.
- * KQ_ERR_LIKELIHOOD: the likelihood is infinite, 0 or not representable, or lower than before kq_em_maximise
- * by more than 64 eps (measurements + |L|).  The E-step ends.  The parameters before kq_em_maximise are put
- * back, and kq_em_log_likelihood is theirs: going on leads here again.  A model that you changed after
- * kq_em_maximise is judged in the same way; call kq_em_init.
- */
+ * KQ_ERR_LIKELIHOOD: the likelihood is infinite, 0 or not representable, or lower than before kq_em_maximise by more
+ * than 64 eps (measurements + |L|).  The E-step ends.  The parameters before kq_em_maximise are put back, and
+ * kq_em_log_likelihood is theirs: going on leads here again.  A model that you changed after kq_em_maximise is judged
+ * in the same way; call kq_em_init. */
 KQ_NODISCARD kq_status kq_em_advance_f32(kq_em_f32 *em);
 KQ_NODISCARD kq_status kq_em_advance_f64(kq_em_f64 *em);
 
@@ -201,46 +190,39 @@ KQ_NODISCARD kq_status kq_em_advance_f64(kq_em_f64 *em);
 uint32_t kq_em_remaining_f32(const kq_em_f32 *em);
 uint32_t kq_em_remaining_f64(const kq_em_f64 *em);
 
-/** log p(all recordings) of the parameters of the last complete E-step (those before the last
-    kq_em_maximise), or of those that were put back.  NaN before the first one, and during an E-step. */
+/** log p(all recordings) of the parameters of the last complete E-step (those before the last kq_em_maximise), or of
+ * those that were put back.  NaN before the first one, and during an E-step. */
 float kq_em_log_likelihood_f32(const kq_em_f32 *em);
 double kq_em_log_likelihood_f64(const kq_em_f64 *em);
 
-/**
- * The M-step: writes the free parameters to your arrays.
+/** The M-step: writes the free parameters to your arrays.
  *   em       changed, with the model's free arrays
- * Columns of A and H for a component of x that is always 0 stay.  With fixed entries of A (H) each row's free
- * ones are the best for the other rows as they are, last row first; the likelihood still rises.  A row of A
- * that Q moves only together with other rows stays then.
+ * Columns of A and H for a component of x that is always 0 stay.  With fixed entries of A (H) each row's free ones
+ * are the best for the other rows as they are, last row first; the likelihood still rises.  A row of A that Q moves
+ * only together with other rows stays then.
  * KQ_ERR_NULL, KQ_ERR_NOT_READY (the E-step is not complete).
- * KQ_ERR_LIKELIHOOD: a new parameter overflows, a new covariance is not positive semi-definite, or the new R
- * would be singular in a new direction.  Model and readings stay.
- */
+ * KQ_ERR_LIKELIHOOD: a new parameter overflows, a new covariance is not positive semi-definite, or the new R would be
+ * singular in a new direction.  Model and readings stay. */
 KQ_NODISCARD kq_status kq_em_maximise_f32(kq_em_f32 *em);
 KQ_NODISCARD kq_status kq_em_maximise_f64(kq_em_f64 *em);
 
-/**
- * The largest change of the last M-step: of a covariance's entry in sigma_i sigma_j; of A, H and x0 the RMS
- * of what they move, in standard deviations of the noise.  NaN before the first M-step, and for NULL:
- * `kq_em_change(&em) <= tolerance` is false then.  Below 1e-6 it is rounding in f32.  Alone it is a weak stop
- * rule: at 1e-4, 1e-6 to 2e-2 of log-likelihood are left.
- */
+/** The largest change of the last M-step: of a covariance's entry in sigma_i sigma_j; of A, H and x0 the RMS of what
+ * they move, in standard deviations of the noise.  NaN before the first M-step, and for NULL: `kq_em_change(&em) <=
+ * tolerance` is false then.  Below 1e-6 it is rounding in f32.  Alone it is a weak stop rule: use kq_em_distance,
+ * too. */
 float kq_em_change_f32(const kq_em_f32 *em);
 double kq_em_change_f64(const kq_em_f64 *em);
 
-/**
- * How far kq_em_log_likelihood is below the maximum, extrapolated: gain rate^2 / (1 - rate) of the last gain,
- * rate = change / change before.  It is what is left where a variance goes to 0, and once to twice what is
- * left where EM converges linearly.  Gain and change count with their rounding: f32 does not report a false
- * end.  A difference of 0.1 does not matter: two standard deviations of a parameter are 2.  On a plateau, and
- * in the first iterations, it may be too small: ask for a small change as well.
- * NaN before the third E-step, during one, after a failed one, if the changes do not fall, and for NULL.
- */
+/** How far kq_em_log_likelihood is below the maximum, extrapolated: gain rate^2 / (1 - rate) of the last gain, rate =
+ * change / change before.  A difference of
+ * 0.1 does not matter: two standard deviations of a parameter are 2.  On a plateau, and in the first iterations, it
+ * may be too small: ask for a small change as well.
+ * NaN before the third E-step, during one, after a failed one, if the changes do not fall, and for NULL. */
 float kq_em_distance_f32(const kq_em_f32 *em);
 double kq_em_distance_f64(const kq_em_f64 *em);
 
-/** The derivatives of the log-likelihood; each pointer may be NULL.  Entries of a covariance count as
-    independent: along a symmetric change E of Q it is sum_ij Q_ij E_ij. */
+/** The derivatives of the log-likelihood; each pointer may be NULL.  Entries of a covariance count as independent:
+ * along a symmetric change E of Q it is sum_ij Q_ij E_ij. */
 typedef struct {
     float *A;  /* n x n; needs a free A */
     float *H;  /* m x n; needs a free H */
@@ -253,15 +235,13 @@ typedef struct {
     double *A, *H, *Q, *R, *x0, *P0;
 } kq_gradient_f64;
 
-/**
- * The gradient at the end of an E-step, before kq_em_maximise, by Fisher's identity from the same sums: dL/dA
- * = Q^-1 sum E[w x'],  dL/dQ = (Q^-1 (sum E[w w'] - N Q) Q^-1) / 2, and so on.
+/** The gradient at the end of an E-step, before kq_em_maximise, by Fisher's identity from the same sums: dL/dA = Q^-1
+ * sum E[w x'],  dL/dQ = (Q^-1 (sum E[w w'] - N Q) Q^-1) / 2, and so on.
  *   em       read
  *   gradient   its arrays are written.  NaN in directions in which a covariance is singular
  * Forms and fixed entries are ignored.
  * Accuracy: 3e-14 (f64), 8e-6 (f32) of its size; fewer digits for a covariance that the data hardly see.
- * KQ_ERR_NULL, KQ_ERR_NOT_READY (the E-step is not complete, or a parameter that must be free is not).
- */
+ * KQ_ERR_NULL, KQ_ERR_NOT_READY (the E-step is not complete, or a parameter that must be free is not). */
 KQ_NODISCARD kq_status kq_em_gradient_f32(const kq_em_f32 *em, const kq_gradient_f32 *gradient);
 KQ_NODISCARD kq_status kq_em_gradient_f64(const kq_em_f64 *em, const kq_gradient_f64 *gradient);
 

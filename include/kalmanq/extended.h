@@ -20,24 +20,22 @@
  *
  * If only one of f and h is nonlinear, use kq_predict, or kq_update with a plain sensor, for the other one.
  *
- * Form d without f(x): a float of f(x) has lost bits that d has.  If x' = x + v dt, d is v dt.  Form all
- * components of e at the same x, and wrap the innovation of an angle to -pi .. pi.
+ * Form d without f(x): a float of f(x) has lost bits that d has.  If x' = x + v dt, d is v dt.  Form all components
+ * of e at the same x, and wrap the innovation of an angle to -pi .. pi.
  *
- * Error states.  An attitude may be a quaternion of yours and a small rotation in the state.  After an update
- * put the rotation into the quaternion and take it out of the mean: kq_move(&track, -mean).  P stays.
+ * Error states.  An attitude may be a quaternion of yours and a small rotation in the state.  After an update put the
+ * rotation into the quaternion and take it out of the mean: kq_move(&track, -mean).  P stays.
  *
  * Smoothing.  All smoothers smooth these runs as linear ones; kq_smooth is the extended Rauch-Tung-Striebel
- * smoother.  A history needs a kq_jacobians, with room for the A of each step; one process may then change at
- * every step.  A smoothed mean is of the state as the next predict found it: after a kq_move, the moved one.
+ * smoother.  A history needs a kq_jacobians, with room for the A of each step; one process may then change at every
+ * step.  A smoothed mean is of the state as the next predict found it: after a kq_move, the moved one.
  *
  * If R is much smaller than H P H', linearise h where the update ends, not where it begins: sigma_points.h.
  *
- * An adaptation and a freeze refuse linearised predicts and innovations (KQ_ERR_RECORDING), kq_steady_init
- * such a sensor (KQ_ERR_MISMATCH).  kq_innovation, kq_consistency_watch and the z of kq_measurement use H x.
- * Give the first two e, and a copy of the filter (kq_filter_copy) that kq_move has set to 0.  The S of
- * kq_measurement is right; kq_nis, kq_taken and log-likelihoods are of e.
- *
- * Source: Jazwinski, Stochastic Processes and Filtering Theory (1970), chapter 8; tests/ACCURACY.md has more.
+ * An adaptation and a freeze refuse linearised predicts and innovations (KQ_ERR_RECORDING), kq_steady_init such a
+ * sensor (KQ_ERR_MISMATCH).  kq_innovation, kq_consistency_watch and the z of kq_measurement use H x.  Give the first
+ * two e, and a copy of the filter (kq_filter_copy) that kq_move has set to 0.  The S of kq_measurement is right;
+ * kq_nis, kq_taken and log-likelihoods are of e.
  */
 #ifndef KALMANQ_EXTENDED_H
 #define KALMANQ_EXTENDED_H
@@ -53,8 +51,8 @@ extern "C" {
  *   f        changed
  *   p        its A is the Jacobian of f at the mean (kq_process_change_transition).  B is not used.
  *   d        n, f(x) - x in the states' units
- * KQ_ERR_NULL, KQ_ERR_NOT_READY, KQ_ERR_MISMATCH (number of states), KQ_ERR_NOT_FINITE (d), KQ_ERR_RECORDING
- * (an adaptation, a freeze, or a history without a kq_jacobians is attached).
+ * KQ_ERR_NULL, KQ_ERR_NOT_READY, KQ_ERR_MISMATCH (number of states), KQ_ERR_NOT_FINITE (d), KQ_ERR_RECORDING (an
+ * adaptation, a freeze, or a history without a kq_jacobians is attached).
  * Events: KQ_EVENT_OVERFLOW as kq_predict; KQ_EVENT_HISTORY_FULL: the history or its kq_jacobians is full.
  * Accuracy: P as kq_predict; the mean is rounded at d, not at x.
  * Cost: kq_predict without the n^2 multiplications of A x.  With a history n^2 words are copied and
@@ -62,23 +60,23 @@ extern "C" {
 KQ_NODISCARD kq_status kq_predict_extended_f32(kq_filter_f32 *f, const kq_process_f32 *p, const float *d);
 KQ_NODISCARD kq_status kq_predict_extended_f64(kq_filter_f64 *f, const kq_process_f64 *p, const double *d);
 
-/** As kq_sensor_init, kq_sensor_init_diagonal and kq_sensor_init_lean (sensor.h), for a sensor that takes
- * innovations: kq_update, kq_update_subset and kq_update_robust take in place of z
+/** As kq_sensor_init, kq_sensor_init_diagonal and kq_sensor_init_lean (sensor.h), for a sensor that takes innovations:
+ * kq_update, kq_update_subset and kq_update_robust take in place of z
  *     e        m, z - h(x); not the filter's memory.  If h is linearised at c: z - h(c) - H (x - c).
- * H is the Jacobian of h at the mean (kq_sensor_change_measurement).  kq_step takes e at the mean that its
- * predict leaves.  A fixed_size step leaves such a sensor to the library.
+ * H is the Jacobian of h at the mean (kq_sensor_change_measurement).  kq_step takes e at the mean that its predict
+ * leaves.  A fixed_size step leaves such a sensor to the library.
  * Errors: of the init.  An update also answers KQ_ERR_RECORDING (an adaptation or a freeze is attached) and
- * KQ_ERR_NOT_READY (a diffuse start has unknown states).  Events of an update: KQ_EVENT_OVERFLOW also if the
- * mean overflows, as in kq_predict.  Cost of an update: 4n additions, stack: 32 words more (f64: 16). */
+ * KQ_ERR_NOT_READY (a diffuse start has unknown states).  Events of an update: KQ_EVENT_OVERFLOW also if the mean
+ * overflows, as in kq_predict.  Cost of an update: 4n additions, stack: 32 words more (f64: 16). */
 KQ_NODISCARD kq_status kq_sensor_init_extended_f32(kq_sensor_f32 *s, const float *H, const float *R);
 KQ_NODISCARD kq_status kq_sensor_init_extended_f64(kq_sensor_f64 *s, const double *H, const double *R);
 KQ_NODISCARD kq_status kq_sensor_init_diagonal_extended_f32(kq_sensor_f32 *s, const float *H, const float *r);
-KQ_NODISCARD kq_status kq_sensor_init_diagonal_extended_f64(kq_sensor_f64 *s, const double *H,
-    const double *r);
+KQ_NODISCARD kq_status kq_sensor_init_diagonal_extended_f64(kq_sensor_f64 *s, const double *H, const double *r);
 KQ_NODISCARD kq_status kq_sensor_init_lean_extended_f32(kq_sensor_f32 *s, const float *H, const float *r);
 KQ_NODISCARD kq_status kq_sensor_init_lean_extended_f64(kq_sensor_f64 *s, const double *H, const double *r);
 
 /** x <- x + d, P stays: an error state goes back to 0, an angle turns by 2 pi, an origin moves.
+ *   f        changed
  *   d        n, in the states' units
  * KQ_ERR_NULL, KQ_ERR_NOT_READY, KQ_ERR_NOT_FINITE (d), KQ_ERR_RECORDING (an adaptation, a freeze).
  * Cost: 3n additions. */
@@ -111,11 +109,11 @@ typedef struct {
 extern const struct kq_hooks_f32 kq_jacobians_hooks_f32; /* what it does in the steps */
 extern const struct kq_hooks_f64 kq_jacobians_hooks_f64;
 
-/** Words at `memory` of what a history keeps of linearised predicts, besides its own memory (KQ_HISTORY_LEN:
- * each of them is a change there).
+/** Words at `memory` of what a history keeps of linearised predicts, besides its own memory (KQ_HISTORY_LEN: each of
+ * them is a change there).
  *   predicts   the most linearised predicts; as many processes
- *   noises     how many of them have another Q than the one before, the first included: 1 if Q never changes;
- *              all of them with kq_predict_sigma_points (sigma_points.h)
+ *   noises     how many of them have another Q than the one before, the first included: 1 if Q never changes; all of
+ *              them with kq_predict_sigma_points (sigma_points.h)
  * One in f32 on a 32-bit chip, Q constant, with its history: 232, 416, 752 bytes at (4,2), (6,3), (9,3). */
 #define KQ_JACOBIANS_LEN_F32(n, predicts, noises) \
     ((kq_length)(predicts) * (kq_length)(n) * (kq_length)(n) + \
@@ -144,11 +142,11 @@ extern const struct kq_hooks_f64 kq_jacobians_hooks_f64;
  *     KQ_JACOBIANS_F32(jacobians, tape, N, STEPS, 1);
  *     kq_attach_f32(&track, &jacobians.attached);
  *
- * It copies the process of each linearised predict: you may change A and Q at once.  A plain kq_predict is
- * recorded by reference: its process must not change (smoother.h).  j and its memory must stay until the
- * history is smoothed or detached; kq_detach of either detaches both.
- * kq_smooth, kq_smooth_states, kq_smooth_step (p: NULL) and fixed_size steps smooth the history;
- * kq_smooth_reweighted answers KQ_ERR_RECORDING.
+ * It copies the process of each linearised predict: you may change A and Q at once.  A plain kq_predict is recorded
+ * by reference: its process must not change (smoother.h).  j and its memory must stay until the history is smoothed
+ * or detached; kq_detach of either detaches both.
+ * kq_smooth, kq_smooth_states, kq_smooth_step (p: NULL) and fixed_size steps smooth the history; kq_smooth_reweighted
+ * answers KQ_ERR_RECORDING.
  * kq_attach answers what it answers for a history, and KQ_ERR_SIZE or KQ_ERR_MEMORY (j without its own),
  * KQ_ERR_MISMATCH (states), KQ_ERR_NOT_READY (a diffuse start has unknown states). */
 KQ_NODISCARD kq_status kq_jacobians_assign_f32(kq_jacobians_f32 *j, kq_history_f32 *h, int n,
@@ -188,8 +186,8 @@ extern const struct kq_hooks_q31 kq_jacobians_hooks_q31;
 KQ_NODISCARD kq_status kq_jacobians_assign_q31(kq_jacobians_q31 *j, kq_history_q31 *h, int n,
     kq_process_q31 *processes, size_t predicts, int32_t *memory, size_t length);
 
-/** Changes A for kq_predict_extended alone and keeps the noise.  All other calls with p then answer
- * KQ_ERR_NOT_READY until p is initialised again.  A history with a plain predict by p answers KQ_ERR_CHANGED.
+/** Changes A for kq_predict_extended alone and keeps the noise.  All other calls with p then answer KQ_ERR_NOT_READY
+ * until p is initialised again.  A history with a plain predict by p answers KQ_ERR_CHANGED.
  *   p            initialised; changed
  *   A            n x n in raw values, kept by reference.  New content in the same array is a change too.
  *   range_error  written: KQ_NO_RANGE_ERROR, or the row that is refused (KQ_STATE, the row, 0 bits); or NULL
@@ -205,10 +203,10 @@ KQ_NODISCARD kq_status kq_sensor_init_diagonal_extended_q31(kq_sensor_q31 *s,
 KQ_NODISCARD kq_status kq_sensor_init_lean_extended_q31(kq_sensor_q31 *s, const kq_sensor_table_q31 *table,
     kq_range_error_q31 *range_error);
 
-/** KQ_ERR_RANGE: also an entry of d is KQ_NOT_A_VALUE_Q31, or in an update an entry of e is outside the
- * sensor's declared range.  KQ_EVENT_SATURATED: the mean was saturated.
- * With a lag or an instant attached A must keep the limits of kq_process_init_q31 (KQ_ERR_RANGE,
- * KQ_ERR_COEFFICIENT), and KQ_EVENT_SATURATED also says that A x would have been saturated. */
+/** KQ_ERR_RANGE: also an entry of d is KQ_NOT_A_VALUE_Q31, or in an update an entry of e is outside the sensor's
+ * declared range.  KQ_EVENT_SATURATED: the mean was saturated.
+ * With a lag or an instant attached A must keep the limits of kq_process_init_q31 (KQ_ERR_RANGE, KQ_ERR_COEFFICIENT),
+ * and KQ_EVENT_SATURATED also says that A x would have been saturated. */
 KQ_NODISCARD kq_status kq_predict_extended_q31(kq_filter_q31 *f, const kq_process_q31 *p, const int32_t *d);
 KQ_NODISCARD kq_status kq_move_q31(kq_filter_q31 *f, const int32_t *d);
 

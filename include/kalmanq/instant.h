@@ -3,16 +3,14 @@
  *
  *     x_s|t,  P_s|t        s fixed, t = s, s + 1, ...
  *
- * The instant is the filter's state at kq_attach: the start of a run, a launch, an alarm.  The memory does
- * not grow with the steps.  kq_smooth of the whole run gives the same for this step, but for rounding.
+ * The instant is the filter's state at kq_attach: the start of a run, a launch, an alarm.  The memory does not grow
+ * with the steps.  kq_smooth of the whole run gives the same for this step, but for rounding.
  *
  *     kq_attach_f32(&track, &launch.attached);
  *     ... updates and predicts ...
  *     kq_instant_smooth_f32(&launch, &view);   kq_mean_f32(&view, i), kq_sigma_f32(&view, i)
  *
  * The filter's bits stay.  Processes and sensors may change at every step: the instant keeps nothing of them.
- *
- * Source: Anderson and Moore, Optimal Filtering (1979), chapter 7; the maps of lag.h, composed forwards.
  */
 #ifndef KALMANQ_INSTANT_H
 #define KALMANQ_INSTANT_H
@@ -23,8 +21,8 @@
 extern "C" {
 #endif
 
-/** Length of an instant's memory, in words: n states, 1..16; m, the most scalar measurements of one step, all
-    sensors together, at least 1. */
+/** Length of an instant's memory, in words: n states, 1..16; m, the most scalar measurements of one step, all sensors
+ * together, at least 1. */
 #define KQ_INSTANT_LEN_F32(n, m) \
     (KQ_PRIVATE_ON_LINE_LEN_F32(n, m) + KQ_FILTER_LEN_F32((size_t)(n)) + \
         2 * KQ_PRIVATE_MAP_LEN_F32((size_t)(n)))
@@ -58,29 +56,25 @@ extern const struct kq_hooks_f64 kq_instant_hooks_f64; /* what it does in the st
     static kq_instant_f64 name = { {{{&kq_instant_hooks_f64}, n, 0, 0, 0, 0, 0, \
         KQ_PRIVATE_ON_LINE_LEN_F64(n, m), 0, name##_memory, NULL, NULL, 0}}}
 
-/** Sets sizes and memory at run time: n, m as above.  `length` words at memory, KQ_INSTANT_LEN_<T>(n, m),
-    yours while in use.  KQ_ERR_NULL, KQ_ERR_SIZE, KQ_ERR_MEMORY. */
-KQ_NODISCARD kq_status kq_instant_assign_f32(kq_instant_f32 *instant, int n, int m, float *memory,
-    size_t length);
-KQ_NODISCARD kq_status kq_instant_assign_f64(kq_instant_f64 *instant, int n, int m, double *memory,
-    size_t length);
+/** Sets sizes and memory at run time: n, m as above.  `length` words at memory, KQ_INSTANT_LEN_<T>(n, m), yours while
+ * in use.  KQ_ERR_NULL, KQ_ERR_SIZE, KQ_ERR_MEMORY. */
+KQ_NODISCARD kq_status kq_instant_assign_f32(kq_instant_f32 *instant, int n, int m, float *memory, size_t length);
+KQ_NODISCARD kq_status kq_instant_assign_f64(kq_instant_f64 *instant, int n, int m, double *memory, size_t length);
 
 /*
- * kq_attach (filter.h) makes the present state the instant.  kq_filter_init, or another instant, lag or
- * history, ends it.  The last view stays valid after kq_detach.
+ * kq_attach (filter.h) makes the present state the instant.  kq_filter_init, or another instant, lag or history, ends
+ * it.  The last view stays valid after kq_detach.
  * Event in the filter: KQ_EVENT_HISTORY_FULL after more than m measurements in a step; the instant is lost.
  * Cost of a predict, besides kq_predict: about 5 n^3 + 4 m n^2 multiplications, n square roots, n divisions.
  */
 
-/**
- * Shows the instant, given all measurements so far, in a view (kq_smoothed).
+/** Shows the instant, given all measurements so far, in a view (kq_smoothed).
  *   instant  attached; its scratch changes.  It keeps what the view shows until the next call
  *   view     written; without memory, not the instant's filter.  After an error its readings are NaN
  * Accuracy: as the filter; a few eps sigma_filtered are added to mean and sigma.
  * Cost: about 2.5 n^3 multiplications, n square roots.
- * KQ_ERR_NULL, KQ_ERR_MISMATCH (view), KQ_ERR_HISTORY_EMPTY (not attached, or ended), KQ_ERR_HISTORY_FULL
- * (the instant is lost).
- */
+ * KQ_ERR_NULL, KQ_ERR_MISMATCH (view), KQ_ERR_HISTORY_EMPTY (not attached, or ended), KQ_ERR_HISTORY_FULL (the
+ * instant is lost). */
 KQ_NODISCARD kq_status kq_instant_smooth_f32(kq_instant_f32 *instant, kq_filter_f32 *view);
 KQ_NODISCARD kq_status kq_instant_smooth_f64(kq_instant_f64 *instant, kq_filter_f64 *view);
 
@@ -104,8 +98,7 @@ extern const struct kq_hooks_q31 kq_instant_hooks_q31; /* what it does in the st
     static kq_instant_q31 name = { {{{&kq_instant_hooks_q31}, n, 0, 0, 0, 0, 0, \
         KQ_PRIVATE_ON_LINE_LEN_Q31(n, m), 0, name##_memory, NULL, NULL, 0, NULL}}}
 
-KQ_NODISCARD kq_status kq_instant_assign_q31(kq_instant_q31 *instant, int n, int m, int32_t *memory,
-    size_t length);
+KQ_NODISCARD kq_status kq_instant_assign_q31(kq_instant_q31 *instant, int n, int m, int32_t *memory, size_t length);
 KQ_NODISCARD kq_status kq_instant_smooth_q31(kq_instant_q31 *instant, kq_filter_q31 *view);
 
 #ifdef __cplusplus

@@ -1,8 +1,9 @@
 /*
  * kalmanq: Kalman filtering, prediction and smoothing for small systems.  Includes all headers but generic.h.
  *
- * Every name ends in _f32 (float), _f64 (double) or _q31 (fixed point); one comment describes all three.  The
- * table in src/README.md says which function is in which arithmetic.
+ * Every name ends in _f32 (float), _f64 (double) or _q31 (fixed point); one comment describes all three.  The table
+ * in src/README.md says which function is in which arithmetic.  Thresholds, studies and sources of the methods are in
+ * tests/ACCURACY.md.
  *
  *     status.h          statuses and events
  *     process.h         A, B, Q: how the state moves

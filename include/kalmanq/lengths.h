@@ -42,14 +42,12 @@ typedef enum {
     KQ_OBJECT_CORRELATED = 17    /* n, m, k: controls of B, k + m at most 16 (f32, f64); no size */
 } kq_object;
 
-/**
- * Length of an object's memory in numbers: float, double, int32_t (an adaptation in q31: kq_scaled_q31).  It
- * is the macro KQ_<OBJECT>_LEN_<T>.
+/** Length of an object's memory in numbers: float, double, int32_t (an adaptation in q31: kq_scaled_q31).  It is the
+ * macro KQ_<OBJECT>_LEN_<T>.
  *   object   KQ_OBJECT_...
  *   n, m     states and measurements, 1..16 unless the object says otherwise
  *   k, l     counts
- * 0 for an argument out of its range, or an object without a length in this arithmetic.
- */
+ * 0 for an argument out of its range, or an object without a length in this arithmetic. */
 kq_length kq_length_f32(kq_object object, int n, int m, size_t k, size_t l);
 kq_length kq_length_f64(kq_object object, int n, int m, size_t k, size_t l);
 kq_length kq_length_q31(kq_object object, int n, int m, size_t k, size_t l);

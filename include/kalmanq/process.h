@@ -3,10 +3,10 @@
  *
  *     x[t+1] = A x[t] + B u[t] + w[t],     w ~ N(0, Q),     Q = G G'
  *
- * Init checks a process once; many filters may then read it.  It keeps the root G of Q in its memory and
- * refers to your A and B: do not move or change them while the process is in use (constants may stay in
- * flash). If you write a new A, call kq_process_change_transition, even if it is in the same array.  Without
- * it a step leaves out what was zero in the old A, and no history or freeze sees the change.
+ * Init checks a process once; many filters may then read it.  It keeps the root G of Q in its memory and refers to
+ * your A and B: do not move or change them while the process is in use (constants may stay in flash). If you write a
+ * new A, call kq_process_change_transition, even if it is in the same array.  Without it a step leaves out what was
+ * zero in the old A, and no history or freeze sees the change.
  *
  * All matrices are dense and row-major: entry (i, j) of an r x c matrix M is M[i * c + j].
  */
@@ -62,16 +62,16 @@ typedef struct {
 
 /** The initialiser of a static const kq_process_<T> in flash, unchecked; kalmanq design writes it.
  *   A, B     as for kq_process_init
- *   G        the root of Q = G G': n (n + 1) / 2 numbers, upper triangle by columns (G_11, G_12, G_22, ...).
- *            Its diagonal is at least 2^-60 (f32), 2^-200 (f64).
+ *   G        the root of Q = G G': n (n + 1) / 2 numbers, upper triangle by columns (G_11, G_12, G_22, ...).  Its
+ *            diagonal is at least 2^-60 (f32), 2^-200 (f64).
  *
  *     static const float A[] = {1, 0.01f, 0, 1}, G[] = {1e-4f, 5e-4f, 0.1f};
  *     static const kq_process_f32 motion = KQ_PROCESS_TABLE(2, 0, A, NULL, G);
  *
- * One more argument tells where A is 0, so that a step costs what it costs after init: n numbers in
- * parentheses. All rows from i on are 0 left of column number i.  (0, 1, 2) is an upper triangular A of three
- * states.  A number too small costs time; one too large leaves out coefficients.  Without it A is dense.
- * No history and no freeze sees that you assign one table over another. */
+ * One more argument tells where A is 0, so that a step costs what it costs after init: n numbers in parentheses. All
+ * rows from i on are 0 left of column number i.  (0, 1, 2) is an upper triangular A of three states.  A number too
+ * small costs time; one too large leaves out coefficients.  Without it A is dense.  No history and no freeze sees
+ * that you assign one table over another. */
 #define KQ_PROCESS_TABLE(n, l, A, B, ...) \
     {n, l, 0, NULL, KQ_PRIVATE_GIVEN(__VA_ARGS__), A, B, KQ_PRIVATE_LIST(__VA_ARGS__), (n) + 64, 0, 0}
 
@@ -85,20 +85,20 @@ KQ_NODISCARD kq_status kq_process_assign_f64(kq_process_f64 *p, int n, int l, do
  *   p        with sizes and memory; written
  *   A        n x n, kept by reference
  *   B        n x l, kept by reference; ignored if l = 0
- *   Q        n x n, symmetric positive semi-definite, may be singular or 0; not kept.  The upper triangle is
- *            used, the lower one compared with it.
- * You may initialise a process again between steps: a history that refers to it then refuses to smooth
- * (smoother.h), and a freeze begins again (steady.h).
+ *   Q        n x n, symmetric positive semi-definite, may be singular or 0; not kept.  The upper triangle is used,
+ *            the lower one compared with it.
+ * You may initialise a process again between steps: a history that refers to it then refuses to smooth (smoother.h),
+ * and a freeze begins again (steady.h).
  * KQ_ERR_NULL, KQ_ERR_SIZE and KQ_ERR_MEMORY (also: p has no sizes or memory), KQ_ERR_NOT_FINITE,
  * KQ_ERR_NOT_SYMMETRIC, KQ_ERR_NOT_SEMIDEFINITE, KQ_ERR_RANGE (a variance above 2^120 in f32, 2^1000 in f64).
- * Accuracy: G is exact for a Q perturbed by a few n eps sqrt(Q_ii Q_jj).  What the other states leave of a
- * variance counts as 0 below 8 n eps of it: give a factor if it matters.  G_ii >= 2^-60 (f32), 2^-200 (f64).
+ * Accuracy: G is exact for a Q perturbed by a few n eps sqrt(Q_ii Q_jj).  What the other states leave of a variance
+ * counts as 0 below 8 n eps of it: give a factor if it matters.  G_ii >= 2^-60 (f32), 2^-200 (f64).
  * Cost: about 2 n^3 multiplications, 2n square roots.  Stack: 424 words. */
 KQ_NODISCARD kq_status kq_process_init_f32(kq_process_f32 *p, const float *A, const float *B, const float *Q);
-KQ_NODISCARD kq_status kq_process_init_f64(kq_process_f64 *p, const double *A, const double *B,
-    const double *Q);
+KQ_NODISCARD kq_status kq_process_init_f64(kq_process_f64 *p, const double *A, const double *B, const double *Q);
 
 /** kq_process_init with Q = F F' given by a factor: more accurate if Q is singular or spans many decades.
+ *   p, A, B  as in kq_process_init
  *   F        n x r, any rank; not kept
  *   r        0..16 columns.  0: no noise, F may be NULL.
  * Errors: as kq_process_init without KQ_ERR_NOT_SYMMETRIC and KQ_ERR_NOT_SEMIDEFINITE.
@@ -109,15 +109,14 @@ KQ_NODISCARD kq_status kq_process_init_factor_f64(kq_process_f64 *p, const doubl
     const double *F, int r);
 
 /** kq_process_init with Q = G G' given by its root, made on the host, say.  Links 1 to 2 kB less.
- *   G        upper triangular, diagonal >= 0, KQ_TRIANGLE(n) numbers by columns: g_00, g_01, g_11, g_02, ...;
- *            not kept.  NumPy: U = cholesky(Q[::-1, ::-1])[::-1, ::-1]; G = U.T[tril_indices(n)]
+ *   p, A, B  as in kq_process_init
+ *   G        upper triangular, diagonal >= 0, KQ_TRIANGLE(n) numbers by columns: g_00, g_01, g_11, g_02, ...; not
+ *            kept.  NumPy: U = cholesky(Q[::-1, ::-1])[::-1, ::-1]; G = U.T[tril_indices(n)]
  * KQ_ERR_NULL, KQ_ERR_SIZE, KQ_ERR_MEMORY, KQ_ERR_NOT_FINITE, KQ_ERR_NOT_SEMIDEFINITE (a negative diagonal),
  * KQ_ERR_RANGE (as kq_process_init).
  * Cost: n^3 / 6 multiplications.  Accuracy: G is exact, but G_ii >= 2^-60 (f32), 2^-200 (f64). */
-KQ_NODISCARD kq_status kq_process_init_root_f32(kq_process_f32 *p, const float *A, const float *B,
-    const float *G);
-KQ_NODISCARD kq_status kq_process_init_root_f64(kq_process_f64 *p, const double *A, const double *B,
-    const double *G);
+KQ_NODISCARD kq_status kq_process_init_root_f32(kq_process_f32 *p, const float *A, const float *B, const float *G);
+KQ_NODISCARD kq_status kq_process_init_root_f64(kq_process_f64 *p, const double *A, const double *B, const double *G);
 
 /** Words of memory of a process in continuous time with n states and l controls. */
 #define KQ_CONTINUOUS_LEN(n, l) \
@@ -134,13 +133,10 @@ KQ_NODISCARD kq_status kq_process_init_root_f64(kq_process_f64 *p, const double 
  *            with, which the next call writes anew.  After an error they and p are what they were.
  * KQ_ERR_NULL, KQ_ERR_SIZE, KQ_ERR_MEMORY, KQ_ERR_NOT_FINITE, KQ_ERR_NOT_SYMMETRIC, KQ_ERR_NOT_SEMIDEFINITE,
  * KQ_ERR_RANGE (dt; A, B or a sigma beyond what is representable).
- * Accuracy: 10 eps, of A, of B and of Q_ij in units of sqrt(Q_ii Q_jj), and twice what an F that is off by eps makes,
- * from 1e-6 to 1e3 time constants, stiff models too. An oscillator without damping: |F| dt eps.  Where F is
- * nilpotent (constant velocity, acceleration, random walk) a few eps.
- * Cost of a change of dt, velocities with a friction, M4F, f32: 10 thousand instructions at n = 2, 38 thousand at
- * n = 4, 305 thousand at n = 9. More by about 6 n^3 multiplications for each doubling of |F| dt above 1/2.
- * Stack: 1000 bytes (n = 9: 1440).
- * Source: Van Loan, IEEE Trans. AC 23 (1978), for what is computed; by Legendre coefficients and doubling of roots. */
+ * Accuracy: 10 eps, of A, of B and of Q_ij in units of sqrt(Q_ii Q_jj), and twice what an F that is off by eps
+ * makes.  An oscillator without damping: |F| dt eps.
+ * Cost: 10, 38, 305 thousand instructions at n = 2, 4, 9 (M4F, f32); 6 n^3 multiplications more for each doubling of
+ * |F| dt above 1/2.  Stack: 1000 bytes (n = 9: 1440). */
 KQ_NODISCARD kq_status kq_process_init_continuous_f32(kq_process_f32 *p, const float *F, const float *B,
     const float *Qc, float dt, float *memory, size_t length);
 KQ_NODISCARD kq_status kq_process_init_continuous_f64(kq_process_f64 *p, const double *F, const double *B,
@@ -164,8 +160,8 @@ KQ_NODISCARD kq_status kq_process_init_continuous_f64(kq_process_f64 *p, const d
  *     kq_update_f32(&cart, &ranger, z);
  *     kq_predict_f32(&cart, &motion, both);                           both: u, then the z of that update
  *
- *   p        n states, l + m controls, KQ_CORRELATED_LEN(n, l, m) words of memory; written.  The memory begins
- *            with the root of Q*, then A*, n x n, and B*, n x (l + m), for you to read
+ *   p        n states, l + m controls, KQ_CORRELATED_LEN(n, l, m) words of memory; written.  The memory begins with
+ *            the root of Q*, then A*, n x n, and B*, n x (l + m), for you to read
  *   A, B, Q  as for kq_process_init; B n x l, ignored if l = 0.  Not kept; not in p's memory
  *   s        n states, m components, of any kind: its H and R are used
  *   S        n x m; not kept.  [Q, S; S', R] is positive semi-definite, may be singular
@@ -181,9 +177,7 @@ KQ_NODISCARD kq_status kq_process_init_continuous_f64(kq_process_f64 *p, const d
  * Accuracy: as kq_process_init for the joint covariance, n + m in the place of n.  The mean is rounded at the size of
  * A* x and K z: in f32, where a state is far larger than its sigma, move it by kq_predict_extended (extended.h) with
  * this process, d = (A - I) x + B u + K e, where kq_innovation after the update gives e = z - H x.
- * Cost: about 2 (n + m)^3 + n^2 m multiplications, 2 (n + m) square roots.  Stack: 300 bytes.
- * Source: Anderson and Moore, Optimal Filtering (1979), ch. 5; Kailath, Sayed and Hassibi, Linear Estimation (2000),
- * ch. 9. */
+ * Cost: about 2 (n + m)^3 + n^2 m multiplications, 2 (n + m) square roots.  Stack: 300 bytes. */
 KQ_NODISCARD kq_status kq_process_init_correlated_f32(kq_process_f32 *p, const float *A, const float *B,
     const float *Q, const kq_sensor_f32 *s, const float *S, uint32_t present);
 KQ_NODISCARD kq_status kq_process_init_correlated_f64(kq_process_f64 *p, const double *A, const double *B,
@@ -198,11 +192,11 @@ KQ_NODISCARD kq_status kq_process_init_correlated_f64(kq_process_f64 *p, const d
 KQ_NODISCARD kq_status kq_process_change_transition_f32(kq_process_f32 *p, const float *A);
 KQ_NODISCARD kq_status kq_process_change_transition_f64(kq_process_f64 *p, const double *A);
 
-/** Checks whether memory errors have damaged p, A or G.  The first call after an init or change keeps
- * seals, which later calls compare.
+/** Checks whether memory errors have damaged p, A or G.  The first call after an init or change keeps seals, which
+ * later calls compare.
  *   p        its seal is written; not a const table
- * One turned bit is always found in the used bytes of p, in G and in A. In p alone if p was assigned from a
- * table or made by kq_process_scale_noise.  B and formats are not checked.
+ * One turned bit is always found in the used bytes of p, in G and in A. In p alone if p was assigned from a table or
+ * made by kq_process_scale_noise.  B and formats are not checked.
  * KQ_ERR_NULL, KQ_ERR_NOT_READY, KQ_ERR_TABLE (damaged: initialise it again).
  * Cost: as kq_process_change_transition. */
 KQ_NODISCARD kq_status kq_process_check_f32(kq_process_f32 *p);
@@ -234,16 +228,17 @@ typedef struct {
 
 /** Checks a table and keeps its arrays by reference, so that no later call overflows.  No float code.
  *   p            written; needs no memory
+ *   table        read; its arrays are yours while p is in use
  *   range_error  written: KQ_NO_RANGE_ERROR, or what does not fit (KQ_ERR_RANGE); or NULL
  * Checked: sizes, pointers, fractions, ranges; coefficients (fixed_point.h). Row norms of G at most 2^30, its
- * diagonal >= 0; sum_k |A_ik| + sum_k |B_ik| <= 16 in raw values (KQ_ERR_RANGE: state i needs at least so
- * many more integer bits). |A_ii| <= 16 (KQ_ERR_COEFFICIENT: no format helps).
+ * diagonal >= 0; sum_k |A_ik| + sum_k |B_ik| <= 16 in raw values (KQ_ERR_RANGE: state i needs at least so many more
+ * integer bits). |A_ii| <= 16 (KQ_ERR_COEFFICIENT: no format helps).
  * KQ_ERR_NULL, KQ_ERR_SIZE, KQ_ERR_RANGE, KQ_ERR_COEFFICIENT, KQ_ERR_TABLE.  Cost: n^2 + n l additions. */
 KQ_NODISCARD kq_status kq_process_init_q31(kq_process_q31 *p, const kq_process_table_q31 *table,
     kq_range_error_q31 *range_error);
 
-/** The initialiser of a static const kq_process_q31 in flash, unchecked: a sum may overflow.  Let a test
- * on the host call kq_process_init_q31 with the same arrays.
+/** The initialiser of a static const kq_process_q31 in flash, unchecked: a sum may overflow.  Let a test on the host
+ * call kq_process_init_q31 with the same arrays.
  *   n, l, ...  the fields of a kq_process_table_q31.  l = 0: NULL for control_format and B
  * One more argument tells where A is 0 (KQ_PROCESS_TABLE).  With it the results are those after init. */
 #define KQ_PROCESS_TABLE_Q31(n, l, state_format, control_format, A, B, ...) \
@@ -251,8 +246,8 @@ KQ_NODISCARD kq_status kq_process_init_q31(kq_process_q31 *p, const kq_process_t
         KQ_PRIVATE_GIVEN(__VA_ARGS__)}
 
 /** As kq_process_change_transition_f32; A in raw values, checked as by init.
- *   range_error  written: KQ_NO_RANGE_ERROR; or the row that is refused, and the integer bits that its state
- *                lacks (KQ_ERR_RANGE; 0 bits: KQ_ERR_COEFFICIENT); or NULL
+ *   range_error  written: KQ_NO_RANGE_ERROR; or the row that is refused, and the integer bits that its state lacks
+ *                (KQ_ERR_RANGE; 0 bits: KQ_ERR_COEFFICIENT); or NULL
  * KQ_ERR_NULL, KQ_ERR_NOT_READY, KQ_ERR_RANGE, KQ_ERR_COEFFICIENT. */
 KQ_NODISCARD kq_status kq_process_change_transition_q31(kq_process_q31 *p, const kq_scaled_q31 *A,
     kq_range_error_q31 *range_error);

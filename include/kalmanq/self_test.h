@@ -3,11 +3,11 @@
  *
  *     if (kq_self_test_f32() != KQ_OK) stop_here();
  *
- * The headers refuse -ffast-math and -ffinite-math-only, and with gcc from version 12 on -fassociative-math.
- * The test finds what a header cannot see: these flags with clang and older gcc, a wrong rounding mode, a
- * wrong port.  f32, f64: NaN and infinity are refused, rounding is to nearest, mean and sums keep what is
- * below their last bit.  q31: a small run gives the raw values that it gives everywhere.  It does not see the
- * flags of other files (kq_fixed_<T>.h).
+ * The headers refuse -ffast-math and -ffinite-math-only, and with gcc from version 12 on -fassociative-math.  The
+ * test finds what a header cannot see: these flags with clang and older gcc, a wrong rounding mode, a wrong port.
+ * f32, f64: NaN and infinity are refused, rounding is to nearest, mean and sums keep what is below their last bit.
+ * q31: a small run gives the raw values that it gives everywhere.  It does not see the flags of other files
+ * (kq_fixed_<T>.h).
  *
  * Cost: about 50 updates of one state.  Stack: 0.3 kB (M4F) and the stack of kq_process_init.
  */

@@ -3,8 +3,8 @@
  *
  *     z[t] = H x[t] + v[t],     v ~ N(0, R)
  *
- * Init checks a sensor once; many filters may then read it.  It refers to your H, and to your R if the
- * components are correlated: do not move or change them while the sensor is in use.
+ * Init checks a sensor once; many filters may then read it.  It refers to your H, and to your R if the components are
+ * correlated: do not move or change them while the sensor is in use.
  */
 #ifndef KALMANQ_SENSOR_H
 #define KALMANQ_SENSOR_H
@@ -68,9 +68,9 @@ extern const struct kq_sensor_kind_f64 kq_sensor_independent_f64, kq_sensor_lean
  * (kq_sensor_init_lean_f32).  Nothing is checked; kalmanq design writes them.
  *   H        m x n
  *   r        m variances, at least 2^-120 (f32), 2^-400 (f64)
- * One more argument names the components that measure one state as it is (H_ck = 1, else 0), so that a step
- * costs what it costs after init: m numbers in parentheses, 1 + k for such a component, 0 for another one.
- * Positions at states 0 and 2: KQ_SENSOR_TABLE_F32(4, 2, H, r, (1, 3)).  Without it H is dense. */
+ * One more argument names the components that measure one state as it is (H_ck = 1, else 0), so that a step costs
+ * what it costs after init: m numbers in parentheses, 1 + k for such a component, 0 for another one.  Positions at
+ * states 0 and 2: KQ_SENSOR_TABLE_F32(4, 2, H, r, (1, 3)).  Without it H is dense. */
 #define KQ_SENSOR_TABLE_F32(n, m, H, ...) \
     KQ_PRIVATE_SENSOR(n, m, H, (n) | (m) << 8, &kq_sensor_independent_f32, __VA_ARGS__)
 #define KQ_SENSOR_TABLE_F64(n, m, H, ...) \
@@ -90,34 +90,34 @@ KQ_NODISCARD kq_status kq_sensor_assign_f64(kq_sensor_f64 *s, int n, int m, doub
 /** Checks the model and decorrelates R = U D U', so that the components of U^-1 z are independent.
  *   s        with sizes and memory; written
  *   H        m x n, kept by reference
- *   R        m x m, symmetric positive semi-definite, may be singular or 0; kept by reference unless
- *            diagonal.  The upper triangle is used, the lower one compared with it.
+ *   R        m x m, symmetric positive semi-definite, may be singular or 0; kept by reference unless diagonal.  The
+ *            upper triangle is used, the lower one compared with it.
  * You may initialise a sensor again between steps; then call kq_freeze_release of a freeze (steady.h).
  * KQ_ERR_NULL, KQ_ERR_SIZE, KQ_ERR_MEMORY, KQ_ERR_NOT_FINITE, KQ_ERR_NOT_SYMMETRIC, KQ_ERR_NOT_SEMIDEFINITE.
- * Accuracy: as Q in process.h.  A variance is at least 2^-120 (f32), 2^-400 (f64).  If the other components
- * leave less than 8 m eps of a variance (f32: 2^-20 for m = 2), that combination counts as noise-free.
+ * Accuracy: as Q in process.h.  A variance is at least 2^-120 (f32), 2^-400 (f64).  If the other components leave
+ * less than 8 m eps of a variance (f32: 2^-20 for m = 2), that combination counts as noise-free.
  * Cost: about 2 m^3 multiplications, 2m square roots.  Stack: 424 words. */
 KQ_NODISCARD kq_status kq_sensor_init_f32(kq_sensor_f32 *s, const float *H, const float *R);
 KQ_NODISCARD kq_status kq_sensor_init_f64(kq_sensor_f64 *s, const double *H, const double *R);
 
 /** kq_sensor_init for independent components.
+ *   s, H     as in kq_sensor_init
  *   r        m variances >= 0, 0 for a noise-free component; not kept
  * KQ_ERR_NULL, KQ_ERR_SIZE, KQ_ERR_MEMORY, KQ_ERR_NOT_FINITE, KQ_ERR_NOT_SEMIDEFINITE (a variance < 0). */
 KQ_NODISCARD kq_status kq_sensor_init_diagonal_f32(kq_sensor_f32 *s, const float *H, const float *r);
 KQ_NODISCARD kq_status kq_sensor_init_diagonal_f64(kq_sensor_f64 *s, const double *H, const double *r);
 
-/** A lean sensor: kq_sensor_init_diagonal without the code for low-noise measurements (filter.h) and for the
- * sum of log-likelihoods.  Saves 2 kB (f32), 4 kB (q31) of flash.
- * If r is 0 or below 2^-16 S (f32; q31: 2^-16 or 2^-17), 2^-48 S (f64), S = H P H' + r, an update raises r to
- * 2^-15 S (f64: 2^-47 S) and sets KQ_EVENT_LOW_NOISE.  NIS, the likelihood and a history have the raised
- * noise.  So after an outage each measurement lowers the sigma of H x at least 2^7 times (f64: 2^23), until r
- * is used as it is (figures: tests/ACCURACY.md).  Without outages and with P0 below 2^16 r (f64: 2^48 r), in
- * the units of z, nothing is raised.
- * A component whose innovation variance overflows is not taken (KQ_EVENT_OVERFLOW).  In q31 a state beyond
- * +-2^31 raw values is saturated before the next component (KQ_EVENT_SATURATED).  Redundant measurements are
- * not found: after a noise-free one of another sensor at the same instant, r must be above 2^-32 of the
- * earlier H P H'.  kq_log_likelihood does not count its measurements.  kq_gain, steady.h, robust.h,
- * adaptation.h, and diffuse.h while a state is unknown treat it as an ordinary sensor.  fixed_size leaves it.
+/** A lean sensor: kq_sensor_init_diagonal without the code for low-noise measurements (filter.h) and for the sum of
+ * log-likelihoods.  Saves 2 kB (f32), 4 kB (q31) of flash.
+ * If r is 0 or below 2^-16 S (f32; q31: 2^-16 or 2^-17), 2^-48 S (f64), S = H P H' + r, an update raises r to 2^-15 S
+ * (f64: 2^-47 S) and sets KQ_EVENT_LOW_NOISE.  NIS, the likelihood and a history have the raised noise.  So after an
+ * outage each measurement lowers the sigma of H x at least 2^7 times (f64: 2^23), until r is used as it is (figures:
+ * tests/ACCURACY.md).  Without outages and with P0 below 2^16 r (f64: 2^48 r), in the units of z, nothing is raised.
+ * A component whose innovation variance overflows is not taken (KQ_EVENT_OVERFLOW).  In q31 a state beyond +-2^31 raw
+ * values is saturated before the next component (KQ_EVENT_SATURATED).  Redundant measurements are not found: after a
+ * noise-free one of another sensor at the same instant, r must be above 2^-32 of the earlier H P H'.
+ * kq_log_likelihood does not count its measurements.  kq_gain, steady.h, robust.h, adaptation.h, and diffuse.h while
+ * a state is unknown treat it as an ordinary sensor.  fixed_size leaves it.
  * Errors: as kq_sensor_init_diagonal.  Accuracy: as kq_update; q31: 2^-22 of S. */
 KQ_NODISCARD kq_status kq_sensor_init_lean_f32(kq_sensor_f32 *s, const float *H, const float *r);
 KQ_NODISCARD kq_status kq_sensor_init_lean_f64(kq_sensor_f64 *s, const double *H, const double *r);
@@ -131,7 +131,7 @@ KQ_NODISCARD kq_status kq_sensor_change_measurement_f32(kq_sensor_f32 *s, const 
 KQ_NODISCARD kq_status kq_sensor_change_measurement_f64(kq_sensor_f64 *s, const double *H);
 
 /** As kq_process_check, for s, its memory and H.  R and formats are not checked.  Errors as there.
-    Cost: as kq_sensor_change_measurement. */
+ * Cost: as kq_sensor_change_measurement. */
 KQ_NODISCARD kq_status kq_sensor_check_f32(kq_sensor_f32 *s);
 KQ_NODISCARD kq_status kq_sensor_check_f64(kq_sensor_f64 *s);
 
@@ -165,8 +165,8 @@ typedef struct {
  *   s            written; needs no memory
  *   range_error  written: KQ_NO_RANGE_ERROR, or what does not fit (KQ_ERR_RANGE); or NULL
  * Checked: as a process; variances >= 0; sum_k |H_ck| <= 16 in raw values (KQ_ERR_RANGE: c needs more bits).
- * KQ_ERR_NULL, KQ_ERR_SIZE, KQ_ERR_RANGE, KQ_ERR_COEFFICIENT, KQ_ERR_TABLE (diagonal, lean: also a correlated
- * R).  The diagonal init links 1 to 4 kB less than the first. */
+ * KQ_ERR_NULL, KQ_ERR_SIZE, KQ_ERR_RANGE, KQ_ERR_COEFFICIENT, KQ_ERR_TABLE (diagonal, lean: also a correlated R).
+ * The diagonal init links 1 to 4 kB less than the first. */
 KQ_NODISCARD kq_status kq_sensor_init_q31(kq_sensor_q31 *s, const kq_sensor_table_q31 *table,
     kq_range_error_q31 *range_error);
 KQ_NODISCARD kq_status kq_sensor_init_diagonal_q31(kq_sensor_q31 *s, const kq_sensor_table_q31 *table,
@@ -178,8 +178,8 @@ KQ_NODISCARD kq_status kq_sensor_init_lean_q31(kq_sensor_q31 *s, const kq_sensor
 extern const struct kq_sensor_kind_q31 kq_sensor_independent_q31, kq_sensor_lean_q31;
 
 /** As KQ_SENSOR_TABLE_F32, KQ_SENSOR_LEAN_TABLE_F32.  Nothing is checked: let a test on the host call
- * kq_sensor_init_diagonal_q31 with the same arrays.  The optional argument names components that measure one
- * state as it is in raw values, both of one fraction; with it the results are those after init. */
+ * kq_sensor_init_diagonal_q31 with the same arrays.  The optional argument names components that measure one state as
+ * it is in raw values, both of one fraction; with it the results are those after init. */
 #define KQ_SENSOR_TABLE_Q31(n, m, state_format, measurement_format, H, ...) \
     {n, m, 0, 0, state_format, measurement_format, H, KQ_PRIVATE_GIVEN(__VA_ARGS__), \
         KQ_PRIVATE_LIST(__VA_ARGS__), (n) | (m) << 8, 0, 0, &kq_sensor_independent_q31}
@@ -188,8 +188,8 @@ extern const struct kq_sensor_kind_q31 kq_sensor_independent_q31, kq_sensor_lean
         KQ_PRIVATE_LIST(__VA_ARGS__), 0, 0, 0, &kq_sensor_lean_q31}
 
 /** As kq_sensor_change_measurement_f32; H in raw values, checked as by init.
- *   range_error  written: KQ_NO_RANGE_ERROR; or the component that is refused, and the integer bits that its
- *                format lacks (KQ_ERR_RANGE; 0 bits: KQ_ERR_COEFFICIENT); or NULL
+ *   range_error  written: KQ_NO_RANGE_ERROR; or the component that is refused, and the integer bits that its format
+ *                lacks (KQ_ERR_RANGE; 0 bits: KQ_ERR_COEFFICIENT); or NULL
  * KQ_ERR_NULL, KQ_ERR_NOT_READY, KQ_ERR_RANGE, KQ_ERR_COEFFICIENT. */
 KQ_NODISCARD kq_status kq_sensor_change_measurement_q31(kq_sensor_q31 *s, const kq_scaled_q31 *H,
     kq_range_error_q31 *range_error);

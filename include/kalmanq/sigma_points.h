@@ -1,27 +1,26 @@
 /*
  * kalmanq: nonlinear models, sigma points and iteration (f32, f64).
  *
- * No Jacobians: f and h are called at 2n + 1 points about the mean, which gives the linear function nearest
- * to them under the whole density.  With P = S S' and columns S_j, the points are x (first) and x +- h S_j:
+ * No Jacobians: f and h are called at 2n + 1 points about the mean, which gives the linear function nearest to them
+ * under the whole density.  With P = S S' and columns S_j, the points are x (first) and x +- h S_j:
  *     KQ_SIGMA_POINTS_CUBATURE   h^2 = n    the third-degree cubature rule
  *     KQ_SIGMA_POINTS_CENTRAL    h^2 = 3    central differences; use it for n = 1 and 2
  * For n > 2 they hardly differ.  No weight is negative, so no covariance is lowered.
  *
- * The result goes into the filter as a linear step with more noise (extended.h), which all smoothers smooth.
- * Your functions give INCREMENTS f(x) - x and INNOVATIONS z - h(x), formed as there.  An angle must not jump
- * between the points: wrap z - h(x) to -pi .. pi if the innovation is far from +-pi, else unwrap it around
- * its value at the first point.
+ * The result goes into the filter as a linear step with more noise (extended.h), which all smoothers smooth.  Your
+ * functions give INCREMENTS f(x) - x and INNOVATIONS z - h(x), formed as there.  An angle must not jump between the
+ * points: wrap z - h(x) to -pi .. pi if the innovation is far from +-pi, else unwrap it around its value at the first
+ * point.
  *
  *     take                     when
  *     Jacobians (extended.h)   f and h hardly bend over a sigma or two: the cheapest
  *     sigma points             they bend, and the extended filter is overconfident (NIS too large): 3 to 4
  *                              times the cost
- *     an iterated update       sqrt(R) is far below what h bends over P: with a range of 0.1 mm, a bearing of
- *                              1e-6 rad and P0 of metres errors are 300 sigma, with 4 iterations right
+ *     an iterated update       sqrt(R) is far below what h bends over P
  *     an iterated smoother     all data are at hand, and the start is poor
  *
- * The iterated update (posterior linearisation).  track is the filter, trial is where to linearise.  With
- * Jacobians at the mean of `trial` and kq_sensor_change_measurement it is the iterated extended filter.
+ * The iterated update (posterior linearisation).  track is the filter, trial is where to linearise.  With Jacobians
+ * at the mean of `trial` and kq_sensor_change_measurement it is the iterated extended filter.
  *
  *     kq_filter_copy_f32(&trial, &track);
  *     for (k = 0; k < 4; k++) {
@@ -34,16 +33,14 @@
  *     }
  *     kq_update_f32(&track, &at, e);                                     what trial has become, track becomes
  *
- * The iterated smoother.  A pass is a filter run and kq_smooth.  The next pass linearises step t at the view
- * of kq_smoothed(&last, t, &at), `last` being the last pass's history, with d = y + J (x - c): x the filter's
- * mean, c the mean of `at`.  Or keep y, J, E of every step.  Six passes are enough; stop if no mean moves by
- * more than 0.01 sigma.  A filter in such a pass has used the future: only smoothed states are results.
+ * The iterated smoother.  A pass is a filter run and kq_smooth.  The next pass linearises step t at the view of
+ * kq_smoothed(&last, t, &at), `last` being the last pass's history, with d = y + J (x - c): x the filter's mean, c
+ * the mean of `at`.  Or keep y, J, E of every step.  Six passes are enough; stop if no mean moves by more than 0.01
+ * sigma.  A filter in such a pass has used the future: only smoothed states are results.
  *     If sum (z - h)' R^-1 (z - h) + sum w' Q^-1 w + (x0's term) of the smoothed states rises (with sigma
- * points: by 1 or more), go half of the way: linearise at c + (c' - c) / 2, halve up to 4 times, stop.  If
- * it rises at the first pass, the model has several solutions: trust no smoother of this kind.
+ * points: by 1 or more), go half of the way: linearise at c + (c' - c) / 2, halve up to 4 times, stop.  If it rises
+ * at the first pass, the model has several solutions: trust no smoother of this kind.
  *     In f32 the smoothed density may be too narrow for differences (kq_linearise): use Jacobians or f64.
- *
- * Source: Arasaratnam and Haykin, Cubature Kalman filters, IEEE TAC 54 (2009); tests/ACCURACY.md has more.
  */
 #ifndef KALMANQ_SIGMA_POINTS_H
 #define KALMANQ_SIGMA_POINTS_H
@@ -72,10 +69,10 @@ typedef enum { KQ_SIGMA_POINTS_CUBATURE, KQ_SIGMA_POINTS_CENTRAL, KQ_SIGMA_POINT
  *   J        rows x n, written: Cov(g, x) = J P
  *   E        rows x n, written: Cov(g) = J P J' + E E'
  * y, J and E must not overlap.
- * KQ_ERR_NULL, KQ_ERR_NOT_READY, KQ_ERR_SIZE (rows), KQ_ERR_RANGE (rule), KQ_ERR_NOT_FINITE (a value of g;
- * then y, J and E are useless).
- * Accuracy: J has the noise of differences, eps |x| / sigma and eps |g| / (sigma J): in f32 sigmas should
- * exceed 1e-4 of |x|.  If P is singular, J is one of many solutions.
+ * KQ_ERR_NULL, KQ_ERR_NOT_READY, KQ_ERR_SIZE (rows), KQ_ERR_RANGE (rule), KQ_ERR_NOT_FINITE (a value of g; then y, J
+ * and E are useless).
+ * Accuracy: J has the noise of differences, eps |x| / sigma and eps |g| / (sigma J): in f32 sigmas should exceed 1e-4
+ * of |x|.  If P is singular, J is one of many solutions.
  * Cost: 2n + 1 calls, about 5 n rows + n^2 rows / 2 multiplications.  Stack: 80 words and what g needs. */
 KQ_NODISCARD kq_status kq_linearise_f32(const kq_filter_f32 *at, kq_function_f32 *g, void *context, int rows,
     kq_sigma_points rule, float *y, float *J, float *E);
@@ -87,8 +84,8 @@ KQ_NODISCARD kq_status kq_linearise_f64(const kq_filter_f64 *at, kq_function_f64
  *   base     has Q; read; may be a const table
  *   A        n x n, kept by reference: J + I of an increment
  *   E        n x n, read and overwritten
- * KQ_ERR_NULL, KQ_ERR_NOT_READY (base), KQ_ERR_SIZE, KQ_ERR_MEMORY (p), KQ_ERR_MISMATCH (states, or p is base
- * or has its memory), KQ_ERR_NOT_FINITE, KQ_ERR_RANGE (an entry of E above 2^60 in f32, 2^500 in f64).
+ * KQ_ERR_NULL, KQ_ERR_NOT_READY (base), KQ_ERR_SIZE, KQ_ERR_MEMORY (p), KQ_ERR_MISMATCH (states, or p is base or has
+ * its memory), KQ_ERR_NOT_FINITE, KQ_ERR_RANGE (an entry of E above 2^60 in f32, 2^500 in f64).
  * Cost: about n^3 multiplications. */
 KQ_NODISCARD kq_status kq_process_linearise_f32(kq_process_f32 *p, const kq_process_f32 *base, const float *A,
     float *E);
@@ -101,8 +98,8 @@ KQ_NODISCARD kq_status kq_process_linearise_f64(kq_process_f64 *p, const kq_proc
  *   H        m x n, kept by reference: -J of an innovation
  *   E        m x n, read
  *   R        m x m, written: R + E E', kept by reference; not base's
- * KQ_ERR_NULL, KQ_ERR_NOT_READY (base), KQ_ERR_SIZE, KQ_ERR_MEMORY (s), KQ_ERR_MISMATCH (sizes, or s is base
- * or has its memory, or R is base's), KQ_ERR_NOT_FINITE, KQ_ERR_RANGE (E, as above).
+ * KQ_ERR_NULL, KQ_ERR_NOT_READY (base), KQ_ERR_SIZE, KQ_ERR_MEMORY (s), KQ_ERR_MISMATCH (sizes, or s is base or has
+ * its memory, or R is base's), KQ_ERR_NOT_FINITE, KQ_ERR_RANGE (E, as above).
  * Cost: m^2 n / 2 + m^3 / 2 multiplications. */
 KQ_NODISCARD kq_status kq_sensor_linearise_f32(kq_sensor_f32 *s, const kq_sensor_f32 *base, const float *H,
     const float *E, float *R);

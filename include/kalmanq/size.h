@@ -1,10 +1,10 @@
 /*
  * kalmanq: sizes.
  *
- * n states, m measured components, l controls: each 1 .. KQ_SIZE_MAX (l may be 0).  They and their indices
- * are `int`; steps, rows, lengths and their indices are `size_t`.  Every object's memory is yours.  Its
- * length, in words of the object's number type, is a constant expression (KQ_..._LEN).  The macros
- * KQ_FILTER_F32(name, n) and so on declare an object with its memory; kq_..._assign gives it at run time.
+ * n states, m measured components, l controls: each 1 .. KQ_SIZE_MAX (l may be 0).  They and their indices are `int`;
+ * steps, rows, lengths and their indices are `size_t`.  Every object's memory is yours.  Its length, in words of the
+ * object's number type, is a constant expression (KQ_..._LEN).  The macros KQ_FILTER_F32(name, n) and so on declare
+ * an object with its memory; kq_..._assign gives it at run time.
  *
  * Words of 4 (f32, q31) or 8 (f64) bytes; the last columns are f32 bytes at (n, m):
  *
@@ -22,12 +22,12 @@
  *   sigma points, work     KQ_SIGMA_POINTS_LEN(n, m)                                   68     216     936
  *   EM, besides a history   about 15n^2 + 7mn + 5m^2; KQ_EM_LEN_F32 has both           464    1564    6760
  *
- * A, B and H stay where they are.  A q31 process table has 2n^2 + 2nl + n(n+1)/2 + n words, formats 2n + 2l.
- * Structs on a 32-bit chip: process, sensor, history 44 bytes (q31 48); filter 60 (f32), 72 (q31), 88 (f64).
+ * A, B and H stay where they are.  A q31 process table has 2n^2 + 2nl + n(n+1)/2 + n words, formats 2n + 2l.  Structs
+ * on a 32-bit chip: process, sensor, history 44 bytes (q31 48); filter 60 (f32), 72 (q31), 88 (f64).
  *
- * The linker does not see the stack: kq_predict needs n^2 + 2n words (q31: n^2 + 3n), n rounded up to 4, 9 or
- * 16; other functions state theirs.  Objects + memory + the worst stack + your own frames and interrupts must
- * fit the RAM.  tools/cost/README.md has the stack of whole programs;
+ * The linker does not see the stack: kq_predict needs n^2 + 2n words (q31: n^2 + 3n), n rounded up to 4, 9 or 16;
+ * other functions state theirs.  Objects + memory + the worst stack + your own frames and interrupts must fit the
+ * RAM.  tools/cost/README.md has the stack of whole programs;
  * `tools/cost.py --states 5 --components 2 --core m3` measures yours.
  */
 #ifndef KALMANQ_SIZE_H
@@ -42,8 +42,8 @@
 /** Most steps, rows and other counts: more, or a negative number in a size_t, is KQ_ERR_SIZE. */
 #define KQ_COUNT_MAX ((size_t)(SIZE_MAX / 2 < INT32_MAX ? SIZE_MAX / 2 : INT32_MAX))
 
-/** The type of lengths that can be large.  64 bits, so that they do not wrap where size_t has 16 or 32: an
-    array that is too long does not compile, and an assign with too little memory answers KQ_ERR_MEMORY. */
+/** The type of lengths that can be large.  64 bits, so that they do not wrap where size_t has 16 or 32: an array that
+ * is too long does not compile, and an assign with too little memory answers KQ_ERR_MEMORY. */
 #if SIZE_MAX < UINT64_MAX
 typedef uint64_t kq_length;
 #else

@@ -4,8 +4,8 @@
  *     x_t|T = x + G (x_t+1|T - x-_{t+1})       G = P A' (P-_{t+1})^-1
  *     P_t|T = P + G (P_t+1|T - P-_{t+1}) G'    Cov(x_t+1, x_t | T) = P_t+1|T G'
  *
- * The smoother runs the orthogonal maps of predict and update backwards on the root S.  It inverts nothing,
- * so P- may be singular.  P_t|T is positive semi-definite and never above the filtered P.
+ * The smoother runs the orthogonal maps of predict and update backwards on the root S.  It inverts nothing, so P- may
+ * be singular.  P_t|T is positive semi-definite and never above the filtered P.
  *
  *     kq_attach_f32(&track, &tape.attached);     a history records predicts and updates of its filter
  *     ... updates and predicts ...
@@ -14,12 +14,11 @@
  *     kq_smoothed_f32(&tape, t, &view);          step t: after the t-th predict, 0 .. kq_history_steps() - 1
  *     kq_mean_f32(&view, i);   kq_sigma_f32(&view, i);   kq_covariance_f32(&view, P);
  *
- * A history refers to the processes by pointer and keeps a fingerprint of A and Q of each.  Smoothing refuses
- * a process that is not what it was (KQ_ERR_CHANGED).  You may change a process and change it back, but not
- * between two predicts of the recording.  If A changes at every step, attach a kq_jacobians (extended.h),
- * pass each process to kq_smooth_step, or smooth while the filter runs (lag.h, instant.h).  A changed process
- * is missed with a probability of 2^-31, and always if you write its arrays without a call.  Sensors may
- * change.
+ * A history refers to the processes by pointer and keeps a fingerprint of A and Q of each.  Smoothing refuses a
+ * process that is not what it was (KQ_ERR_CHANGED).  You may change a process and change it back, but not between two
+ * predicts of the recording.  If A changes at every step, attach a kq_jacobians (extended.h), pass each process to
+ * kq_smooth_step, or smooth while the filter runs (lag.h, instant.h).  A changed process is missed with a probability
+ * of 2^-31, and always if you write its arrays without a call.  Sensors may change.
  */
 #ifndef KALMANQ_SMOOTHER_H
 #define KALMANQ_SMOOTHER_H
@@ -30,13 +29,11 @@
 extern "C" {
 #endif
 
-/**
- * Length of a history's memory, in words.
+/** Length of a history's memory, in words.
  *   n, m     states; the most scalar measurements of one step, all sensors together
  *   steps    predicts and 1: the state at attach is step 0
  *   changes  predicts by another process than the predict before
- * One step in f32: 44, 116, 376 bytes at (n, m) = (2, 1), (4, 2), (9, 3).
- */
+ * One step in f32: 44, 116, 376 bytes at (n, m) = (2, 1), (4, 2), (9, 3). */
 #define KQ_PRIVATE_HISTORY_STEP_LEN_F32(n, m) \
     (KQ_FILTER_LEN_F32((size_t)(n)) + 1 + (kq_length)(m) * ((kq_length)(n) + 1))
 #define KQ_PRIVATE_HISTORY_STEP_LEN_F64(n, m) \
@@ -85,32 +82,30 @@ extern const struct kq_hooks_f64 kq_history_hooks_f64;
     static kq_history_f64 name = { {&kq_history_hooks_f64}, n, 0, 0, 0, 0, 0, KQ_HISTORY_LEN_F64(n, m, \
         steps, changes), 0, name##_memory, NULL, NULL, 0}
 
-/** Sets sizes and memory at run time: n in 1..16.  `length` words at memory, KQ_HISTORY_LEN_<T>(n, m, steps,
-    changes), yours while in use; one step at least.  KQ_ERR_NULL, KQ_ERR_SIZE, KQ_ERR_MEMORY. */
+/** Sets sizes and memory at run time: n in 1..16.  `length` words at memory, KQ_HISTORY_LEN_<T>(n, m, steps, changes),
+ * yours while in use; one step at least.  KQ_ERR_NULL, KQ_ERR_SIZE, KQ_ERR_MEMORY. */
 KQ_NODISCARD kq_status kq_history_assign_f32(kq_history_f32 *h, int n, float *memory, size_t length);
 KQ_NODISCARD kq_status kq_history_assign_f64(kq_history_f64 *h, int n, double *memory, size_t length);
 
 /*
- * kq_attach (filter.h) empties the history and starts the recording; the present state is step 0.  With a
- * diffuse start recording begins when all components are determined.  kq_filter_init and kq_filter_assign of
- * the filter, and kq_history_assign, end it.  kq_detach keeps only what is smoothed.
+ * kq_attach (filter.h) empties the history and starts the recording; the present state is step 0.  With a diffuse
+ * start recording begins when all components are determined.  kq_filter_init and kq_filter_assign of the filter, and
+ * kq_history_assign, end it.  kq_detach keeps only what is smoothed.
  */
 
 /** Recorded steps: predicts since kq_attach, plus 1.  0 for an empty history or NULL. */
 size_t kq_history_steps_f32(const kq_history_f32 *h);
 size_t kq_history_steps_f64(const kq_history_f64 *h);
 
-/**
- * Smooths the whole history in place: mean and covariance of every step.
+/** Smooths the whole history in place: mean and covariance of every step.
  *   h        recording; changed.  Its filter is detached and may go on
- * Events (of the views): KQ_EVENT_PRECISION (f32, f64) where later measurements left less of a sigma,
- * predicted or filtered, than 8 roundings of the filter's mean: means may be off by more than sigma.  Steps
- * of compile-time sizes do not check it.
+ * Events (of the views): KQ_EVENT_PRECISION (f32, f64) where later measurements left less of a sigma, predicted or
+ * filtered, than 8 roundings of the filter's mean: means may be off by more than sigma.  Steps of compile-time sizes
+ * do not check it.
  * Accuracy: as the filter; about eps sigma_filtered is added to mean and sigma.
  * Cost: about 6 n^3 + 2 m n^2 multiplications a step.
- * KQ_ERR_NULL, KQ_ERR_HISTORY_EMPTY (nothing recorded, or smoothed already), KQ_ERR_HISTORY_FULL (it
- * overflowed while recording), KQ_ERR_CHANGED.
- */
+ * KQ_ERR_NULL, KQ_ERR_HISTORY_EMPTY (nothing recorded, or smoothed already), KQ_ERR_HISTORY_FULL (it overflowed while
+ * recording), KQ_ERR_CHANGED. */
 KQ_NODISCARD kq_status kq_smooth_f32(kq_history_f32 *h);
 KQ_NODISCARD kq_status kq_smooth_f64(kq_history_f64 *h);
 
@@ -128,44 +123,38 @@ typedef struct {
     double *lag_one, *noise_mean, *noise_covariance;
 } kq_smooth_extras_f64;
 
-/**
- * Smooths one step a call, from the last step to step 0.  Call it kq_history_steps() times.
+/** Smooths one step a call, from the last step to step 0.  Call it kq_history_steps() times.
  *   h        recording at the first call, which ends the recording; changed.  Do not mix with kq_smooth
  *   p        the process that moved step t to t + 1, read; NULL: the recorded one.  The first call needs none
  *   extras   arrays to write, or NULL
  * After each call, step t and the steps above it can be shown.
- * Errors of kq_smooth; KQ_ERR_MISMATCH, KQ_ERR_NOT_READY (p).
- */
+ * Errors of kq_smooth; KQ_ERR_MISMATCH, KQ_ERR_NOT_READY (p). */
 KQ_NODISCARD kq_status kq_smooth_step_f32(kq_history_f32 *h, const kq_process_f32 *p,
     const kq_smooth_extras_f32 *extras);
 KQ_NODISCARD kq_status kq_smooth_step_f64(kq_history_f64 *h, const kq_process_f64 *p,
     const kq_smooth_extras_f64 *extras);
 
-/**
- * The smoothed measurement noise of the last step that kq_smooth_step did: v / sqrt(R) for a diagonal R, the
+/** The smoothed measurement noise of the last step that kq_smooth_step did: v / sqrt(R) for a diagonal R, the
  * decorrelated component otherwise.  A mean far above 3 is an outlier.
  *   h        read
  *   k        0, 1, ...: scalar measurement of the step, in the order of the updates
  *   mean, variance   one number each, written; both 0 for a measurement that was not taken
- * KQ_ERR_NULL, KQ_ERR_HISTORY_EMPTY (no step done), KQ_ERR_SIZE (k).
- */
+ * KQ_ERR_NULL, KQ_ERR_HISTORY_EMPTY (no step done), KQ_ERR_SIZE (k). */
 KQ_NODISCARD kq_status kq_smoothed_measurement_noise_f32(const kq_history_f32 *h, int k, float *mean,
     float *variance);
 KQ_NODISCARD kq_status kq_smoothed_measurement_noise_f64(const kq_history_f64 *h, int k, double *mean,
     double *variance);
 
-/**
- * Shows step t, given all measurements, in a view: a filter without memory that you can only read.
+/** Shows step t, given all measurements, in a view: a filter without memory that you can only read.
  *   h        smoothed down to step t; read
  *   t        0 .. kq_history_steps() - 1
- *   view     written.  It points into h, and is valid until h records again, is assigned anew or is gone.
- *            After an error its readings are NaN.  Never a filter with memory: it would lose it
+ *   view     written.  It points into h, and is valid until h records again, is assigned anew or is gone.  After an
+ *            error its readings are NaN.  Never a filter with memory: it would lose it
  * Readings of a view: kq_mean, kq_mean_low, kq_sigma, kq_covariance, kq_measurement, kq_innovation, kq_gain,
- * kq_forecast, kq_filter_copy; kq_events gives the events of smoothing.  Its NIS and likelihoods are NaN.
- * Calls that move a filter answer KQ_ERR_NOT_READY.
+ * kq_forecast, kq_filter_copy; kq_events gives the events of smoothing.  Its NIS and likelihoods are NaN.  Calls that
+ * move a filter answer KQ_ERR_NOT_READY.
  * Cost: no arithmetic, no copy.
- * KQ_ERR_NULL, KQ_ERR_SIZE (t), KQ_ERR_NOT_READY (step t is not smoothed).
- */
+ * KQ_ERR_NULL, KQ_ERR_SIZE (t), KQ_ERR_NOT_READY (step t is not smoothed). */
 KQ_NODISCARD kq_status kq_smoothed_f32(const kq_history_f32 *h, size_t t, kq_filter_f32 *view);
 KQ_NODISCARD kq_status kq_smoothed_f64(const kq_history_f64 *h, size_t t, kq_filter_f64 *view);
 

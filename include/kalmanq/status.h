@@ -1,9 +1,9 @@
 /*
  * kalmanq: what a call answers, and what a filter remembers.
  *
- * An ERROR is a negative kq_status: the call was given something wrong and changed nothing, byte for byte
- * (but for a kq_range_error_q31, which says why).  A positive kq_status is not an error: the call is done,
- * with a remark.  An EVENT is not an error: numbers made the call do something unusual, with a sticky bit.
+ * An ERROR is a negative kq_status: the call was given something wrong and changed nothing, byte for byte (but for a
+ * kq_range_error_q31, which says why).  A positive kq_status is not an error: the call is done, with a remark.  An
+ * EVENT is not an error: numbers made the call do something unusual, with a sticky bit.
  */
 #ifndef KALMANQ_STATUS_H
 #define KALMANQ_STATUS_H
@@ -61,8 +61,8 @@ typedef enum {
 /** The status in words, for a log: static storage, never NULL. */
 const char *kq_status_text(kq_status status);
 
-/** Sticky event bits: kq_events_<T> reads a filter's, kq_events_clear_<T> clears them.  Smoothing sets them
-    in its views (smoother.h). */
+/** Sticky event bits: kq_events_<T> reads a filter's, kq_events_clear_<T> clears them.  Smoothing sets them in its
+ * views (smoother.h). */
 enum {
     /** A measurement was redundant and not taken: its innovation variance was rounding (kq_update).  The
         pseudo-inverse does the same. */

@@ -43,23 +43,19 @@ typedef struct {
     double *predicted, *filtered, *gain, *smoother_gain;
 } kq_steady_solution_f64;
 
-/**
- * Solves the equation.
+/** Solves the equation.
  *   p, s     read; R may be correlated, singular or 0
  *   memory   scratch, KQ_STEADY_SOLVE_LEN_<T>(n, m) words
  *   length   words at memory
  *   out      read; its arrays are written
- * Method: structured doubling on roots, then at most 30 steps of Newton's method in sums of squares.  P- is
- * positive semi-definite by construction.
- * Accuracy: about eps / (1 - rho), relative to sqrt(P_ii P_jj), rho the largest |eigenvalue| of A (I - K H).
- * A mode with 1 - rho below 2^-20 (f32), 2^-48 (f64) counts as lasting for ever.
- * Cost: about 40 n^3 multiplications a doubling; 4 + log2 T doublings for a state that is forgotten in T
- * steps, and as many for each step of Newton's.  Stack: 300 words.
+ * P- is positive semi-definite by construction.
+ * Accuracy: about eps / (1 - rho), relative to sqrt(P_ii P_jj), rho the largest |eigenvalue| of A (I - K H).  A mode
+ * with 1 - rho below 2^-20 (f32), 2^-48 (f64) counts as lasting for ever.
+ * Cost: about 40 n^3 multiplications a doubling; 4 + log2 T doublings for a state that is forgotten in T steps, and
+ * as many for each step of Newton's.  Stack: 300 words.
  * KQ_ERR_NULL, KQ_ERR_NOT_READY, KQ_ERR_MISMATCH (states), KQ_ERR_MEMORY, KQ_ERR_NOT_DETECTABLE,
- * KQ_ERR_NOT_STABILISABLE (if both hold, either), KQ_ERR_NO_CONVERGENCE (not representable; or a noise-free
- * sensor with transmission zeros on the unit circle: there is a limit, but the filter does not forget).
- * Sources: Chu, Fan, Lin and Wang, Int. J. Control 77 (2004); Hewer, IEEE Trans. Automat. Contr. 16 (1971).
- */
+ * KQ_ERR_NOT_STABILISABLE (if both hold, either), KQ_ERR_NO_CONVERGENCE (not representable; or a noise-free sensor
+ * with transmission zeros on the unit circle: there is a limit, but the filter does not forget). */
 KQ_NODISCARD kq_status kq_steady_solve_f32(const kq_process_f32 *p, const kq_sensor_f32 *s, float *memory,
     size_t length, const kq_steady_solution_f32 *out);
 KQ_NODISCARD kq_status kq_steady_solve_f64(const kq_process_f64 *p, const kq_sensor_f64 *s, double *memory,
@@ -98,42 +94,37 @@ typedef struct {
     static double name##_memory[KQ_STEADY_LEN_F64(n)]; \
     static kq_steady_f64 name = {n, m, 0, KQ_STEADY_LEN_F64(n), 0, name##_memory, NULL, 0, NULL, NULL}
 
-/** Sets sizes and memory at run time: n, m in 1..16.  `length` words at memory, KQ_STEADY_LEN_<T>(n), yours
-    while in use.  KQ_ERR_NULL, KQ_ERR_SIZE, KQ_ERR_MEMORY. */
+/** Sets sizes and memory at run time: n, m in 1..16.  `length` words at memory, KQ_STEADY_LEN_<T>(n), yours while in
+ * use.  KQ_ERR_NULL, KQ_ERR_SIZE, KQ_ERR_MEMORY. */
 KQ_NODISCARD kq_status kq_steady_assign_f32(kq_steady_f32 *st, int n, int m, float *memory, size_t length);
 KQ_NODISCARD kq_status kq_steady_assign_f64(kq_steady_f64 *st, int n, int m, double *memory, size_t length);
 
-/**
- * Sets the model, the mean and the gains.
+/** Sets the model, the mean and the gains.
  *   st       has sizes and memory; written
  *   p, s     kept by reference.  You must not change them; after a change call this again
  *   x0       n; copied
  *   gains    count x n x m, kept by reference, may be in flash.  Update t takes gain t, later ones the last
  *   count    1 .. KQ_COUNT_MAX; 1: the steady gain only
- * KQ_ERR_NULL, KQ_ERR_SIZE (count, or never assigned), KQ_ERR_MEMORY, KQ_ERR_NOT_READY (p, s),
- * KQ_ERR_MISMATCH (sizes; s takes innovations), KQ_ERR_NOT_FINITE.
- */
+ * KQ_ERR_NULL, KQ_ERR_SIZE (count, or never assigned), KQ_ERR_MEMORY, KQ_ERR_NOT_READY (p, s), KQ_ERR_MISMATCH
+ * (sizes; s takes innovations), KQ_ERR_NOT_FINITE. */
 KQ_NODISCARD kq_status kq_steady_init_f32(kq_steady_f32 *st, const kq_process_f32 *p, const kq_sensor_f32 *s,
     const float *x0, const float *gains, size_t count);
 KQ_NODISCARD kq_status kq_steady_init_f64(kq_steady_f64 *st, const kq_process_f64 *p, const kq_sensor_f64 *s,
     const double *x0, const double *gains, size_t count);
 
-/**
- * predict   x <- A x + B u
+/** predict   x <- A x + B u
  * update    x <- x + K (z - H x)        also by a correlated sensor
  * step      predict, then update. Refused as a whole
  *   st       changed
  *   u        l, or NULL: no control
  *   z        m
  * If a measurement is missing, only predict: the estimate stays unbiased, the next gain is too small.
- * Accuracy: the mean is one number in f32, rounded at its size: about eps |x| / (1 - rho) adds up, and a
- * correction K e below eps |x| / 2 is lost.  If sigma is below 1e-5 of the state's range, take kq_freeze, f64
- * or q31.  A gain within 2^-b of the steady one moves the mean by about 2^-b |e| / (1 - rho)^2.
+ * Accuracy: the mean is one number in f32, rounded at its size: about eps |x| / (1 - rho) adds up, and a correction K
+ * e below eps |x| / 2 is lost.  If sigma is below 1e-5 of the state's range, take kq_freeze, f64 or q31.  A gain
+ * within 2^-b of the steady one moves the mean by about 2^-b |e| / (1 - rho)^2.
  * Cost: n^2 + 2 n m multiplications, n (n + 1) / 2 + 2 n m for an upper triangular A.  Stack: 54 words.
- * kq_fixed_steady_step (src/fixed_size/kq_fixed_<T>.h) at n, m = 4, 2, A triangular, H selecting states: 90
- * instructions on a Cortex-M4F in f32, 459 on an M3 in q31 (tools/cost.csv).
- * KQ_ERR_NULL, KQ_ERR_NOT_READY, KQ_ERR_NOT_FINITE (u, z; overflow: call kq_steady_init).
- */
+ * kq_fixed_steady_step (src/fixed_size/kq_fixed_<T>.h) takes fewer.
+ * KQ_ERR_NULL, KQ_ERR_NOT_READY, KQ_ERR_NOT_FINITE (u, z; overflow: call kq_steady_init). */
 KQ_NODISCARD kq_status kq_steady_predict_f32(kq_steady_f32 *st, const float *u);
 KQ_NODISCARD kq_status kq_steady_predict_f64(kq_steady_f64 *st, const double *u);
 KQ_NODISCARD kq_status kq_steady_update_f32(kq_steady_f32 *st, const float *z);
@@ -145,12 +136,10 @@ KQ_NODISCARD kq_status kq_steady_step_f64(kq_steady_f64 *st, const double *u, co
 float kq_steady_mean_f32(const kq_steady_f32 *st, int i);
 double kq_steady_mean_f64(const kq_steady_f64 *st, int i);
 
-/**
- * e = z - H x.  Call it before the update.
+/** e = z - H x.  Call it before the update.
  *   st       read
  *   z, e     m, read; m, written, may be z
- * KQ_ERR_NULL, KQ_ERR_NOT_READY, KQ_ERR_NOT_FINITE (z, or e overflows).
- */
+ * KQ_ERR_NULL, KQ_ERR_NOT_READY, KQ_ERR_NOT_FINITE (z, or e overflows). */
 KQ_NODISCARD kq_status kq_steady_innovation_f32(const kq_steady_f32 *st, const float *z, float *e);
 KQ_NODISCARD kq_status kq_steady_innovation_f64(const kq_steady_f64 *st, const double *z, double *e);
 
@@ -202,38 +191,35 @@ extern const struct kq_hooks_f64 kq_freeze_hooks_f64;
     static kq_freeze_f64 name = { {&kq_freeze_hooks_f64}, n, m, 0, 0, KQ_FREEZE_LEN_F64(n), name##_memory, \
         name##_gain, NULL, 0, NULL, NULL, NULL}
 
-/** Sets sizes and memory at run time: n, m in 1..16.  `length` words at memory, KQ_FREEZE_LEN_<T>(n), yours
-    while in use.  gain: n x m numbers, yours too.  KQ_ERR_NULL, KQ_ERR_SIZE, KQ_ERR_MEMORY. */
+/** Sets sizes and memory at run time: n, m in 1..16.  `length` words at memory, KQ_FREEZE_LEN_<T>(n), yours while in
+ * use.  gain: n x m numbers, yours too.  KQ_ERR_NULL, KQ_ERR_SIZE, KQ_ERR_MEMORY. */
 KQ_NODISCARD kq_status kq_freeze_assign_f32(kq_freeze_f32 *w, int n, int m, float *memory, size_t length,
     float *gain);
 KQ_NODISCARD kq_status kq_freeze_assign_f64(kq_freeze_f64 *w, int n, int m, double *memory, size_t length,
     double *gain);
 
-/**
- * Sets when the filter counts as steady; it is not frozen.
+/** Sets when the filter counts as steady; it is not frozen.
  *   w        has sizes and memory; written
- *   bits     1 .. KQ_FREEZE_BITS_MAX_<T>: steady is a step that changes each row of the filtered root by at
- *            most 2^-bits of its norm.  The gain is then within about 2^-bits / (1 - rho^2) of the steady
- *            one.  10 costs less than 1 % of the innovation's variance for rho below 0.9
- * KQ_ERR_NULL, KQ_ERR_SIZE (bits, or never assigned), KQ_ERR_MEMORY.
- */
+ *   bits     1 .. KQ_FREEZE_BITS_MAX_<T>: steady is a step that changes each row of the filtered root by at most
+ *            2^-bits of its norm.  The gain is then within about 2^-bits / (1 - rho^2) of the steady one.  10 costs
+ *            less than 1 % of the innovation's variance for rho below 0.9
+ * KQ_ERR_NULL, KQ_ERR_SIZE (bits, or never assigned), KQ_ERR_MEMORY. */
 KQ_NODISCARD kq_status kq_freeze_init_f32(kq_freeze_f32 *w, int bits);
 KQ_NODISCARD kq_status kq_freeze_init_f64(kq_freeze_f64 *w, int bits);
 
 /*
- * kq_attach (filter.h): from now on kq_step of the filter by a sensor of m components may be frozen.
- * kq_predict and kq_update by themselves are the filter's own, and end a frozen phase.  Attach nothing else.
- * Cost of kq_step: frozen, n^2 + 2 n m multiplications and n^2 comparisons; otherwise n^2 more than kq_step,
- * and once kq_gain before it freezes.  kq_step also answers KQ_ERR_MISMATCH (a sensor of other than m
- * components).
+ * kq_attach (filter.h): from now on kq_step of the filter by a sensor of m components may be frozen.  kq_predict and
+ * kq_update by themselves are the filter's own, and end a frozen phase.  Attach nothing else.
+ * Cost of kq_step: frozen, n^2 + 2 n m multiplications and n^2 comparisons; otherwise n^2 more than kq_step, and once
+ * kq_gain before it freezes.  kq_step also answers KQ_ERR_MISMATCH (a sensor of other than m components).
  */
 
 /** 1 if the last step was frozen.  0 for NULL. */
 int kq_freeze_is_active_f32(const kq_freeze_f32 *w);
 int kq_freeze_is_active_f64(const kq_freeze_f64 *w);
 
-/** Ends the frozen phase: the next steps are full until the filter is steady again.  Call it after a sensor
-    has got new numbers.  KQ_ERR_NULL, KQ_ERR_NOT_READY. */
+/** Ends the frozen phase: the next steps are full until the filter is steady again.  Call it after a sensor has got
+ * new numbers.  KQ_ERR_NULL, KQ_ERR_NOT_READY. */
 KQ_NODISCARD kq_status kq_freeze_release_f32(kq_freeze_f32 *w);
 KQ_NODISCARD kq_status kq_freeze_release_f64(kq_freeze_f64 *w);
 
@@ -258,17 +244,15 @@ typedef struct {
 
 KQ_NODISCARD kq_status kq_steady_assign_q31(kq_steady_q31 *st, int n, int m, int32_t *memory, size_t length);
 
-/** As kq_steady_init_f32.  KQ_ERR_RANGE (x0 outside its declared range), KQ_ERR_COEFFICIENT (a gain that is
-    not normalised, or an exponent beyond its limit), KQ_ERR_MISMATCH (formats of the states, too). */
+/** As kq_steady_init_f32.  KQ_ERR_RANGE (x0 outside its declared range), KQ_ERR_COEFFICIENT (a gain that is not
+ * normalised, or an exponent beyond its limit), KQ_ERR_MISMATCH (formats of the states, too). */
 KQ_NODISCARD kq_status kq_steady_init_q31(kq_steady_q31 *st, const kq_process_q31 *p, const kq_sensor_q31 *s,
     const int32_t *x0, const kq_scaled_q31 *gains, size_t count);
 
-/**
- * As f32; KQ_ERR_RANGE (u, z).  A mean saturates at its raw value, with KQ_EVENT_SATURATED; so does a part
- * K_ic e_c of more than 8 times the largest raw value, but not the sum of the parts.
- * Accuracy: each product with a coefficient other than 1 is rounded to 2^-24 of a raw value, the innovation
- * truncated to 30 bits.
- */
+/** As f32; KQ_ERR_RANGE (u, z).  A mean saturates at its raw value, with KQ_EVENT_SATURATED; so does a part K_ic e_c
+ * of more than 8 times the largest raw value, but not the sum of the parts.
+ * Accuracy: each product with a coefficient other than 1 is rounded to 2^-24 of a raw value, the innovation truncated
+ * to 30 bits. */
 KQ_NODISCARD kq_status kq_steady_predict_q31(kq_steady_q31 *st, const int32_t *u);
 KQ_NODISCARD kq_status kq_steady_update_q31(kq_steady_q31 *st, const int32_t *z);
 KQ_NODISCARD kq_status kq_steady_step_q31(kq_steady_q31 *st, const int32_t *u, const int32_t *z);

@@ -560,7 +560,7 @@ def test_starts_are_counted_and_seeded():
 @pytest.mark.parametrize("given, said", [
     ({"free": ("Q", "S")}, "S is no parameter"), ({"free": ()}, "nothing is free"), ({"method": "newton"}, "no method"),
     ({"Q_form": "round"}, "no form"), ({"held": {"A": [[1]]}}, "not one of the free"), ({"starts": 0}, "starts"),
-    ({"held": {"Q": [[1]]}}, "all of Q is held"), ({"free": ("x0",)}, "P0 is unknown"),
+    ({"held": {"Q": [[1]]}}, "all of Q is fixed"), ({"free": ("x0",)}, "P0 is unknown"),
     ({"u": [None, None]}, "2 records"), ({"seed": -1}, "seed"), ({"starts": 2.5}, "starts"),
     ({"iterations": 0}, "iterations"), ({"tolerance": -1.0}, "tolerance"), ({"tolerance": float("nan")}, "tolerance"),
     ({"arithmetic": "f32"}, "f64"), ({"arithmetic": "q31", "method": "em"}, "f32 and f64")])
@@ -620,7 +620,7 @@ def test_entries_are_named(tmp_path):
     (["--free", "Q,S"], "S is no parameter"), (["--free", "A[0]"], "A[ROW,COLUMN]"), (["--free", "Q[3,0]"], "1 x 1"),
     (["--hold", "Q"], "name entries"), (["--hold", "A[0,0]"], "A is not free"), (["--free", "Q R"], "is not NAME"),
     (["--free", "x0[0,0]"], "not of x0"), (["--free", ""], "names nothing"), (["--free", "H,Q,R"], "H^2 Q"),
-    (["--hold", "Q[0,0]"], "all of Q is held")])
+    (["--hold", "Q[0,0]"], "all of Q is fixed")])
 def test_wrong_input_is_one_line_and_no_file(options, said, tmp_path):
     done = within("fit", guess(tmp_path), NILE, *options, "--out", tmp_path / "out.toml")
     assert done.returncode == 1 and said in done.stderr and done.stderr.count("\n") == 1 and done.stdout == ""

@@ -1,12 +1,14 @@
-"""The code on the pages of the host tools: each page is worked through in a folder of its own, from its top to its end.
+"""The code on the pages of the host tools, and the examples that the commands' help ends with: each page is worked through in a folder of its own, from its top to its end.
 
 A block that names a file (```toml cart.toml) is written to it; a model file is read, Python and sh blocks run, C compiles.
 """
 
 from __future__ import annotations
 
+import os
 import re
 import shlex
+import shutil
 import subprocess
 import sys
 import warnings
@@ -16,6 +18,7 @@ import pytest
 from command import kalmanq
 from whole import WHOLE
 
+from kalmanq.commands import COMMANDS, EXAMPLES
 from kalmanq.model import model_file
 from kalmanq.nonlinear import file as nonlinear_file
 
@@ -75,3 +78,30 @@ def test_every_block_of_commands_is_run():
     known = {*RUN, "text", "eval"}
     for page in PAGES:
         assert {one[0] for one in BLOCK.findall(page.read_text(encoding="utf-8"))} <= known, page
+
+
+DAILY = ("check", "compile", "steady")
+
+
+@pytest.mark.parametrize("name", [pytest.param(one, marks=() if one in DAILY else WHOLE) for one in COMMANDS])
+def test_the_example_of_each_commands_help(name, tmp_path):
+    for path in (ROOT / "tools/kalmanq/examples").glob("*.*"):
+        shutil.copy(path, tmp_path)
+    if "my.csv" in EXAMPLES[name] and name != "simulate":
+        assert kalmanq(*shlex.split(EXAMPLES["simulate"])[1:], folder=tmp_path).returncode == 0
+    done = kalmanq(*shlex.split(EXAMPLES[name])[1:], folder=tmp_path)
+    assert done.returncode == 0, done.stderr
+
+
+def test_help_ends_with_the_example():
+    for name in ("run", "fit"):
+        assert f"Example: {EXAMPLES[name]}" in " ".join(kalmanq(name, "--help").stdout.split())
+    assert set(EXAMPLES) == set(COMMANDS)
+
+
+@pytest.mark.parametrize("typed, wanted", [("kalmanq ru", ["run"]), ("kalmanq run --ar", ["--arith"]),
+                                           ("kalmanq run --arith q", ["q31"])])
+def test_the_shell_completes(typed, wanted):
+    done = subprocess.run([sys.executable, "-m", "kalmanq.command_line"], capture_output=True, text=True, env={
+        **os.environ, "_KALMANQ_COMPLETE": "complete_bash", "COMP_WORDS": typed, "COMP_CWORD": str(typed.count(" "))})
+    assert done.stdout.split() == wanted, done.stderr

@@ -10,7 +10,7 @@ from typing import Any
 import typer
 from typer.core import TyperCommand, TyperGroup
 
-from kalmanq.commands import COMMANDS, STUDIES
+from kalmanq.commands import COMMANDS, EXAMPLES, STUDIES
 from kalmanq.commands.messages import INTERRUPTED, told_in_one_line
 from kalmanq.errors import KalmanqError
 
@@ -32,8 +32,8 @@ class Commands(TyperGroup):
         super().__init__(**{**given, "commands": {name: Later(name, help=said) for name, (_, said) in COMMANDS.items()}})
 
 
-app = typer.Typer(cls=Commands, help=__doc__, no_args_is_help=True, add_completion=False, pretty_exceptions_enable=False,
-                  context_settings=HELP)
+app = typer.Typer(cls=Commands, help=__doc__, no_args_is_help=True, pretty_exceptions_enable=False, context_settings=HELP,
+                  epilog=f"Example: {EXAMPLES['run']}")
 
 
 @app.callback()
@@ -50,7 +50,7 @@ def loaded(name: str) -> Any:
             raise
         raise KalmanqError(f"{name} is one of the studies, which are not installed: pip install ./tools ./tools/studies") from None
     alone = typer.Typer(add_completion=False, pretty_exceptions_enable=False)
-    alone.command(name, help=said, context_settings=HELP)(command)
+    alone.command(name, help=said, epilog=f"Example: {EXAMPLES[name]}", context_settings=HELP)(command)
     return typer.main.get_command(alone)
 
 
@@ -69,7 +69,7 @@ def main() -> None:
     try:
         with told_in_one_line():
             try:
-                app()
+                app(prog_name="kalmanq")
             finally:
                 sys.stdout.flush()
     except SystemExit as ended:

@@ -1,7 +1,7 @@
 """What `kalmanq NAME` does, a module a command: its options, what it calls of the library, what it prints.
 
-COMMANDS has a row for each: the module, and its line of help.  A module defines `command`, which is made by
-options.command_of.
+COMMANDS has a row for each: the module, and its line of help; EXAMPLES what its help ends with.  A module defines `command`,
+which is made by options.command_of.
 """
 
 STUDIES = "kalmanq_studies.commands"  # a package of its own
@@ -31,4 +31,21 @@ COMMANDS = {
     "gallery": (f"{STUDIES}.gallery", "Textbook models with data, fitted, smoothed and drawn: level, trend, season, "
                                       "ARMA, regression, factor, ..."),
     "study": (f"{STUDIES}.study", "Run a study of the library's behaviour, and write its findings."),
+}
+
+# In a folder with the files of kalmanq/examples: a test runs each
+EXAMPLES = {
+    "run": "kalmanq run track.toml my.csv --smooth --plot my.png",
+    "check": "kalmanq check track.toml",
+    "design": "kalmanq design track.toml --core m3 --out .",
+    "compile": "kalmanq compile constant_velocity.toml -o walk.c",
+    "steady": "kalmanq steady constant_velocity.toml",
+    "simulate": "kalmanq simulate track.toml -n 200 --out my.csv",
+    "compare": "kalmanq compare track.toml my.csv",
+    "report": "kalmanq report nile.toml nile.csv -o nile.html",
+    "fit": "kalmanq fit nile_guess.toml nile.csv --out fitted.toml",
+    "doctor": "kalmanq doctor --json",
+    "examples": "kalmanq examples stationary --out stationary.png",
+    "gallery": "kalmanq gallery trend-season --out .",
+    "study": "kalmanq study heavy-tails --quick -o .",
 }
