@@ -13,6 +13,7 @@ import numpy as np
 import pytest
 from command import kalmanq
 from dense import Steps, conditioned
+from library import objects
 from whole import WHOLE, first
 
 from kalmanq import Filter, KalmanqError, Smoother
@@ -362,10 +363,9 @@ class Firmware:
         done = kalmanq("design", path, "--core", "m4f", "--arith", T, "--way", way, "--out", folder, *more)
         assert done.returncode == 0, done.stderr
         self.a, self.name = arithmetic_of(T), model_file.read(path).name
-        sources = [ROOT / "src" / f"kq_{one}_{T}.c" for one in ("filter", "steady", "lengths")]
         flags = ["-std=c11", "-O1", "-Wall", "-Wextra", "-Wpedantic", "-Wconversion", "-Werror", "-ffp-contract=off", "-shared", "-fPIC"]
-        subprocess.run(["cc", *flags, f"-I{ROOT / 'include'}", str(folder / f"{self.name}.c"), *map(str, sources), "-lm", "-o",
-                        str(folder / "firmware.so")], check=True)
+        subprocess.run(["cc", *flags, f"-I{ROOT / 'include'}", str(folder / f"{self.name}.c"),
+                        *objects(f"filter_{T}", f"steady_{T}", f"lengths_{T}"), "-lm", "-o", str(folder / "firmware.so")], check=True)
         self.library = ctypes.CDLL(str(folder / "firmware.so"))
         self.filter = getattr(self.library, f"{self.name}_filter")
         self.filter.restype = ctypes.c_void_p
