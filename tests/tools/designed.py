@@ -4,11 +4,10 @@ from __future__ import annotations
 
 import ctypes
 import subprocess
-import tempfile
-from functools import lru_cache
 from pathlib import Path
 
 import numpy as np
+from library import objects
 
 from kalmanq.core import arithmetic_of, ffi
 from kalmanq.firmware.c_source import source
@@ -20,16 +19,6 @@ ROOT = Path(__file__).resolve().parents[2]
 
 FLAGS = ("-std=c11", "-O1", "-Wall", "-Wextra", "-Wpedantic", "-Wconversion", "-Werror", "-ffp-contract=off", "-fPIC",
          f"-I{ROOT / 'include'}", f"-I{ROOT / 'src' / 'fixed_size'}")
-HERE = tempfile.TemporaryDirectory()
-
-
-@lru_cache(maxsize=None)
-def library(T: str) -> list[Path]:
-    """Its objects that such C needs"""
-    made = [Path(HERE.name) / f"{one}_{T}.o" for one in ("filter", "steady", "lengths")]
-    for one in made:
-        subprocess.run(["cc", *FLAGS, "-c", str(ROOT / "src" / f"kq_{one.stem}.c"), "-o", str(one)], check=True)
-    return made
 
 
 class Firmware:
@@ -41,7 +30,7 @@ class Firmware:
         (folder / f"{text.name}.h").write_text(text.header)
         (folder / f"{text.name}.c").write_text(text.text)
         self.folder, self.a, self.name = folder, arithmetic_of(T), text.name
-        subprocess.run(["cc", *FLAGS, "-shared", str(folder / f"{self.name}.c"), *map(str, library(T)), "-lm", "-o",
+        subprocess.run(["cc", *FLAGS, "-shared", str(folder / f"{self.name}.c"), *objects(f"filter_{T}", f"steady_{T}", f"lengths_{T}"), "-lm", "-o",
                         str(folder / "firmware.so")], check=True)
         self.library = ctypes.CDLL(str(folder / "firmware.so"))
         self.filter = getattr(self.library, f"{self.name}_filter")

@@ -21,6 +21,7 @@ from kalmanq.run.campaigns import CampaignInterrupted, journal_of, run_campaign
 from kalmanq.run.diagnostics import nees
 from kalmanq.run.monte_carlo import Study, one_run, summary
 from kalmanq.run.simulation import simulate
+from campaign_tasks import ends_its_process, is_long, is_short, refuses_five, third
 from models import cart
 from test_commands import EXAMPLES, kalmanq, refused, rows_of
 from whole import first
@@ -29,20 +30,6 @@ TRACK, NILE = EXAMPLES / "track.toml", EXAMPLES / "nile.toml"
 STUDY = ["-n", 200, "--runs", 24, "--seed", 8, "--smooth", "--arith", "q31"]
 LONG = ["-n", 1500, "--runs", 40, "--seed", 7]
 COMMAND = [sys.executable, "-m", "kalmanq.command_line", "simulate"]
-
-
-def third(task):
-    return {"task": task, "third": task / 3, "nothing": float("nan")}
-
-
-def refuses_five(task):
-    if task == 5:
-        raise KalmanqError("task 5: is too much")
-    return task
-
-
-def ends_its_process(task):
-    os._exit(1) if task == 3 else time.sleep(0.01)
 
 
 def campaign(journal, function=third, tasks=range(20), **options):
@@ -367,16 +354,6 @@ def test_short_tasks_go_out_in_batches_and_long_ones_alone(tmp_path, monkeypatch
     assert sent == [1] * 8
 
 
-def is_long(task):
-    time.sleep(campaigns.BATCH_SECONDS)
-    return task
-
-
-def is_short(task):
-    time.sleep(0.004)
-    return task
-
-
 def test_what_a_batch_has_done_is_kept(tmp_path, monkeypatch):
     made = campaigns._perform_all(refuses_five, range(9), campaigns.versions())
     assert made.results == ["0", "1", "2", "3", "4"] and made.refused == "task 5: is too much"
@@ -386,9 +363,10 @@ KILLED = """
 import sys
 from pathlib import Path
 sys.path.insert(0, {here!r})
-from test_campaigns import campaign, is_short
+from campaign_tasks import is_short
+from kalmanq.run.campaigns import run_campaign
 if __name__ == "__main__":
-    campaign(Path({journal!r}), function=is_short, tasks=range(100000), workers=2)
+    list(run_campaign(is_short, range(100000), fingerprint={{}}, journal=Path({journal!r}), workers=2))
 """
 
 

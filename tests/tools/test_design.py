@@ -17,6 +17,7 @@ import pytest
 import five
 from command import kalmanq
 from products import PRODUCTS
+from library import objects
 from whole import WHOLE, first
 from kalmanq import KalmanqError, Model, ModelError, Quantity
 from kalmanq.core import lib
@@ -59,16 +60,6 @@ int main(void)
 """
 
 
-@pytest.fixture(scope="session")
-def library(tmp_path_factory) -> Path:
-    work = tmp_path_factory.mktemp("library")
-    for T in ("f32", "q31"):
-        for part in ("filter", "steady"):
-            subprocess.run(["cc", "-std=c11", "-O0", "-ffp-contract=off", f"-I{ROOT / 'include'}", "-c",
-                            str(ROOT / "src" / f"kq_{part}_{T}.c"), "-o", str(work / f"{part}_{T}.o")], check=True)
-    return work
-
-
 def with_holes(record, seed):
     """Rows of which some or all components are missing, a gap among them; the first is whole."""
     random, z = np.random.default_rng(seed), record.z.copy()
@@ -93,7 +84,7 @@ def models_to_write():
 
 @pytest.mark.parametrize("model", first(8, models_to_write()), ids=lambda model: model.name)
 @pytest.mark.parametrize("arithmetic", ["f32", "q31"])
-def test_the_c_file_does_what_the_twin_does(model, arithmetic, library, tmp_path):
+def test_the_c_file_does_what_the_twin_does(model, arithmetic, tmp_path):
     """At every row, of which some have gaps: the means, bit for bit."""
     record = with_holes(draw(model.changed(gaps=type(model.gaps)()), seeds=[3])[0], 5)
     model = with_ranges(model, draw(model))[0]
@@ -104,7 +95,7 @@ def test_the_c_file_does_what_the_twin_does(model, arithmetic, library, tmp_path
         folder = write(tmp_path, name, parts, way, record)
         subprocess.run(["cc", *STRICT, f"-I{ROOT / 'include'}", f"-I{ROOT / 'src' / 'fixed_size'}", f"-I{folder}",
                         str(folder / f"{name}.c"), str(tmp_path / "main.c"),
-                        *map(str, sorted(library.glob(f"*_{arithmetic}.o"))), "-lm", "-o", str(folder / "run")],
+                        *objects(f"filter_{arithmetic}", f"steady_{arithmetic}"), "-lm", "-o", str(folder / "run")],
                        check=True)
         assert subprocess.run([str(folder / "run")], capture_output=True, text=True).stdout == "the same words\n", way
 
@@ -133,7 +124,7 @@ int main(void)
 
 
 @pytest.mark.parametrize("seed", range(3))
-def test_a_predict_of_any_dt_is_the_host_s_at_its_times(seed, library, tmp_path):
+def test_a_predict_of_any_dt_is_the_host_s_at_its_times(seed, tmp_path):
     """kalmanq design --any-dt: a cart with friction and a push, steps of 1 ms to 1 s"""
     path, draws = tmp_path / "cart.toml", np.random.default_rng(seed)
     path.write_text("[model]\nF = [[0.0, 1.0], [0.0, -0.5]]\nB = [0.0, 2.0]\nQc = [0.0, 0.3]\ndt = 0.1\nH = [1.0, 0.0]\nR = 0.04\n"
@@ -142,7 +133,7 @@ def test_a_predict_of_any_dt_is_the_host_s_at_its_times(seed, library, tmp_path)
     assert done.returncode == 0, done.stderr
     (tmp_path / "main.c").write_text(ANY_DT)
     subprocess.run(["cc", *STRICT, f"-I{ROOT / 'include'}", str(tmp_path / "cart.c"), str(tmp_path / "main.c"),
-                    *map(str, sorted(library.glob("*_f32.o"))), "-lm", "-o", str(tmp_path / "run")], check=True)
+                    *objects("filter_f32", "steady_f32"), "-lm", "-o", str(tmp_path / "run")], check=True)
     dt, u, z = 10.0 ** draws.uniform(-3, 0, 60), draws.normal(size=(60, 1)), draws.normal(size=(60, 1))
     dt[20:30] = dt[20]
     times = np.concatenate([[0], np.cumsum(dt[1:])])
@@ -189,7 +180,7 @@ int main(int count, char **given)
 
 @pytest.mark.parametrize("language, flags", [("c", STRICT), ("c++", [
     "-std=c++11", *(flag for flag in STRICT if not flag.startswith("-std"))])])
-def test_values_in_units_and_back(language, flags, library, tmp_path):
+def test_values_in_units_and_back(language, flags, tmp_path):
     """The header is C and C++; its macros round, saturate and have no undefined behaviour, at any fraction."""
     model = Model(np.eye(2), [[1, 0]], 1, [1, 1e-6], B=[1e-10, 0], P0=[1e4, 1e-4], states=[
         Quantity("position", range=1000), Quantity("tilt", range=0.1)], measurements=[Quantity("position", range=500)],
@@ -204,7 +195,7 @@ def test_values_in_units_and_back(language, flags, library, tmp_path):
                     str(tmp_path / "written.o")], check=True)
     subprocess.run(["c++" if language == "c++" else "cc", *flags, "-fsanitize=undefined", "-fno-sanitize-recover=all",
                     f"-I{ROOT / 'include'}", f"-I{tmp_path}", "-x", language, str(tmp_path / "main"), "-x", "none",
-                    str(tmp_path / "written.o"), *map(str, sorted(library.glob("*_q31.o"))), "-lm", "-o",
+                    str(tmp_path / "written.o"), *objects("filter_q31", "steady_q31"), "-lm", "-o",
                     str(tmp_path / "run")], check=True)
     values = [0.0, 1.5, -499.999, 0.1, -1 / 3, 2.0**-40, -0.4999, 1e30, -1e30, math.inf, -math.inf, math.nan, 1e-300]
     done = subprocess.run([str(tmp_path / "run"), *map(repr, values)], capture_output=True, text=True)

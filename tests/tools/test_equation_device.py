@@ -28,6 +28,7 @@ from kalmanq.compiler.product import Product
 from kalmanq.compiler.record import Record, times_of
 from kalmanq.compiler.request import Options
 from kalmanq.nonlinear import NonlinearModel, NonlinearSmoother, read
+from library import objects
 from whole import first
 
 ROOT, OWN = Path(__file__).resolve().parents[2], Path(__file__).parent / "equations"
@@ -85,16 +86,8 @@ def build(folder: Path, arguments: list, compiler: str = "cc") -> None:
     assert done.returncode == 0, done.stderr
 
 
-@pytest.fixture(scope="session")
-def library(tmp_path_factory) -> Path:
-    work = tmp_path_factory.mktemp("library")
-    for part in ("filter_f32", "nonlinear_f32", "filter_f64", "nonlinear_f64", "status"):
-        build(work, ["-std=c11", "-O1", "-ffp-contract=off", "-fPIC", f"-I{ROOT / 'include'}", "-c", ROOT / "src" / f"kq_{part}.c"])
-    return work
-
-
-def parts(library: Path, T: str) -> list[Path]:
-    return [library / f"kq_{part}.o" for part in (f"filter_{T}", f"nonlinear_{T}", "status")]
+def parts(T: str) -> list[str]:
+    return objects(f"filter_{T}", f"nonlinear_{T}", "status")
 
 
 class Program:
@@ -102,7 +95,7 @@ class Program:
 
     calls: of a predict and of the updates of a row; uses: what they read"""
 
-    def __init__(self, product: Product, library: Path, folder: Path, calls: Sequence[str] = (), uses: str = "", start: str = "",
+    def __init__(self, product: Product, folder: Path, calls: Sequence[str] = (), uses: str = "", start: str = "",
                  smooths: bool = False):
         self.given, self.smooths, name, a = product.given, smooths, product.given.name, product.arithmetic
         made = [f"if (what[t] & {one} && {call}) return;" for one, call in zip((PREDICTS, UPDATES), calls)]
@@ -125,7 +118,7 @@ class Program:
         for file, content in {**product.sources(), "driver.c": driver}.items():
             (folder / file).write_text(content)
         build(folder, [*STRICT, "-O0", "-ffp-contract=off", "-fPIC", "-shared", f"-I{ROOT / 'include'}", f"-DSTEPS={NEAR}",
-                       f"{name}.c", "driver.c", *parts(library, a.T), "-lm", "-o", "run.so"])
+                       f"{name}.c", "driver.c", *parts(a.T), "-lm", "-o", "run.so"])
         self.library = ctypes.CDLL(str(folder / "run.so"))
 
     def run(self, record: Record) -> list[np.ndarray]:
@@ -153,9 +146,9 @@ def apart(model: NonlinearModel, made: Sequence[np.ndarray], mean: np.ndarray, P
 @pytest.mark.parametrize("arithmetic", ["f32", "f64"])
 @pytest.mark.parametrize("path, iterate", [*((path, 1) for path in (*MODELS, *TIMED)), (MODELS[1], 4), (MODELS[3], 3), (TIMED[0], 3)],
                          ids=lambda one: getattr(one, "stem", one))
-def test_it_comes_to_what_straight_lines_in_double_come_to(path, iterate, arithmetic, library, tmp_path):
+def test_it_comes_to_what_straight_lines_in_double_come_to(path, iterate, arithmetic, tmp_path):
     model, options = read(path), Options(iterate=iterate)
-    program = Program(compiled_device(model, "device", replace(options, arithmetic=arithmetic)), library, tmp_path)
+    program = Program(compiled_device(model, "device", replace(options, arithmetic=arithmetic)), tmp_path)
     with Host(compiled_equations(model, "straight", replace(options, arithmetic="f64"))) as straight, \
             Host(compiled_equations(model, "same", replace(options, arithmetic=arithmetic))) as same:
         for seed in SEEDS:
@@ -184,7 +177,7 @@ METHODS = [("extended", "drift"), ("extended", "timed/radar"), ("extended", "tim
 
 @pytest.mark.parametrize("arithmetic", ["f32", "f64"])
 @pytest.mark.parametrize("method, name", first(7, METHODS))
-def test_filters_and_smoothers_are_the_library_s_on_the_host(method, name, arithmetic, library, tmp_path):
+def test_filters_and_smoothers_are_the_library_s_on_the_host(method, name, arithmetic, tmp_path):
     model, by_points = read(path_of(name)), method in ("cubature", "central")
     product = compiled_device(model, "device", Options(arithmetic, iterate=ITERATIONS if method == "iterated" else 1))
     points, update = f"sigma_points_{arithmetic}(device_filter(&f), &f.", "_far" if name == "drift" else ""
@@ -193,7 +186,7 @@ def test_filters_and_smoothers_are_the_library_s_on_the_host(method, name, arith
              "rule": f"KQ_SIGMA_POINTS_{method.upper()}, work)"}
     calls = [one.format(**words) for one in POINTS[name]] if by_points else ()
     work = f"static {product.arithmetic.type} work[KQ_SIGMA_POINTS_LEN({model.n}, {model.m})];" if by_points else ""
-    program = Program(product, library, tmp_path, calls, work, smooths=True)
+    program = Program(product, tmp_path, calls, work, smooths=True)
     for seed in SEEDS:
         record = equation_report.drawn(model, NEAR, seed)[0]
         record = in_whole_groups(record, [2**model.m - 1] if by_points else product.given.together)
@@ -230,9 +223,9 @@ def bryson_frazier(model: NonlinearModel, z: np.ndarray, u: np.ndarray) -> np.nd
 
 @pytest.mark.parametrize("arithmetic", ["f32", "f64"])
 @pytest.mark.parametrize("path", [OWN / "attitude.py", EXAMPLES / "attitude.py"], ids=["derived", "given"])
-def test_smoothed_error_states_are_those_of_a_textbook(path, arithmetic, library, tmp_path):
+def test_smoothed_error_states_are_those_of_a_textbook(path, arithmetic, tmp_path):
     model = read(path)
-    program = Program(compiled_device(model, "device", Options(arithmetic)), library, tmp_path, smooths=True)
+    program = Program(compiled_device(model, "device", Options(arithmetic)), tmp_path, smooths=True)
     with Host(compiled_equations(model, "straight", Options("f64", smooth=NEAR))) as straight:
         for seed in SEEDS:
             record = in_whole_groups(equation_report.drawn(model, NEAR, seed)[0], program.given.together)
@@ -249,13 +242,13 @@ ROBUST = {"battery": ("device_predict(&f, w)", "(device_innovation(&f, v, at, e)
 
 @pytest.mark.parametrize("arithmetic", ["f32", "f64"])
 @pytest.mark.parametrize("name", first(1, ROBUST))
-def test_robust_updates_are_those_of_straight_lines(name, arithmetic, library, tmp_path):
+def test_robust_updates_are_those_of_straight_lines(name, arithmetic, tmp_path):
     model = read(path_of(name))
     product = compiled_device(model, "device", Options(arithmetic))
     loss = f"static kq_loss_{arithmetic} loss = {{.kind = &kq_loss_student_{arithmetic}, .parameter = 4}};"
     calls = [one.format(update=f"kq_update_robust_{arithmetic}(device_filter(&f), &f.sensor,") for one in ROBUST[name]]
     uses = f"#include <kalmanq/robust.h>\n{loss}\n{product.arithmetic.type} e[{model.m}];"
-    program = Program(product, library, tmp_path, calls, uses)
+    program = Program(product, tmp_path, calls, uses)
     with Host(compiled_equations(model, "straight", Options("f64", student=4.0))) as straight, \
             Host(compiled_equations(model, "plain", Options("f64"))) as plain:
         for seed in SEEDS:
@@ -269,7 +262,7 @@ def test_robust_updates_are_those_of_straight_lines(name, arithmetic, library, t
 
 @pytest.mark.parametrize("arithmetic", ["f32", "f64"])
 @pytest.mark.parametrize("path", MODELS[::2], ids=lambda path: path.stem)
-def test_start_at_is_a_start_of_another_model(path, arithmetic, library, tmp_path):
+def test_start_at_is_a_start_of_another_model(path, arithmetic, tmp_path):
     model = read(path)
     mean, sigma = model.x0 + 1 / 16, 2.0 ** -np.arange(1, model.n + 1)
     other = copy(model)
@@ -280,7 +273,7 @@ def test_start_at_is_a_start_of_another_model(path, arithmetic, library, tmp_pat
         product = compiled_device(one, "device", Options(arithmetic))
         numbers = [f"static const {product.arithmetic.type} {name}[] = {{{', '.join(map(product.arithmetic.number, values))}}};"
                    for name, values in (("x0", mean), ("sigma0", sigma)) if start]
-        runs.append(Program(product, library, tmp_path / str(k), uses="\n".join(numbers), start=start))
+        runs.append(Program(product, tmp_path / str(k), uses="\n".join(numbers), start=start))
     for seed in SEEDS:
         record = in_whole_groups(equation_report.drawn(model, NEAR, seed)[0], runs[0].given.together)
         made, wanted = (one.run(record) for one in runs)
@@ -288,13 +281,13 @@ def test_start_at_is_a_start_of_another_model(path, arithmetic, library, tmp_pat
 
 
 @pytest.mark.parametrize("path", MODELS, ids=lambda path: path.stem)
-def test_its_files_are_free_of_warnings_and_its_test_says_ok(path, library, tmp_path):
+def test_its_files_are_free_of_warnings_and_its_test_says_ok(path, tmp_path):
     for T in ("f32", "f64"):
         done = kalmanq("compile", path, "--library", "--arith", T, *DEVICES.get(path.stem, ()), "-o", tmp_path / f"own_{T}.c")
         assert done.returncode == 0, done.stderr
         sources = [f"own_{T}.c", f"own_{T}_test.c"]
         for compiler in [one for one in ("gcc", "clang") if shutil.which(one)]:
-            build(tmp_path, [*STRICT, f"-I{ROOT / 'include'}", "-ffp-contract=off", *sources, *parts(library, T), "-lm", "-o", "trial"],
+            build(tmp_path, [*STRICT, f"-I{ROOT / 'include'}", "-ffp-contract=off", *sources, *parts(T), "-lm", "-o", "trial"],
                   compiler)
             assert subprocess.run([tmp_path / "trial"], capture_output=True, text=True).stdout.endswith("OK\n"), compiler
         build(tmp_path, ["-std=c++17", "-Wall", "-Wextra", "-Wpedantic", "-Werror", f"-I{ROOT / 'include'}", "-fsyntax-only", "-x", "c++",

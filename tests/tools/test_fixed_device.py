@@ -29,6 +29,7 @@ from kalmanq.compiler.record import Record
 from kalmanq.compiler.request import Options
 from kalmanq.formulas.graph import FUNCTIONS
 from kalmanq.nonlinear import read
+from library import objects
 from whole import first
 
 ROOT, OWN = Path(__file__).resolve().parents[2], Path(__file__).parent / "equations"
@@ -40,6 +41,7 @@ MOST = {  # sigma: of a mean beside double
 ROWS = {"range_bearing": 200}  # it leaves its declared range of 2 km
 ON_CORES = ("battery", "gps_imu", "falling_body", "tyre_slip", "range_bearing", "range_rate", "unicycle", "attitude")
 SATURATED = 1 << [name for name, _ in EVENTS].index("SATURATED")
+PARTS = ("filter_q31", "range_error_q31", "status")  # of the library
 PROGRAM = """\
 #include <stdio.h>
 #include "{name}.h"
@@ -147,17 +149,13 @@ def core(name: str) -> dict[str, str]:
 
 
 @pytest.fixture(scope="session")
-def library(tmp_path_factory):
-    """Its objects on a core, or on the host with the sanitizer"""
-    @lru_cache(None)
-    def made(where: str) -> list[Path]:
-        work, of = tmp_path_factory.mktemp(f"library-{where}"), core(where)
-        parts = ("filter_q31", "range_error_q31", "status")
-        for part in parts:
-            source = ROOT / "src" / f"kq_{part}.c"
-            build(work, ["-std=c11", "-O2", *of["profile"].split(), *of["include"].split(), "-c", source], of["compiler"])
-        return [work / f"kq_{part}.o" for part in parts]
-    return made
+def on_m3(tmp_path_factory):
+    """Its objects on a Cortex-M3"""
+    work, of = tmp_path_factory.mktemp("library"), core("m3")
+    for part in PARTS:
+        source = ROOT / "src" / f"kq_{part}.c"
+        build(work, ["-std=c11", "-O0", *of["profile"].split(), *of["include"].split(), "-c", source], of["compiler"])
+    return [work / f"kq_{part}.o" for part in PARTS]
 
 
 def program(folder: Path, name: str, rows: int, seed: int) -> Record:
@@ -191,26 +189,26 @@ def expected(name: str, record: Record) -> list[str]:
 
 
 @pytest.mark.parametrize("name", first(2, ON_CORES))
-def test_it_is_the_same_bits_in_python_on_the_host_and_on_a_cortex_m3(name, library, tmp_path):
+def test_it_is_the_same_bits_in_python_on_the_host_and_on_a_cortex_m3(name, on_m3, tmp_path):
     record = program(tmp_path, name, 60, 2)
     wanted = expected(name, record)
     for compiler in [one for one in ("gcc", "clang") if shutil.which(one)]:
-        build(tmp_path, [*SANITIZED, "device.c", "program.c", *library("host"), "-no-pie", "-o", "program"], compiler)
+        build(tmp_path, [*SANITIZED, "device.c", "program.c", *objects(*PARTS), "-o", "program"], compiler)
         done = subprocess.run([tmp_path / "program"], capture_output=True, text=True)
         assert done.stdout.splitlines() == wanted, compiler
     m3 = core("m3")
     build(tmp_path, [*STRICT, *m3["include"].split(), "-c", "device.c", "program.c"], m3["compiler"])
-    build(tmp_path, ["device.o", "program.o", *library("m3"), "-o", "program.m3"], m3["linker"])
+    build(tmp_path, ["device.o", "program.o", *on_m3, "-o", "program.m3"], m3["linker"])
     emulator = [*m3["emulator"].split(), tmp_path / "program.m3"]
     done = subprocess.run(emulator, capture_output=True, text=True, stdin=subprocess.DEVNULL)
     assert done.stdout.splitlines() == wanted
-    asked = [m3["nm"], "-u", tmp_path / "device.o", *library("m3")]
+    asked = [m3["nm"], "-u", tmp_path / "device.o", *on_m3]
     listed = subprocess.run(asked, check=True, capture_output=True, text=True).stdout
     floats = [line for line in listed.splitlines() if any(one in line for one in ("__aeabi_f", "__aeabi_d", "__aeabi_i2", "sqrt"))]
     assert "device.o" in listed and not floats
 
 
-def test_an_event_stays(library, tmp_path):
+def test_an_event_stays(tmp_path):
     """Of a state far beyond the records that the formats are of"""
     program(tmp_path, "battery", 1, 2)
     (tmp_path / "program.c").write_text("""\
@@ -234,12 +232,12 @@ int main(void)
     return 0;
 }
 """)
-    build(tmp_path, [*STRICT, f"-I{ROOT / 'include'}", "device.c", "program.c", *library("host"), "-no-pie", "-o", "program"])
+    build(tmp_path, [*STRICT, f"-I{ROOT / 'include'}", "device.c", "program.c", *objects(*PARTS), "-o", "program"])
     said = subprocess.run([tmp_path / "program"], capture_output=True, text=True).stdout
     assert said == f"0 0 0 0 {SATURATED:x} {SATURATED:x}"
 
 
-def test_it_starts_anywhere(library, tmp_path):
+def test_it_starts_anywhere(tmp_path):
     program(tmp_path, "battery", 1, 2)
     (tmp_path / "program.c").write_text("""\
 #include <stdio.h>
@@ -254,7 +252,7 @@ int main(void)
     return 0;
 }
 """)
-    build(tmp_path, [*SANITIZED, "device.c", "program.c", *library("host"), "-no-pie", "-o", "program"])
+    build(tmp_path, [*SANITIZED, "device.c", "program.c", *objects(*PARTS), "-o", "program"])
     assert subprocess.run([tmp_path / "program"], capture_output=True, text=True).stdout == "0 123456789 -54321 1000000 77"
 
 
@@ -313,7 +311,7 @@ def test_functions_are_the_same_bits_in_c(tmp_path):
 
 
 @pytest.mark.parametrize("name", first(1, ["attitude", "battery", "gps_imu"]))
-def test_its_files_are_free_of_warnings_and_its_test_says_ok(name, library, tmp_path):
+def test_its_files_are_free_of_warnings_and_its_test_says_ok(name, tmp_path):
     texts = []
     for folder in ("one", "two"):
         (tmp_path / folder).mkdir()
@@ -324,7 +322,7 @@ def test_its_files_are_free_of_warnings_and_its_test_says_ok(name, library, tmp_
     report = " ".join(texts[0]["own_report.txt"].split())
     assert "means within" in report and "2 bits more than they used" in report
     for compiler in [one for one in ("gcc", "clang") if shutil.which(one)]:
-        build(tmp_path / "one", [*SANITIZED, "own.c", "own_test.c", *library("host"), "-no-pie", "-o", "trial"], compiler)
+        build(tmp_path / "one", [*SANITIZED, "own.c", "own_test.c", *objects(*PARTS), "-o", "trial"], compiler)
         assert subprocess.run([tmp_path / "one" / "trial"], capture_output=True, text=True).stdout.endswith("OK\n"), compiler
     build(tmp_path / "one", ["-std=c++17", "-Wall", "-Wextra", "-Wpedantic", "-Werror", f"-I{ROOT / 'include'}", "-fsyntax-only",
                              "-x", "c++", "-include", "own.h", os.devnull], "g++")

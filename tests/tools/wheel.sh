@@ -6,7 +6,8 @@ python=$1 work=$2
 here=$(cd "$(dirname "$0")" && pwd)
 . "$here/environment.sh"
 rm -rf "$work/wheel" "$work/clean"
-mkdir -p "$work/files"
+mkdir -p "$work/files" "$work/kept"
+find "$work/kept" -type f -mtime +7 -delete # what kept/cc has not used for a week
 # The progress that pip install -v shows, and what the build takes of a processor
 TIMEFORMAT='the wheel: %U seconds of a processor (and %S of the system)'
 time "$python" -m pip wheel -v --disable-pip-version-check --no-deps --no-build-isolation -w "$work/wheel" \
