@@ -39,6 +39,7 @@ groups_of() { # [NAME]
     readme* | house* | tools.shared*) echo interpreter ;;
     tools) echo tools clang cores cost peers ;;
     tools.design* | tools.compile*) echo tools clang cores cost ;;
+    tools.boards*) echo tools cores cost ;;
     tools.fit* | tools.gallery* | tools.speed) echo tools peers ;;
     tools*) echo tools ;;
     target* | parts* | vectors* | bits*) echo clang cores ;;
