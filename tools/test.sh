@@ -40,6 +40,7 @@ groups_of() { # [NAME]
     tools) echo tools clang cores cost peers browser ;;
     tools.tune*) echo tools browser ;;
     tools.design* | tools.compile*) echo tools clang cores cost ;;
+    tools.boards*) echo tools cores cost ;;
     tools.fit* | tools.gallery* | tools.speed) echo tools peers ;;
     tools*) echo tools ;;
     target* | parts* | vectors* | bits*) echo clang cores ;;

@@ -702,6 +702,20 @@ def test_an_int_of_16_bits_counts_as_far(arithmetic: str, said: str, tmp_path: P
     assert said in done.stderr if said else done.returncode == 0, done.stderr
 
 
+@pytest.mark.skipif(not shutil.which("avr-gcc"), reason="no compiler for AVR")
+def test_the_table_of_roots_stays_in_the_flash_of_an_avr(tmp_path: Path) -> None:
+    """Of 2 kB of RAM it would take 384 bytes, as constants do there"""
+    model = Model(1.0, 1.0, 4.0, 0.04, P0=100.0, states=[kalmanq.Quantity("level", range=1000)],
+                  measurements=[kalmanq.Quantity("count", range=1000)])
+    for name, text in compiled(model, "flt", Options("q31")).sources().items():
+        (tmp_path / name).write_text(text)
+    subprocess.run(["avr-gcc", "-mmcu=atmega328p", "-Os", *STRICT, "-c", str(tmp_path / "flt.c"), "-o", str(tmp_path / "flt.o")], check=True)
+    sizes = subprocess.run(["avr-size", "-A", str(tmp_path / "flt.o")], check=True, capture_output=True, text=True).stdout
+    of = {line.split()[0]: int(line.split()[1]) for line in sizes.splitlines() if line.startswith(".")}
+    assert sum(size for name, size in of.items() if name.startswith((".rodata", ".data", ".bss"))) < 100
+    assert sum(size for name, size in of.items() if name.startswith(".progmem")) == 4 * 96
+
+
 @pytest.mark.parametrize("arithmetic", ARITHMETICS)
 def test_sixteen_controls_have_names_of_their_own(arithmetic: str) -> None:
     """u12 is a control, and was an entry of U"""

@@ -616,6 +616,60 @@ def test_wrong_input_is_one_line(arguments, said, tmp_path, monkeypatch):
     assert done.stderr.count("\n") == 1 and not list(tmp_path.iterdir())
 
 
+COUNTS = """
+[model]
+name = "adc"
+A = [[1.0]]
+H = [1.0]
+Q = [0.04]
+R = 4.0
+x0 = [512]
+P0 = [{variance}]
+
+[states]
+names = ["level"]
+ranges = [{range}]
+
+[measurements]
+names = ["count"]
+ranges = [{range}]
+fractions = [0]
+"""
+
+
+def counts(folder, variance, range):
+    path = folder / "adc.toml"
+    path.write_text(COUNTS.format(variance=variance, range=range))
+    return path
+
+
+def test_what_is_drawn_has_the_steps_of_its_sensor(tmp_path):
+    """An ADC's counts are no error of the filter"""
+    path = counts(tmp_path, "'unknown'", 2000)
+    model = model_file.read(path)
+    record = draw(with_ranges(model, [])[0], 50, [1])[0]
+    assert np.array_equal(record.z, np.rint(record.z)) and len(np.unique(record.z)) > 3
+    told = json.loads(kalmanq("design", path, "--core", "m3", "--json").stdout)
+    assert told["trials"]["q31"]["worst"][0] < 1e-3
+    assert all(one["mean"] < 1e-3 for one in told["compiled"]), told["compiled"]
+
+
+@pytest.mark.parametrize("variance, range, code", [(90000, 1100, 0), (1, 500, 1)])
+def test_records_that_begin_outside_the_ranges(variance, range, code, tmp_path):
+    """Some do, or all"""
+    done = kalmanq("design", counts(tmp_path, variance, range), "--core", "m0")
+    assert done.returncode == code and "Traceback" not in done.stderr
+    assert code == 0 or ("begins outside the declared ranges" in done.stderr and done.stderr.count("\n") == 1)
+
+
+@pytest.mark.parametrize("core, way, said", [
+    ("m0", "sizes", "sizes is not offered for this model on Cortex-M0: here --way is one of lean, tables, init, compiled"),
+    ("avr", "compiled", "what compiled costs on ATmega328P is not known: kalmanq compile writes it; here --way is one of")])
+def test_a_way_that_is_not_offered(core, way, said, tmp_path):
+    done = kalmanq("design", counts(tmp_path, 10000, 2000), "--core", core, "--way", way)
+    assert done.returncode == 1 and said in done.stderr and done.stderr.count("\n") == 1
+
+
 def test_an_unknown_core_is_a_usage_error():
     assert kalmanq("design", EXAMPLES / "track.toml", "--core", "z80").returncode == 2
 

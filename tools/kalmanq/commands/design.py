@@ -103,7 +103,10 @@ def _designs(options: Options, model: Model) -> tuple[Designs, list[Record]]:
         z, u, _ = joining.record(options.data, model)
         records = [Record(z, given_rows.controls_of(u, model, len(z)))]
     ranged, notes = with_ranges(model, records)
-    records = records or draw(ranged)
+    records = records or [one for one in draw(ranged) if len(one.z)]
+    if not records:
+        raise KalmanqError(f"{model.name}: each record that is drawn of the model begins outside the declared ranges: widen them, make P0 "
+                           "smaller, or give --data")
     late = {name: bytes_of_delays(model, name, options.any_dt) for name in ("f32", "q31")}
     return design(ranged, part, records, notes, late), records
 
@@ -114,7 +117,7 @@ def _reason(options: Options, made: Designs) -> str:
         refused = [trial.refused for trial in made.trials.values() if trial.refused]
         lean = [f"lean: {one.refused}" for name, one in made.lean.items()
                 if options.way == "lean" and options.arithmetic in (None, name) and one.refused]
-        return (lean or refused or ["there is no such way to run it"])[0]
+        return (lean or refused or [_no_such_way(options, made)])[0]
     fitting = [one for one in ways if one.fits]
     if not fitting:
         least = min(one.cost.flash for one in ways)
@@ -123,6 +126,17 @@ def _reason(options: Options, made: Designs) -> str:
         return f"no way fits {made.part.flash // 1024} kB of flash and {made.part.ram / 1024:g} kB of RAM{of_late}" \
                f"(the least takes {least} bytes of flash)"
     return fitting[0].trial.warnings[0]
+
+
+def _no_such_way(options: Options, made: Designs) -> str:
+    """Of --way, which the model has not, or the core"""
+    others = dict.fromkeys(one.way for one in made.ways if options.arithmetic in (None, one.arithmetic))
+    core, here = CORES[made.part.core], f"here --way is one of {', '.join(others)}"
+    if any(one.delay for one in made.model.sensors):
+        return f"a sensor is late, which {options.way} does not take: {here}"
+    if options.way == COMPILED:
+        return f"what {COMPILED} costs on {core} is not known: kalmanq compile writes it; {here}"
+    return f"{options.way} is not offered for this model on {core}: {here}"
 
 
 # ------------------------------------------------------------------------------ the files
@@ -287,6 +301,9 @@ def _tell_ways(made: Designs, chosen: Optional[Way], console: Console) -> None:
 
 
 def _tell_compiled(made: Designs, compiled: Sequence[Offer], console: Console) -> None:
+    if not compiled:
+        console.print("  no compiled: a sensor is late, and the C of kalmanq compile takes all in time")
+        return
     shown = table(*COLUMNS, title="compiled for this model alone (kalmanq compile)")
     told = [one for one in compiled if one.form != "covariance" or made.part.core in one.costs]
     for one in told:

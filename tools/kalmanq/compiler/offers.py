@@ -90,7 +90,7 @@ def _factor(model: Model, arithmetic: str, name: str) -> Offer:
         return Offer(**made, remark=f"not tried: {problem}")
     except KalmanqError as problem:
         return Offer(arithmetic, "refused", remark=str(problem))
-    return Offer(**made, mean=found.mean, covariance=found.covariance, remark="; ".join(report.warned(found, arithmetic)))
+    return Offer(**made, mean=found.mean, covariance=found.covariance, remark=" ".join(report.warned(found, arithmetic)))
 
 
 def _covariance(model: Model, arithmetic: str, factor: Offer) -> list[Offer]:

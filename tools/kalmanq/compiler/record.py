@@ -10,6 +10,7 @@ import numpy as np
 from kalmanq.compiler.emit import PREDICTS, UPDATES
 from kalmanq.compiler.host import Host, Ran
 from kalmanq.compiler.request import GAP, Request, due
+from kalmanq.run.simulation import read_off
 
 LONG = np.longdouble
 FADES = 0.98  # the largest eigenvalue of what is drawn, so that nothing leaves its range for ever
@@ -93,7 +94,7 @@ def _samples(given: Request, rows: int, draws: np.random.Generator) -> tuple[np.
     for t in range(rows):
         x = A @ x + root @ draws.standard_normal(of.n) + of.B @ u[t]
         z[t] = model.H @ (stays + x) + noise @ draws.standard_normal(of.m) + (0.0 if model.d is None else model.d)
-    return z.astype(np.float32).astype(float), u.astype(np.float32).astype(float)
+    return read_off(z, model).astype(np.float32).astype(float), u.astype(np.float32).astype(float)
 
 
 def _root(P: np.ndarray) -> np.ndarray:

@@ -94,6 +94,15 @@ static int zeros_before(uint32_t s)
 """
 
 ROOT = """\
+#if defined __AVR__ /* whose constants are copied to RAM, but for these: 384 bytes */
+#include <avr/pgmspace.h>
+#define IN_FLASH PROGMEM
+#define FROM_FLASH(word) pgm_read_dword(&(word))
+#else
+#define IN_FLASH
+#define FROM_FLASH(word) (word)
+#endif
+
 typedef struct {
     int32_t over, root;
     int half;
@@ -106,13 +115,13 @@ __attribute__((noinline))
 #endif
 static reciprocal inverse_root(uint64_t t)
 {
-    static const uint32_t line[96] = { /* value 2^15, slope 2^5 */
+    static const uint32_t line[96] IN_FLASH = { /* value 2^15, slope 2^5 */
 LINE
     };
     const uint32_t upper = (uint32_t)(t >> 32), lower = (uint32_t)t;
     const uint32_t first = upper ? upper : lower + !lower, next = upper ? lower : 0;
     const int even = zeros_before(first) & ~1;
-    const uint32_t v = first << even | next >> 1 >> (31 - even), near = line[(v >> 25) - 32];
+    const uint32_t v = first << even | next >> 1 >> (31 - even), near = FROM_FLASH(line[(v >> 25) - 32]);
     const uint32_t q = (near >> 16) - ((near & 0xffffu) * (v >> 9 & 0xffffu) >> 21);
     const int32_t rest = (int32_t)(UINT32_C(0x40000000) - high(v, q * q)), quarter = rest >> 2;
     const uint32_t step = UINT32_C(0x80000000) + (uint32_t)rest + ((uint32_t)(quarter * quarter) * 3u >> 28);

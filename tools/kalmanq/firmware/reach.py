@@ -11,7 +11,7 @@ from kalmanq.data.rows import controls_of
 from kalmanq.model import Model, Quantity
 from kalmanq.run.filters import Filter
 from kalmanq.run.parts import is_diagonal
-from kalmanq.run.simulation import simulate
+from kalmanq.run.simulation import read_off, simulate
 
 MARGIN = 1.5  # a range is so many times what was reached
 ROWS, SEEDS = 500, 12  # of the records that are drawn where there are none
@@ -43,6 +43,7 @@ def draw(model: Model, rows: int = ROWS, seeds: Sequence[int] = range(SEEDS)) ->
             spans = np.array([one.range or 0.0 for one in model.inputs])
             u = controls_of(random.uniform(-spans, spans, (rows, len(spans))), model, rows)
         x, z = simulate(model, rows, seed, u)
+        z = read_off(z, model)
         end = min(_inside(x, model.states), _inside(z, model.measurements))
         _leave_gaps(model, z, random)
         made.append(Record(z[:end], None if u is None else u[:end]))

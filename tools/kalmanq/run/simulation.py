@@ -29,6 +29,14 @@ def simulate(model: Model, rows: int, seed: Union[int, np.random.SeedSequence], 
     return x, x @ model.H.T + error @ V.T + (0.0 if model.d is None else model.d)
 
 
+def read_off(z: np.ndarray, model: Model) -> np.ndarray:
+    """Measurements in the steps that their sensors have: the last bits of the fractions that the model declares"""
+    for k, one in enumerate(model.measurements):
+        if one.fraction is not None:
+            z[:, k] = np.ldexp(np.rint(np.ldexp(z[:, k], one.fraction)), -one.fraction)
+    return z
+
+
 def _steps(model: Model, rows: int, times: Optional[np.ndarray]) -> list[Optional[np.ndarray]]:
     """A, B and the root of Q of the step to each row"""
     if times is None or model.continuous is None:

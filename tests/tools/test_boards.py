@@ -1,0 +1,127 @@
+"""The runner of tools/examples/boards finds what is wrong; the boards themselves run in tools.boards.NAME."""
+
+from __future__ import annotations
+
+import argparse
+import subprocess
+import sys
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+FOLDER = Path(__file__).resolve().parents[2] / "tools" / "examples" / "boards"
+sys.path.insert(0, str(FOLDER))
+import boards  # noqa: E402
+import data  # noqa: E402
+
+HEADER = """\
+ *     measurement 0  count  count  1023   Q31.0
+enum {
+    ADC_LEVEL_FRACTION = 3,
+    ADC_Z_COUNT_FRACTION = 0
+};
+"""
+
+
+class Printed(boards.Job):
+    """A job whose board and host say what a test has them say"""
+
+    def __init__(self, name: str, way: str, shown: np.ndarray, host: dict[str, np.ndarray]):
+        example = boards.EXAMPLES[name]
+        super().__init__(name, example, way, example.boards[0], [], Path())
+        self.shown, self.told = shown, host
+
+    def printed(self) -> np.ndarray:
+        return self.shown
+
+    def host(self) -> dict[str, np.ndarray]:
+        return self.told
+
+    def scales(self) -> np.ndarray:
+        return np.full(len(self.example.shown), 2.0**-3)
+
+
+def level(*words: float) -> np.ndarray:
+    return np.array(words)[:, None]
+
+
+HOST = {"level_mean": np.array([1.0, 2.0, 2.5625]), "level_sigma": np.ones(3)}
+
+
+def test_equal_to_the_last_bit() -> None:
+    shown, line = boards.compared(Printed("adc", "compiled", level(8, 16, 20), HOST))  # 20.5 is rounded to one of two
+    assert shown[:, 0].tolist() == [1.0, 2.0, 2.5] and "3 rows, 3 of 3 numbers equal" in line
+
+
+@pytest.mark.parametrize("words", [(8, 17, 20), (8, 16, 22)])
+def test_a_bit_that_differs(words: tuple[float, ...]) -> None:
+    with pytest.raises(boards.BoardError, match="2 of 3 numbers equal.*not what kalmanq run says"):
+        boards.compared(Printed("adc", "compiled", level(*words), HOST))
+
+
+def test_rows_that_are_missing() -> None:
+    with pytest.raises(boards.BoardError, match="has printed"):
+        boards.compared(Printed("adc", "compiled", level(8, 16), HOST))
+
+
+def test_a_column_that_is_missing() -> None:
+    with pytest.raises(boards.BoardError, match="no level_mean"):
+        boards.compared(Printed("adc", "compiled", level(8, 16, 20), {"level_sigma": np.ones(3)}))
+
+
+@pytest.mark.parametrize("off, is_right", [(5e-4, True), (2e-3, False), (np.nan, False)])
+def test_numbers_that_are_near(off: float, is_right: bool) -> None:
+    """The late position: in the rows in which it is on its way nothing is compared"""
+    rows, names = np.arange(100), boards.EXAMPLES["gps"].shown
+    host = {name: np.ones(100) for name in names}
+    shown = np.ones((100, len(names)))
+    shown[rows % 50 < 15] += 1
+    shown[20, 0] += off
+    job = Printed("gps", "init", shown, host)
+    if is_right:
+        assert "70 rows" in boards.compared(job)[1]
+    else:
+        with pytest.raises(boards.BoardError, match="not what kalmanq run says"):
+            boards.compared(job)
+
+
+def test_a_recording_in_raw_values() -> None:
+    text = boards.recording(Printed("adc", "compiled", level(), {}), HEADER)
+    first = boards.table(FOLDER / "adc" / "data.csv")["count"]
+    assert f"    {{{{{first[0]:.0f}}}, 1}},\n" in text and f"ROWS = {len(first)}" in text
+    with pytest.raises(boards.BoardError, match="ADC_Z_COUNT_FRACTION"):
+        boards.recording(Printed("adc", "compiled", level(), {}), HEADER.replace("COUNT_FRACTION", "OTHER_FRACTION"))
+
+
+@pytest.mark.parametrize("name", data.ALL)
+def test_recordings_are_what_data_py_makes(name: str) -> None:
+    make, seed = data.ALL[name]
+    text = data.text_of(make(np.random.default_rng(seed)))
+    (FOLDER / name / "data.csv").read_text(encoding="utf-8")
+    for mine, kept in zip(text.splitlines(), (FOLDER / name / "data.csv").read_text(encoding="utf-8").splitlines(), strict=True):
+        if mine != kept:  # the last digit, where a sine of another library rounds it elsewhere
+            numbers = [[float(one or "nan") for one in row.split(",")] for row in (mine, kept)]
+            np.testing.assert_allclose(*numbers, rtol=2e-4, atol=1e-9)
+
+
+def test_costs_that_a_page_does_not_say(tmp_path: Path) -> None:
+    page, given = tmp_path / "README.md", argparse.Namespace(check=True, write=False)
+    page.write_text(f"a\n{boards.BEGIN}old\n{boards.END}b\n", encoding="utf-8")
+    boards.settle(page, "old\n", given)
+    with pytest.raises(boards.BoardError, match="other costs"):
+        boards.settle(page, "new\n", given)
+    boards.settle(page, "new\n", argparse.Namespace(check=False, write=True))
+    assert page.read_text(encoding="utf-8") == f"a\n{boards.BEGIN}new\n{boards.END}b\n"
+    page.write_text("a\n", encoding="utf-8")
+    with pytest.raises(boards.BoardError, match="no place"):
+        boards.settle(page, "new\n", given)
+
+
+@pytest.mark.parametrize("arguments, told", [(["run", "adcx"], "adcx: is none of adc"),
+                                             (["run", "adc", "--kalmanq", "no_such_kalmanq"], "no_such_kalmanq: is not there"),
+                                             (["run", "adc", "--kalmanq", "false"], "false compile")])
+def test_refusals_are_one_line(arguments: list[str], told: str, tmp_path: Path) -> None:
+    done = subprocess.run([sys.executable, "-B", str(FOLDER / "boards.py"), *arguments, "--work", str(tmp_path)],
+                          capture_output=True, text=True)
+    assert done.returncode == 1 and done.stderr.count("\n") == 1 and done.stderr.startswith(f"boards: {told}"), done.stderr
