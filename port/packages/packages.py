@@ -270,6 +270,16 @@ def python(to):
     write(to / "pyproject.toml", project.replace(f'description = "', f'urls.Home = "{URL}"\ndescription = "'))
 
 
+def rust(to):
+    """A crate, with the C library in core/."""
+    shutil.copytree(ROOT / "port/rust", to, ignore=shutil.ignore_patterns("target", "Cargo.lock", "bindings.py"))
+    shutil.copy(ROOT / "LICENSE", to)
+    for name in ("include", "src"):
+        shutil.copytree(ROOT / name, to / "core" / name)
+    project = (ROOT / "port/rust/Cargo.toml").read_text()
+    write(to / "Cargo.toml", project.replace('license = "MIT"', f'license = "MIT"\nrepository = "{URL}"'))
+
+
 class OneFile:
     """One C text: every header in its place, once.  Of `#if` that ask for the arithmetic, one side is left."""
 
@@ -334,7 +344,8 @@ def onefile(to):
 
 
 PACKAGES = {"arduino": arduino, "platformio": platformio, "zephyr": zephyr, "esp-idf": esp_idf, "cmsis-pack": cmsis_pack,
-            "conan": conan, "vcpkg": vcpkg, "meson": meson, "onefile": onefile, "python": python}
+            "conan": conan, "vcpkg": vcpkg, "meson": meson, "onefile": onefile, "python": python,
+            "rust": rust}
 
 
 def main(name, folder):
