@@ -16,6 +16,7 @@
 #   kq_setup wheel      sets KQ_WHEEL_PYTHON to an interpreter that builds and audits wheels, and KQ_WHEEL_HOUSE to
 #                      wheels of what the package needs
 #   kq_setup rust       cargo, its crates that port/rust is built by, Debian's rustc and the source of its core
+#   kq_setup micropython   the source of MicroPython's interpreter
 #   kq_setup peers     sets KQ_PEERS_PYTHON to an interpreter with the libraries that results are
 #                      compared with
 #
@@ -83,27 +84,41 @@ kq_setup_interpreter() { kq_have python3 || kq_install python3; }
 kq_setup_python() { kq_python numpy matplotlib typer rich; }
 kq_setup_scipy() { kq_python numpy scipy; }
 
-# Unity is not packaged by itself; the source package of cjson carries it.  The source lists
-# are a copy with deb-src switched on: the machine's own stay as they are.
-kq_fetch_unity() {
-    local work lists
-    work=$(mktemp -d) && lists="$work/lists" && mkdir -p "$lists/parts" "$lists/state/partial"
+# kq_source PACKAGE: Debian's source package of that name, in the current folder.  The source lists are a copy with deb-src
+# switched on: the machine's own stay as they are.
+kq_source() {
+    local lists="$PWD/lists" options
+    mkdir -p "$lists/parts" "$lists/state/partial"
     cp /etc/apt/sources.list "$lists/list" 2>/dev/null || : >"$lists/list"
     cp /etc/apt/sources.list.d/debian.sources /etc/apt/sources.list.d/ubuntu.sources \
         "$lists/parts/" 2>/dev/null || true
     sed -i 's/^Types:.*/Types: deb deb-src/' "$lists"/parts/*.sources 2>/dev/null || true
     sed -i -n 'p; s/^deb /deb-src /p' "$lists/list"
-    (
-        cd "$work"
-        options=(-o Dir::Etc::sourcelist="$lists/list" -o Dir::Etc::sourceparts="$lists/parts"
-                 -o Dir::State::Lists="$lists/state" -o Dir::Cache::pkgcache=
-                 -o Dir::Cache::srcpkgcache= -o APT::Sandbox::User=root)
-        apt-get "${options[@]}" update -qq &&
-            apt-get "${options[@]}" source -qq --download-only cjson >/dev/null &&
-            tar -xf cjson_*.orig.tar.*
-    ) || { rm -rf "$work"; return 1; }
+    options=(-o Dir::Etc::sourcelist="$lists/list" -o Dir::Etc::sourceparts="$lists/parts"
+             -o Dir::State::Lists="$lists/state" -o Dir::Cache::pkgcache=
+             -o Dir::Cache::srcpkgcache= -o APT::Sandbox::User=root)
+    apt-get "${options[@]}" update -qq && apt-get "${options[@]}" source -qq --download-only "$1" >/dev/null
+}
+
+# Unity is not packaged by itself; the source package of cjson carries it.
+kq_fetch_unity() {
+    local work
+    work=$(mktemp -d)
+    (cd "$work" && kq_source cjson && tar -xf cjson_*.orig.tar.*) || { rm -rf "$work"; return 1; }
     mkdir -p "$kq_unity"
     cp -r "$work"/cJSON-*/tests/unity/. "$kq_unity/"
+    rm -rf "$work"
+}
+
+# MicroPython 1.9.2, of the source package of the micro:bit's firmware: what a module is compiled into
+kq_setup_micropython() {
+    local work
+    [ -n "$kq_collects" ] || [ -f "$kq_root/.deps/micropython/inc/py/obj.h" ] && return 0
+    echo "setup: fetching MicroPython's source"
+    work=$(mktemp -d)
+    (cd "$work" && kq_source firmware-microbit-micropython && mkdir source &&
+        tar -xf firmware-microbit-micropython_*.orig.tar.* -C source --strip-components 1) || { rm -rf "$work"; return 1; }
+    mkdir -p "$kq_root/.deps" && rm -rf "$kq_root/.deps/micropython" && mv "$work/source" "$kq_root/.deps/micropython"
     rm -rf "$work"
 }
 

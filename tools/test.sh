@@ -37,7 +37,8 @@ groups_of() { # [NAME]
     package.wheel) echo wheel ;;
     package.rust.*) echo rust cores ;;
     package.rust) echo tools ;;
-    package*) echo package cores tools wheel rust ;;
+    package.micropython*) echo micropython cores ;;
+    package*) echo package cores tools wheel rust micropython ;;
     flags.gcc | flags.gcc.*) ;;
     flags*) echo clang ;;
     readme* | house* | tools.shared*) echo interpreter ;;
@@ -52,7 +53,7 @@ groups_of() { # [NAME]
     diffuse* | em*) echo peers ;;
     peers*) echo tools peers ;;
     example*) echo cores python scipy ;;
-    *) echo clang cores package python scipy cost eigen peers tools${is_all:+ wheel rust} ;;
+    *) echo clang cores package python scipy cost eigen peers tools${is_all:+ wheel rust micropython} ;;
     esac
 }
 
