@@ -1,12 +1,13 @@
 #!/usr/bin/env bash
 # Packages: stages a tree for a package manager in build/packages/NAME and looks it over.
-#   tools/package.sh NAME          arduino, platformio, zephyr, esp-idf, cmsis-pack, conan, vcpkg, meson, onefile, all
+#   tools/package.sh NAME          arduino, platformio, zephyr, esp-idf, cmsis-pack, conan, vcpkg, meson, onefile, python, rust, all
 #   tools/package.sh NAME --check  and the ecosystem's own checker, where it is installed
+#   tools/package.sh wheel         python's source distribution and wheel in build/packages/wheel, tried where only NumPy is
 set -euo pipefail
 root=$(cd "$(dirname "${BASH_SOURCE[0]}")/.." && pwd)
 packages="$root/build/packages"
 version=$(sed -n 's/.*KQ_VERSION_STRING "\(.*\)"/\1/p' "$root/include/kalmanq/version.h")
-all="arduino platformio zephyr esp-idf cmsis-pack conan vcpkg meson onefile"
+all="arduino platformio zephyr esp-idf cmsis-pack conan vcpkg meson onefile python rust"
 
 fail() { echo "package.sh: $*" >&2 && exit 1; }
 has() { command -v "$1" >/dev/null || { echo "$name: not checked by $1, which is not installed" && return 1; }; }
@@ -26,6 +27,8 @@ look_over() {
     vcpkg) [ "$(python3 -c 'import json; print(json.load(open("kalmanq/vcpkg.json"))["version"])')" = "$version" ] ;;
     meson) grep -q "version: '$version'" kalmanq/meson.build && listed kalmanq kalmanq/meson.build ;;
     onefile) compile . kalmanq_f32.c kalmanq.h ;;
+    rust) grep -qx "version = \"$version\"" Cargo.toml && [ -f core/src/kq_status.c ] ;;
+    python) grep -q '^input = "core/' pyproject.toml && ! grep -q '[.][.]/' pyproject.toml && [ -f core/src/kq_status.c ] ;;
     esac
 }
 
@@ -59,7 +62,8 @@ checker() {
     zephyr) echo west ;;
     esp-idf) echo compote ;;
     cmsis-pack) echo xmllint ;;
-    onefile) echo cc ;;
+    onefile | python) echo cc ;;
+    rust) echo cargo ;;
     *) echo "$name" ;;
     esac
 }
@@ -88,6 +92,8 @@ check() {
     conan) export CONAN_HOME="$packages/conan_home" && conan profile detect --force && conan create . --no-remote ;;
     vcpkg) vcpkg install kalmanq --overlay-ports=. ;;
     meson) meson_program ;;
+    python) wheel ;;
+    rust) CARGO_NET_OFFLINE=true CARGO_TARGET_DIR="${CARGO_TARGET_DIR:-$packages/rust_target}" cargo package --allow-dirty ;;
     onefile) cc -std=c11 -O2 -w kalmanq_f32.c -c -o "$packages/onefile.o" && size "$packages/onefile.o" ;;
     esac
 }
@@ -120,7 +126,25 @@ meson_program() {
     meson setup "$program/build" "$program" && meson compile -C "$program/build" && "$program/build/first"
 }
 
-[ $# -ge 1 ] && [ $# -le 2 ] && [ "${2:---check}" = --check ] || { sed -n '2,4s/^# \{0,1\}//p' "$0" >&2 && exit 1; }
+# A wheel out of the source distribution alone; for older systems, too, where auditwheel finds that it is
+wheel() {
+    local out="$packages/wheel" tools
+    # shellcheck source=tools/setup.sh
+    . "$root/tools/setup.sh" && kq_setup wheel && tools=$(dirname "$KQ_WHEEL_PYTHON") || return 1
+    rm -rf "$out" && mkdir -p "$out/raw"
+    kq_quietly "$KQ_WHEEL_PYTHON" -m build --no-isolation --outdir "$out/raw" . && mv "$out"/raw/*.tar.gz "$out" || return 1
+    "$tools/auditwheel" show "$out"/raw/*.whl | tr -s '\n' ' ' && echo &&
+        PATH="$tools:$PATH" kq_quietly "$tools/auditwheel" repair -w "$out" "$out"/raw/*.whl && rm -r "$out/raw" || return 1
+    python3 -m venv "$packages/wheel_tried" --clear &&
+        "$packages/wheel_tried/bin/python" -m pip install -q --disable-pip-version-check --no-index \
+            --find-links "$KQ_WHEEL_HOUSE" "$out"/*.whl || return 1
+    (cd "$packages" && "$KQ_WHEEL_PYTHON" -m mypy --strict --python-executable wheel_tried/bin/python \
+        --cache-dir wheel_tried/mypy "$root/tests/package/typed_user.py" &&
+        wheel_tried/bin/python "$root/tests/package/wheel_alone.py" "$out")
+}
+
+[ $# -ge 1 ] && [ $# -le 2 ] && [ "${2:---check}" = --check ] || { sed -n '2,5s/^# \{0,1\}//p' "$0" >&2 && exit 1; }
+[ "$1" != wheel ] || set -- python --check
 names=$1
 [ "$names" != all ] || names=$all
 for name in $names; do

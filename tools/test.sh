@@ -33,7 +33,12 @@ groups_of() { # [NAME]
     package.cxx) echo clang ;;
     package.staged | package.onefile*) echo interpreter ;;
     package.fixed_sizes) echo cores tools ;;
-    package*) echo package cores tools ;;
+    package.sdist) echo tools ;;
+    package.wheel) echo wheel ;;
+    package.rust.*) echo rust cores ;;
+    package.rust) echo tools ;;
+    package.micropython*) echo micropython cores ;;
+    package*) echo package cores tools wheel rust micropython ;;
     flags.gcc | flags.gcc.*) ;;
     flags*) echo clang ;;
     readme* | house* | tools.shared*) echo interpreter ;;
@@ -50,7 +55,7 @@ groups_of() { # [NAME]
     diffuse* | em*) echo peers ;;
     peers*) echo tools peers ;;
     example*) echo cores python scipy ;;
-    *) echo clang cores package python scipy cost eigen peers browser tools ;;
+    *) echo clang cores package python scipy cost eigen peers browser tools ${is_all:+ wheel rust micropython} ;;
     esac
 }
 

@@ -255,6 +255,31 @@ kalmanq_dep = declare_dependency(link_with: library, include_directories: header
 """)
 
 
+def python(to):
+    """What a source distribution is made of: tools/, with the C library in core/."""
+    for name in ("include", "src", "CMakeLists.txt"):
+        copy = shutil.copytree if (ROOT / name).is_dir() else shutil.copy
+        (to / "core").mkdir(parents=True, exist_ok=True)
+        copy(ROOT / name, to / "core" / name)
+    shutil.copytree(ROOT / "tools/kalmanq", to / "kalmanq", ignore=shutil.ignore_patterns("__pycache__", "_core.*.so", "_core.*.pyd"))
+    shutil.copy(ROOT / "tools/CMakeLists.txt", to)
+    shutil.copy(ROOT / "LICENSE", to)
+    project = (ROOT / "tools/pyproject.toml").read_text()
+    project = project.replace("../include/", "core/include/").replace("../build/tools/", "build/")
+    project = project.replace('license = "MIT"', 'license = "MIT"\nlicense-files = ["LICENSE"]')
+    write(to / "pyproject.toml", project.replace(f'description = "', f'urls.Home = "{URL}"\ndescription = "'))
+
+
+def rust(to):
+    """A crate, with the C library in core/."""
+    shutil.copytree(ROOT / "port/rust", to, ignore=shutil.ignore_patterns("target", "Cargo.lock", "bindings.py"))
+    shutil.copy(ROOT / "LICENSE", to)
+    for name in ("include", "src"):
+        shutil.copytree(ROOT / name, to / "core" / name)
+    project = (ROOT / "port/rust/Cargo.toml").read_text()
+    write(to / "Cargo.toml", project.replace('license = "MIT"', f'license = "MIT"\nrepository = "{URL}"'))
+
+
 class OneFile:
     """One C text: every header in its place, once.  Of `#if` that ask for the arithmetic, one side is left."""
 
@@ -319,7 +344,8 @@ def onefile(to):
 
 
 PACKAGES = {"arduino": arduino, "platformio": platformio, "zephyr": zephyr, "esp-idf": esp_idf, "cmsis-pack": cmsis_pack,
-            "conan": conan, "vcpkg": vcpkg, "meson": meson, "onefile": onefile}
+            "conan": conan, "vcpkg": vcpkg, "meson": meson, "onefile": onefile, "python": python,
+            "rust": rust}
 
 
 def main(name, folder):

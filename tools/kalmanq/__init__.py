@@ -10,19 +10,26 @@ Results are those of the chip, bit for bit: `Filter(model, "q31").memory` are it
 from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
-if TYPE_CHECKING:  # for type checkers; at run time a name is imported when it is first used, from its place below
-    from kalmanq.data.rows import Varying
-    from kalmanq.errors import KalmanqError, KalmanqWarning, ModelError
-    from kalmanq.fitting import Estimate, Estimation, Fit, fit, gradient, likelihood
-    from kalmanq.model import Gaps, Model, Quantity
-    from kalmanq.nonlinear import NonlinearFilter, NonlinearModel, NonlinearSmoother
-    from kalmanq.run.correlated import decorrelated
-    from kalmanq.run.filters import AdaptiveFilter, Filter, LagSmoother, Robust, Smoother, run_many
-    from kalmanq.run.following import InstantSmoother, FrozenGainFilter
-    from kalmanq.run.results import Run
-    from kalmanq.run.reweighting import ReweightedSmoother
-    from kalmanq.run.statistics import Consistency, LeastSquares
-    from kalmanq.run.steady import SteadyFilter, SteadyState, steady_state
+if TYPE_CHECKING:  # for type checkers; at run time a name is imported when it is first used, from its
+    # place below; `as` exports it
+    from kalmanq.data.rows import Varying as Varying
+    from kalmanq.errors import KalmanqError as KalmanqError, KalmanqWarning as KalmanqWarning, ModelError as ModelError
+    from kalmanq.fitting import (
+        Estimate as Estimate, Estimation as Estimation, Fit as Fit, fit as fit, gradient as gradient,
+        likelihood as likelihood)
+    from kalmanq.model import Gaps as Gaps, Model as Model, Quantity as Quantity
+    from kalmanq.nonlinear import (
+        NonlinearFilter as NonlinearFilter, NonlinearModel as NonlinearModel, NonlinearSmoother as NonlinearSmoother)
+    from kalmanq.run.correlated import decorrelated as decorrelated
+    from kalmanq.run.filters import (
+        AdaptiveFilter as AdaptiveFilter, Filter as Filter, LagSmoother as LagSmoother, Robust as Robust,
+        Smoother as Smoother, run_many as run_many)
+    from kalmanq.run.following import InstantSmoother as InstantSmoother, FrozenGainFilter as FrozenGainFilter
+    from kalmanq.run.results import Run as Run
+    from kalmanq.run.reweighting import ReweightedSmoother as ReweightedSmoother
+    from kalmanq.run.statistics import Consistency as Consistency, LeastSquares as LeastSquares
+    from kalmanq.run.steady import (
+        SteadyFilter as SteadyFilter, SteadyState as SteadyState, steady_state as steady_state)
 
 _PLACES = {
     "data.rows": "Varying",

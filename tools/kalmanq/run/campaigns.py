@@ -29,8 +29,6 @@ from pathlib import Path
 from typing import Any, Callable, Iterator, Mapping, Optional, Sequence
 
 import numpy as np
-from rich.console import Console
-from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn
 
 from kalmanq.data.files import telling_where
 from kalmanq.errors import KalmanqError, KalmanqWarning
@@ -98,7 +96,10 @@ def _tell(progress: Told, done: int, total: int) -> None:
 
 @contextmanager
 def progress_bar(what: str) -> Iterator[Callable[[int, int], None]]:
-    """What `progress` of a campaign can be: a bar on the error output, if that is a terminal."""
+    """What `progress` of a campaign can be: a bar on the error output, if that is a terminal.  It needs rich."""
+    from rich.console import Console
+    from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn
+
     console = Console(stderr=True)
     columns = (TextColumn("{task.description}"), BarColumn(), MofNCompleteColumn(), TimeRemainingColumn())
     with Progress(*columns, console=console, disable=not console.is_terminal) as shown:

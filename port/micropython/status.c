@@ -1,0 +1,2 @@
+/* The library's file, where the build of a MicroPython module finds it. */
+#include "../../src/kq_status.c"

@@ -1,0 +1,54 @@
+#!/usr/bin/env bash
+# rust.sh HOW WORK [PYTHON]: the crate of port/rust.
+#   bindings  src/sys.rs is what bindings.py makes of the headers; PYTHON has pycparser
+#   host      the crate's tests, and the crate as tools/package.sh stages it
+#   chip      a program on an emulated Cortex-M4F answers what it does here, bit for bit
+# Crates come from where setup.sh has fetched them; nothing is asked of the network.
+set -euo pipefail
+how=$1 work=$2 python=${3:-python3}
+root=$(cd "$(dirname "$0")/../.." && pwd)
+crate="$root/port/rust" chip="$root/tests/package/rust_chip" target=thumbv7em-none-eabihf
+export CARGO_NET_OFFLINE=true CARGO_TARGET_DIR="$work/target"
+mkdir -p "$work"
+
+# core for the chip, of Debian's source and compiler; what core's compiler_builtins would bring is in libgcc and newlib
+sysroot() {
+    local rustc=$1 libraries="$work/sysroot/lib/rustlib/$target/lib" source
+    source=$(ls -d /usr/src/rustc-"$("$rustc" --version | sed 's/rustc \([0-9.]*\).*/\1/')"*/library/core/src/lib.rs)
+    mkdir -p "$libraries"
+    local flags=(--edition 2024 --crate-type rlib --target "$target" -C panic=abort --cap-lints allow)
+    [ -f "$libraries/libcore.rlib" ] ||
+        RUSTC_BOOTSTRAP=1 "$rustc" --crate-name core -C opt-level=s "${flags[@]}" -o "$libraries/libcore.rlib" "$source"
+    echo '#![no_std] #![feature(compiler_builtins)] #![compiler_builtins]' |
+        RUSTC_BOOTSTRAP=1 "$rustc" --crate-name compiler_builtins --sysroot "$work/sysroot" "${flags[@]}" \
+            -o "$libraries/libcompiler_builtins.rlib" -
+}
+
+case $how in
+bindings)
+    version=$(sed -n 's/.*KQ_VERSION_STRING "\(.*\)"/\1/p' "$root/include/kalmanq/version.h")
+    grep -qx "version = \"$version\"" "$crate/Cargo.toml" || { echo "Cargo.toml has another version than version.h" && exit 1; }
+    "$python" -B "$crate/bindings.py" "$work/sys.rs"
+    diff "$crate/src/sys.rs" "$work/sys.rs" || { echo "src/sys.rs is of other headers: port/rust/bindings.py makes it" && exit 1; }
+    echo "bindings of $(grep -c 'pub fn' "$work/sys.rs") functions are the headers'"
+    ;;
+host)
+    (cd "$crate" && cargo test)
+    bash "$root/tools/package.sh" rust --check
+    echo "the crate's tests hold"
+    ;;
+chip)
+    rustc=/usr/bin/rustc # Debian's, whose source of core is there
+    sysroot "$rustc"
+    cd "$chip"
+    RUSTC=$rustc cargo run --release >"$work/host.txt"
+    RUSTC=$rustc CARGO_TARGET_THUMBV7EM_NONE_EABIHF_RUSTFLAGS="--sysroot $work/sysroot -C linker=arm-none-eabi-gcc" \
+        cargo build --release --target "$target"
+    timeout "${KQ_TIME_LIMIT:-600}" qemu-system-arm -M mps2-an386 -nographic -semihosting \
+        -kernel "$work/target/$target/release/chip" >"$work/chip.txt"
+    grep -q '^sizes true done Ok' "$work/chip.txt" && diff "$work/host.txt" "$work/chip.txt"
+    cat "$work/chip.txt"
+    arm-none-eabi-size "$work/target/$target/release/chip"
+    echo "the chip answers what the host does"
+    ;;
+esac
