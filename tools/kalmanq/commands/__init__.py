@@ -44,6 +44,7 @@ EXAMPLES = {
     "compare": "kalmanq compare track.toml my.csv",
     "report": "kalmanq report nile.toml nile.csv -o nile.html",
     "fit": "kalmanq fit nile_guess.toml nile.csv --out fitted.toml",
+    "tune": "kalmanq tune nile.toml nile.csv -o nile.html",
     "doctor": "kalmanq doctor --json",
     "examples": "kalmanq examples stationary --out stationary.png",
     "gallery": "kalmanq gallery trend-season --out .",
