@@ -65,11 +65,14 @@ def write(folder: Path, model: Model, arithmetic: str, name: str, must: dict, op
 
 
 def write_equations(folder: Path, few: bool) -> None:
-    """Nonlinear models, in f32; those for every day: one of two sensors, and one without functions of math.h"""
-    for name in EVERY_DAY if few else (*NAMES, *WITH_ERRORS):
+    """Nonlinear models, in f32; those for every day: one of two sensors, one of which tells late, too, and one without functions of math.h"""
+    late = folder.parent / "late.py"
+    late.write_text(path_of("unicycle").read_text(encoding="utf-8") + "\ndelays = {\"gps\": 3}\n", encoding="utf-8")
+    for name in (*(EVERY_DAY if few else (*NAMES, *WITH_ERRORS)), "late"):
+        path = late if name == "late" else path_of(name)
         here = folder / f"{'exact' if name in EXACT else 'equations'}_{name}_f32"
         here.mkdir(parents=True)
-        done = subprocess.run([sys.executable, "-m", "kalmanq.command_line", "compile", str(path_of(name)), "-o",
+        done = subprocess.run([sys.executable, "-m", "kalmanq.command_line", "compile", str(path), "-o",
                                str(here / f"{here.name.removesuffix('_f32')}.c"), "--json"], capture_output=True, text=True)
         if done.returncode:
             raise SystemExit(done.stderr)
