@@ -510,6 +510,7 @@ function listen() {
   $("save-page").onclick = () => save(`${content.name.replace(/[^\w-]+/g, "_") || "tune"}.html`, pageText(), "text/html");
   new ResizeObserver(() => redraw("look")).observe($("chart-state"));
   matchMedia("(prefers-color-scheme: dark)").addEventListener("change", show);
+  for (const one of document.querySelectorAll("[name=tool]")) one.onchange = () => { $("chart-state").style.touchAction = one.value === "outlier" ? "none" : "pan-y"; };
   listenToPicture();
 }
 
