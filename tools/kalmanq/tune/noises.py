@@ -183,8 +183,9 @@ def _columns(one: np.ndarray, four: np.ndarray, power: int) -> Optional[list[int
 
 def _describe(one: Noise, model: Model, noises: Sequence[Noise]) -> None:
     """Its unit, whose noise it is, and how `kalmanq fit` calls it"""
-    of, part = model.continuous, one.parts.get(one.kind, np.zeros((1, model.n, model.n)))
-    at = np.flatnonzero(np.diag(part if one.kind == "R" else part[0]))
+    name = "Qc" if one.key.startswith("Qc") else one.kind
+    of, part = model.continuous, one.parts.get(name, np.zeros((1, model.n, model.n)))
+    at = np.flatnonzero(np.diag(part if part.ndim == 2 else part[0]))
     whose = [(model.measurements if one.kind == "R" else model.states)[i] for i in at]
     one.hint = ", ".join(quantity.name for quantity in whose)
     entry = one.key.partition("[")[0] in ("Q", "R", "Qc")
