@@ -71,6 +71,37 @@ def several():
     return model, z, u, times
 
 
+SENSORS = """[model]
+F = [[0.0, 1.0], [0.0, 0.0]]
+Qc = [[0.0, 0.0], [0.0, 0.5]]
+dt = 1.0
+P0 = [100.0, 10.0]
+[[sensors]]
+name = "gps"
+H = [[1.0, 0.0]]
+R = [[4.0]]
+ranges = [500]
+[[sensors]]
+name = "wheel"
+measurements = ["left", "right"]
+H = [[0.0, 1.0], [0.0, 1.0]]
+R = [[0.5, 0.1], [0.1, 0.5]]
+ranges = [50, 50]
+[states]
+ranges = [500, 50]
+"""
+
+
+def sensors():
+    """In two files, joined by their times"""
+    with tempfile.TemporaryDirectory() as folder:
+        (Path(folder) / "model.toml").write_text(SENSORS)
+        (Path(folder) / "gps.csv").write_text("t (s),gps\n" + "".join(f"{k},{k + 3 * np.sin(k):.3f}\n" for k in range(0, 60, 3)))
+        (Path(folder) / "wheel.csv").write_text("t (s),left,right\n" + "".join(f"{k + 0.5},{1 + np.cos(k):.3f},{1 - np.sin(k):.3f}\n" for k in range(60)))
+        model = model_file.read(Path(folder) / "model.toml")
+        return model, *joining.record([Path(folder) / "gps.csv", Path(folder) / "wheel.csv"], model)
+
+
 def cases():
     nile = read("nile")
     yield "nile", nile, *joining.record(EXAMPLES / "nile.csv", nile)
@@ -79,6 +110,7 @@ def cases():
     co2 = read("co2")
     yield "co2", co2, *joining.record(EXAMPLES / "co2.csv", co2)
     yield "several", *several()
+    yield "sensors", *sensors()
 
 
 @needs_node

@@ -45,8 +45,8 @@ def tune_file(options: Options, console: Console) -> None:
     with whole(options.out, [options.model, *(data or [])]) as path:
         path.write_text(text, encoding="utf-8")
     tell_written([options.out], console)
-    if options.open:
-        webbrowser.open(options.out.resolve().as_uri())
+    if options.open and not webbrowser.open(options.out.resolve().as_uri()):
+        console.print(f"there is no browser here: open {options.out} by hand")
 
 
 command = command_of(Options, tune_file)

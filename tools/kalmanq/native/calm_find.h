@@ -8,8 +8,22 @@
 #include "fixed_size.h"
 
 #include "fixed_size/steps.h"
+#include "smoother/tape.h"
 
 #include <string.h>
+
+/* As history_record_update has it */
+static void calm_rotations(T(kq_calm) *k, scaled r, int n, int c)
+{
+    scaled variance = r, sigma = scaled_root(r);
+    for (int i = 0; i < n; i++) {
+        const scaled entry = k->directions[c * n + i];
+        variance = scaled_plus(variance, scaled_times(entry, entry));
+        const scaled next = scaled_root(variance);
+        k->rotations[c * n + i] = rotation_word(entry, sigma, next);
+        sigma = next;
+    }
+}
 
 /* take_scalar for the root alone.  Answers 0 where the component may be unusual. */
 static int calm_keep(T(kq_calm) *k, num *S, const sensor *s, int c)
@@ -20,8 +34,10 @@ static int calm_keep(T(kq_calm) *k, num *S, const sensor *s, int c)
     project(f, S, h, n);
     const scaled variance = add_square(r, f, n);
     if (!is_certainly_ordinary(r, variance, 0)) return 0;
+    calm_rotations(k, r, n, c);
     rotate_root(S, f, r, variance, n);
     k->variances[c] = variance;
+    k->sigmas[c] = scaled_root(variance);
     likelihood_add(&k->last, 0, physical_variance(s, c, variance));
     return 1;
 }
@@ -31,7 +47,7 @@ int T(kq_calm_find)(T(kq_calm) *k, const filter *f, const process *p, const sens
     num S[KQ_TRIANGLE(KQ_SIZE_MAX)], scratch[PREDICT_SCRATCH(KQ_SIZE_MAX)];
     const int n = f->states;
     const size_t size = sizeof(num) * (size_t)ROOT_LEN(n);
-    if (!filter_is_plain(f, n) || !sensor_is_plain(s, f, n, s->components)) return 0;
+    if (f->ready != FILTER_READY || !sensor_is_plain(s, f, n, s->components)) return 0;
     const extent far = predict_root_of(S, filter_root(f), p, scratch, scratch + n * ROW_LEN(n), n, SHAPE_AS_FOUND);
     renormalise(S, n);
     if (!state_is_within(S, n, far)) return 0;
@@ -41,6 +57,19 @@ int T(kq_calm_find)(T(kq_calm) *k, const filter *f, const process *p, const sens
     }
     renormalise(S, n);
     return !memcmp(S, filter_root(f), size);
+}
+
+void T(kq_calm_record)(const T(kq_calm) *k, filter *f, const process *p, const num *e, int m)
+{
+    const int n = f->states;
+    f->attached->hooks->record_predict(f, p);
+    for (int c = 0; c < m && f->attached; c++) {
+        num *record = history_extend(f, UPDATE_RECORD_LEN(n));
+        if (!record) return;
+        copy(record, k->rotations + c * n, n);
+        store_scaled(record + n, scaled_over(e[c], k->sigmas[c]));
+        history_of(f)->records++;
+    }
 }
 
 #endif

@@ -9,12 +9,15 @@
     typedef struct {                                                                               \
         num directions[KQ_SIZE_MAX * KQ_SIZE_MAX]; /* m x n: s times the gain of each component */   \
         num variances[KQ_SIZE_MAX];                /* m: s */                                      \
+        num sigmas[KQ_SIZE_MAX], rotations[KQ_SIZE_MAX * KQ_SIZE_MAX]; /* m, m x n: what a history has of an update */ \
         kq_likelihood_##T last;                    /* of a step, but for its NIS */                \
     } kq_calm_##T;                                                                                 \
     /* What a step does to the mean, if a full step leaves the root of f as it is; or 0: it does not, or \
        something may be unusual. */                                                                \
     int kq_calm_find_##T(kq_calm_##T *, const kq_filter_##T *, const kq_process_##T *,             \
                          const kq_sensor_##T *);                                                   \
+    /* A calm step into the history that is attached to f, which has not moved yet; e: what each component left */ \
+    void kq_calm_record_##T(const kq_calm_##T *, kq_filter_##T *, const kq_process_##T *, const num *e, int m); \
     typedef struct {                                                                               \
         kq_status (*predict)(kq_filter_##T *, const kq_process_##T *, const num *);                \
         kq_status (*update)(kq_filter_##T *, const kq_sensor_##T *, const num *);                  \

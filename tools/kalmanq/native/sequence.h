@@ -18,14 +18,20 @@ typedef struct {
     K(calm) calm;
 } K(row);
 
-/* What is attached may have more of a covariance than a root; a predict with a weight moves one by a noise of its own. */
+/* What is attached may have more of a covariance than a root; a history has not. */
+static int K(has_root_alone)(const K(filter) *f)
+{
+    return !f->attached || f->attached->hooks == &K(history_hooks);
+}
+
+/* A predict with a weight moves a root by a noise of its own. */
 static void K(watch_root)(K(row) *r)
 {
     const K(filter) *f = r->q->filter;
     const size_t size = sizeof(num) * (size_t)root_words(r->n);
     const num *now = f->memory + mean_words(r->n);
-    r->is_calm = r->has_root && !f->attached && !memcmp(r->root, now, size);
-    r->has_root = !f->attached && !r->q->weights;
+    r->is_calm = r->has_root && K(has_root_alone)(f) && !memcmp(r->root, now, size);
+    r->has_root = K(has_root_alone)(f) && !r->q->weights;
     if (r->is_calm) return;
     memcpy(r->root, now, size);
     r->was_sought = r->is_found = 0;
@@ -302,7 +308,7 @@ kq_status K(sequence_run)(K(sequence) *q)
     K(row) r = {.q = q, .n = n, .m = m, .all = UINT32_MAX >> (32 - m)};
     r.kernels = K(kernels_for)((int)n, (int)m, q->is_upper);
     r.may_rest = r.kernels.calm && !q->loss && !q->watch && !q->lag && !q->instant &&
-                 !q->settling && !q->adaptation && !q->filter->attached;
+                 !q->settling && !q->adaptation;
     for (q->done = 0; q->done < q->steps; q->done++) {
         K(begin_row)(&r, q->done);
         kq_status status = K(rest)(&r) ? KQ_OK : K(take_row)(&r);

@@ -13,6 +13,12 @@ function said(value, digits = 5) {
   return String(Number(value.toPrecision(digits)));
 }
 
+/* Of an axis */
+function short(value, digits) {
+  const size = Math.abs(value);
+  return value !== 0 && (size >= 1e5 || size < 1e-3) ? value.toExponential(2).replace(/\.?0*e/, "e").replace("e+", "e") : value.toFixed(digits);
+}
+
 function ticks(low, high, most) {
   const rough = (high - low) / Math.max(1, most), power = 10 ** Math.floor(Math.log10(rough));
   const step = power * [1, 2, 5, 10].find((one) => one * power >= rough * 0.999);
@@ -60,7 +66,7 @@ class Chart {
   }
   /* marks: [row, text], where rows have times; otherwise the rows' numbers, whole ones */
   axes({ marks, whole }) {
-    const { pen, box } = this, across = ticks(...this.xs, this.most), up = ticks(...this.ys, (box.bottom - box.top) / 34);
+    const { pen, box } = this, across = ticks(...this.xs, this.most), up = ticks(...this.ys, Math.max(3, (box.bottom - box.top) / 34));
     pen.font = "12px system-ui, sans-serif";
     pen.strokeStyle = colour("grid");
     pen.fillStyle = colour("muted");
@@ -72,7 +78,7 @@ class Chart {
       const y = Math.round(this.y(value)) + 0.5;
       pen.moveTo(box.left, y);
       pen.lineTo(box.right, y);
-      pen.fillText(Math.abs(value) >= 1e6 || (value && Math.abs(value) < 1e-3) ? said(value, 3) : value.toFixed(up.digits), box.left - 6, y);
+      pen.fillText(short(value, up.digits), box.left - 6, y);
     }
     pen.stroke();
     pen.textBaseline = "top";
@@ -120,6 +126,7 @@ class Chart {
     pen.setLineDash([]);
   }
   points({ low, high, first, last, colour: name }) {
+    if (low.length < last - first) return this.spans({ low, high, first, last, colour: name });
     const { pen } = this, n = low.length, dense = n > (this.box.right - this.box.left) / 3, size = dense ? 1.2 : 2;
     pen.fillStyle = colour(name);
     for (let k = 0; k < n; k++) {
@@ -133,6 +140,22 @@ class Chart {
         pen.fill();
       }
     }
+  }
+  /* Of many rows in a column: from the least to the most */
+  spans({ low, high, first, last, colour: name }) {
+    const { pen } = this, n = low.length;
+    pen.strokeStyle = colour(name);
+    pen.lineWidth = 1;
+    pen.globalAlpha = 0.55;
+    pen.beginPath();
+    for (let k = 0; k < n; k++) {
+      if (Number.isNaN(low[k])) continue;
+      const x = this.at(n, k, first, last);
+      pen.moveTo(x, this.y(high[k]) - 0.5);
+      pen.lineTo(x, this.y(low[k]) + 0.5);
+    }
+    pen.stroke();
+    pen.globalAlpha = 1;
   }
   bars({ values, colour: name }) {
     const { pen } = this, width = Math.max(2, (0.5 * (this.box.right - this.box.left)) / (values.length + 1));

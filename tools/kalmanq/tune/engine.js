@@ -256,6 +256,12 @@ function distance(engine, asked, arithmetic) {
   return most;
 }
 
+/* NIS of each row over the limit that 95 % of rows with so many measurements stay below */
+function shares(engine) {
+  const nis = engine.result("nis"), taken = engine.result("taken"), limits = Array.from({ length: engine.model.m + 1 }, (_, k) => (k ? engine.limit(k, 0.95) : NaN));
+  return nis.map((one, t) => one / limits[taken[t]]);
+}
+
 /* ------------------------------------------------------------------ pictures */
 
 /* Rows first ... last in at most so many columns: least and most of a curve in each; `spread` more on both sides */
@@ -302,7 +308,7 @@ function pictures(engine, shows, lag) {
   const curve = (name, width, k, sigma) => envelope(name && engine.result(name), width, k, first, last, columns, sigma && engine.result(sigma), BAND);
   const drawn = (x) => { const of = chosen(model, x, i); return envelope(of.x, of.width, of.i, first, last, columns); };
   const made = { first, last, filtered: drawn(engine.result("mean")), filteredBand: i < n ? curve("mean", n, i, "sigma") : null,
-                 innovation: curve("innovation", m, c), innovationBand: curve(null, m, c, "innovation_sigma"), nis: curve("nis", 1, 0) };
+                 innovation: curve("innovation", m, c), innovationBand: curve(null, m, c, "innovation_sigma"), nis: envelope(shares(engine), 1, 0, first, last, columns) };
   const of = seen(model, i);
   if (of) {
     const z = envelope(engine.measurements(), m, of.c, first, last, columns), scaled = (from) => from.map((one) => (one - of.less) / of.scale);

@@ -103,7 +103,7 @@ def _of_entries(model: Model) -> Iterator[Candidate]:
     of = model.continuous
     if model.G is not None:
         for c in range(model.G.shape[1]):
-            yield f"G[*,{c}]", 1.0, lambda value, c=c: model.changed(G=model.G * np.where(np.arange(model.G.shape[1]) == c, np.sqrt(value), 1.0))
+            yield f"G[*,{c}] x", 1.0, lambda value, c=c: model.changed(G=model.G * np.where(np.arange(model.G.shape[1]) == c, np.sqrt(value), 1.0))
     else:
         name, Q = ("Qc", of.Qc) if of else ("Q", model.Q)
         for key, value, part in _blocks(name, Q):
@@ -183,8 +183,9 @@ def _columns(one: np.ndarray, four: np.ndarray, power: int) -> Optional[list[int
 
 def _describe(one: Noise, model: Model, noises: Sequence[Noise]) -> None:
     """Its unit, whose noise it is, and how `kalmanq fit` calls it"""
-    of, part = model.continuous, one.parts.get(one.kind, np.zeros((1, model.n, model.n)))
-    at = np.flatnonzero(np.diag(part if one.kind == "R" else part[0]))
+    name = "Qc" if one.key.startswith("Qc") else one.kind
+    of, part = model.continuous, one.parts.get(name, np.zeros((1, model.n, model.n)))
+    at = np.flatnonzero(np.diag(part if part.ndim == 2 else part[0]))
     whose = [(model.measurements if one.kind == "R" else model.states)[i] for i in at]
     one.hint = ", ".join(quantity.name for quantity in whose)
     entry = one.key.partition("[")[0] in ("Q", "R", "Qc")
@@ -193,7 +194,7 @@ def _describe(one: Noise, model: Model, noises: Sequence[Noise]) -> None:
         one.unit += f"/{of.unit}" if one.key.startswith("Qc") and of else ""
     if one.key.partition("[")[0] in searched(model.builder):
         one.fit = one.key
-    elif " x" in one.key:
+    elif " x" in one.key and not one.columns:
         one.fit = one.key[:-2] if sum(other.key.startswith(one.key[:-2]) for other in noises) == 1 else ""
     elif entry:
         one.fit = one.key

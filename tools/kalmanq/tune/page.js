@@ -274,16 +274,17 @@ function draw() {
   if (overlay) layers.push({ kind: "marked", ...overlay });
   const xs = [a - 0.5, b - 0.5 + ahead], over = { xs: [a - 0.5, b - 0.5], marks: marks(a, b, charts.nis), whole: true };
   charts.state.draw({ xs, layers, marks: marks(a, b, charts.state), whole: true });
-  charts.innovation.draw({ ...over, ys: around(of.innovation), layers: [...one("band", of.innovationBand, "filtered"), { kind: "level", value: 0, colour: "edge" }, ...one("points", of.innovation, "data")] });
-  charts.nis.draw({ ...over, ys: [0, Math.max(1.3 * limit(), around(of.nis)[1])], layers: [{ kind: "level", value: 0, colour: "edge" }, { kind: "level", value: limit(), colour: "smoothed", dash: [5, 3] }, ...one("points", of.nis, "filtered")] });
-  const { values, bound } = drawn.correlation;
-  charts.correlation.draw({ xs: [0, values.length + 1], ys: [-1, 1], whole: true, layers: [{ kind: "bars", values, colour: "filtered" }, { kind: "level", value: 0, colour: "edge" },
+  charts.innovation.draw({ ...over, ys: around(of.innovation), layers: [...one("band", of.innovationBand, "filtered"), { kind: "level", value: 0, colour: "edge" }, ...one("points", of.innovation, "data"), ...edges(of.innovationBand, a, b)] });
+  charts.nis.draw({ ...over, ys: [0, Math.max(1.3, around(of.nis)[1])], layers: [{ kind: "level", value: 0, colour: "edge" }, { kind: "level", value: 1, colour: "smoothed", dash: [5, 3] }, ...one("points", of.nis, "filtered")] });
+  const { values, bound } = drawn.correlation, most = Math.min(1, Math.max(3 * bound, 1.2 * Math.max(0, ...values.map(Math.abs))));
+  charts.correlation.draw({ xs: [0, values.length + 1], ys: [-most, most], whole: true, layers: [{ kind: "bars", values, colour: "filtered" }, { kind: "level", value: 0, colour: "edge" },
     { kind: "level", value: bound, colour: "smoothed", dash: [5, 3] }, { kind: "level", value: -bound, colour: "smoothed", dash: [5, 3] }] });
   showNumbers(ahead);
 }
 
-const LIMITS = [3.841, 5.991, 7.815, 9.488, 11.07, 12.592, 14.067, 15.507, 16.919, 18.307, 19.675, 21.026, 22.362, 23.685, 24.996, 26.296];
-function limit() { return LIMITS[content.m - 1]; }
+function edges({ low, high }, first, last) {
+  return [low, high].map((one) => ({ kind: "line", low: one, high: one, first, last, colour: "filtered", width: 1 }));
+}
 
 function showNumbers(ahead) {
   const { consistency: of } = drawn, begun = content.total;
@@ -510,6 +511,7 @@ function listen() {
   $("save-page").onclick = () => save(`${content.name.replace(/[^\w-]+/g, "_") || "tune"}.html`, pageText(), "text/html");
   new ResizeObserver(() => redraw("look")).observe($("chart-state"));
   matchMedia("(prefers-color-scheme: dark)").addEventListener("change", show);
+  for (const one of document.querySelectorAll("[name=tool]")) one.onchange = () => { $("chart-state").style.touchAction = one.value === "outlier" ? "none" : "pan-y"; };
   listenToPicture();
 }
 
