@@ -57,7 +57,7 @@ def toml(text: str, name: str, folder: Path) -> None:
 
 def c(text: str, name: str, folder: Path) -> None:
     if name:  # the others are run by readme.program
-        subprocess.run(["cc", "-std=c11", "-Wall", "-Wextra", "-Werror", "-c", name, "-o", "part.o"], cwd=folder, check=True)
+        subprocess.run(["cc", "-std=c11", "-Wall", "-Wextra", "-Werror", "-Iinclude", "-c", name, "-o", "part.o"], cwd=folder, check=True)
 
 
 def sh(text: str, _: str, folder: Path) -> None:
