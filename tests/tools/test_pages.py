@@ -18,7 +18,7 @@ import pytest
 from command import kalmanq
 from whole import WHOLE
 
-from kalmanq.commands import COMMANDS, EXAMPLES
+from kalmanq.commands import COMMANDS
 from kalmanq.model import model_file
 from kalmanq.nonlinear import file as nonlinear_file
 
@@ -57,7 +57,7 @@ def toml(text: str, name: str, folder: Path) -> None:
 
 def c(text: str, name: str, folder: Path) -> None:
     if name:  # the others are run by readme.program
-        subprocess.run(["cc", "-std=c11", "-Wall", "-Wextra", "-Werror", "-c", name, "-o", "part.o"], cwd=folder, check=True)
+        subprocess.run(["cc", "-std=c11", "-Wall", "-Wextra", "-Werror", "-Iinclude", "-c", name, "-o", "part.o"], cwd=folder, check=True)
 
 
 def sh(text: str, _: str, folder: Path) -> None:
@@ -65,9 +65,16 @@ def sh(text: str, _: str, folder: Path) -> None:
     for line in re.sub(r"\\\n", " ", text).splitlines():
         if line.startswith("kalmanq "):
             done = kalmanq(*shlex.split(line, comments=True)[1:], folder=folder)
+            skip_without_webassembly(done)
             assert done.returncode == 0, f"{line}\n{done.stdout}{done.stderr}"
         elif not ELSEWHERE.match(line):
             subprocess.run(["bash", "-euc", line], cwd=folder, check=True, capture_output=True)
+
+
+def skip_without_webassembly(done: subprocess.CompletedProcess) -> None:
+    """A package that was built without clang refuses tune, and nothing else"""
+    if "is without WebAssembly" in done.stderr:
+        pytest.skip(done.stderr)
 
 
 RUN = {"python": python, "toml": toml, "c": c, "sh": sh}
@@ -87,16 +94,16 @@ DAILY = ("check", "compile", "steady")
 def test_the_example_of_each_commands_help(name, tmp_path):
     for path in (ROOT / "tools/kalmanq/examples").glob("*.*"):
         shutil.copy(path, tmp_path)
-    if "my.csv" in EXAMPLES[name] and name != "simulate":
-        assert kalmanq(*shlex.split(EXAMPLES["simulate"])[1:], folder=tmp_path).returncode == 0
-    done = kalmanq(*shlex.split(EXAMPLES[name])[1:], folder=tmp_path)
+    if "my.csv" in COMMANDS[name].example and name != "simulate":
+        assert kalmanq(*shlex.split(COMMANDS["simulate"].example)[1:], folder=tmp_path).returncode == 0
+    done = kalmanq(*shlex.split(COMMANDS[name].example)[1:], folder=tmp_path)
+    skip_without_webassembly(done)
     assert done.returncode == 0, done.stderr
 
 
 def test_help_ends_with_the_example():
     for name in ("run", "fit"):
-        assert f"Example: {EXAMPLES[name]}" in " ".join(kalmanq(name, "--help").stdout.split())
-    assert set(EXAMPLES) == set(COMMANDS)
+        assert f"Example: {COMMANDS[name].example}" in " ".join(kalmanq(name, "--help").stdout.split())
 
 
 @pytest.mark.parametrize("typed, wanted", [("kalmanq ru", ["run"]), ("kalmanq run --ar", ["--arith"]),

@@ -19,17 +19,19 @@ BLOCKS = re.findall(r"^```sh\n(.*?)^```", (ROOT / "tools/docs/start.md").read_te
 
 @pytest.mark.skipif(not all(map(shutil.which, ("arm-none-eabi-gcc", "qemu-system-arm"))), reason="no emulator of Arm")
 def test_five_minutes(tmp_path):
-    for name in ("tools", "port"):
+    for name in ("tools", "port", "include", "src"):
         (tmp_path / name).symlink_to(ROOT / name)
     kalmanq = tmp_path / "bin" / "kalmanq"
     kalmanq.parent.mkdir()
     kalmanq.write_text(f'#!/bin/sh\nexec "{sys.executable}" -B -m kalmanq.command_line "$@"\n')
     kalmanq.chmod(0o755)
+    program = re.search(r"^```c\n(.*?)^```\n+```text\n(.*?)^```", (ROOT / "README.md").read_text(encoding="utf-8"), re.S | re.M)
+    (tmp_path / "cart.c").write_text(program.group(1))
     lines = "".join(BLOCKS).replace("pip install -v './tools[all]'\n", "")
     done = subprocess.run(["bash", "-euc", lines], cwd=tmp_path, capture_output=True, text=True, timeout=300,
                           env={**os.environ, "PATH": f"{kalmanq.parent}:{os.environ['PATH']}"})
     assert done.returncode == 0, done.stderr
-    assert done.stdout.count("walk: 0 wrong") == 2 and (tmp_path / "my.png").read_bytes()[1:4] == b"PNG"
+    assert done.stdout.count("walk: 0 wrong") == 2 and done.stdout.endswith(program.group(2)) and (tmp_path / "my.png").read_bytes()[1:4] == b"PNG"
 
 
 def test_made_pages_have_every_header_command_and_message_and_each_message_its_cure():

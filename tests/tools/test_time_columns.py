@@ -138,6 +138,7 @@ REFUSED = {
     "missing": ("t", ["0", "0.1", "", "0.2"], "row 4, column t: the time is missing: leave the row out"),
     "NA": ("t", ["0", "0.1", "NA", "0.2"], "row 4, column t: the time is missing"),
     "no number": ("t", ["0", "0.1", "x", "0.2"], "row 4, column t: 'x' is no time, as the others are numbers: --time says"),
+    "local dates": ("t", ["01.05.2026 08:00", "01.05.2026 08:01"], "row 2, column t: '01.05.2026 08:00' is a date whose day and month are not certain"),
     "no time": ("t", ["warm", "cold"], "row 2, column t: 'warm' is no time"),
     "zones": ("time", ["2024-01-01T00:00:00Z", "2024-01-01T00:00:01+01:00"],
               "row 3, column time: 2024-01-01T00:00:01.01:00: .0100, the rows before have UTC: write all times in one zone"),

@@ -21,8 +21,8 @@ def commands() -> str:
     from kalmanq.commands import COMMANDS
 
     parts = []
-    for name, (place, _) in COMMANDS.items():
-        if place.startswith("kalmanq."):
+    for name, row in COMMANDS.items():
+        if row.module.startswith("kalmanq."):
             parts.append(f"## kalmanq {name}\n\n```text\n{helped(name)}\n```\n")
     return "# The command line\n\n" + "\n".join(parts)
 

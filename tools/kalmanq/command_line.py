@@ -10,7 +10,7 @@ from typing import Any
 import typer
 from typer.core import TyperCommand, TyperGroup
 
-from kalmanq.commands import COMMANDS, EXAMPLES, STUDIES
+from kalmanq.commands import COMMANDS, STUDIES
 from kalmanq.commands.messages import INTERRUPTED, told_in_one_line
 from kalmanq.errors import KalmanqError
 
@@ -29,11 +29,11 @@ class Later(TyperCommand):
 
 class Commands(TyperGroup):
     def __init__(self, **given: Any):
-        super().__init__(**{**given, "commands": {name: Later(name, help=said) for name, (_, said) in COMMANDS.items()}})
+        super().__init__(**{**given, "commands": {name: Later(name, help=row.help) for name, row in COMMANDS.items()}})
 
 
 app = typer.Typer(cls=Commands, help=__doc__, no_args_is_help=True, pretty_exceptions_enable=False, context_settings=HELP,
-                  epilog=f"Example: {EXAMPLES['run']}")
+                  epilog=f"Example: {COMMANDS['run'].example}")
 
 
 @app.callback()
@@ -42,15 +42,15 @@ def _no_options() -> None:
 
 
 def loaded(name: str) -> Any:
-    module, said = COMMANDS[name]
+    row = COMMANDS[name]
     try:
-        command = import_module(module).command
+        command = import_module(row.module).command
     except ModuleNotFoundError as problem:
         if str(problem.name).split(".")[0] != STUDIES.split(".")[0]:
             raise
         raise KalmanqError(f"{name} is one of the studies, which are not installed: pip install ./tools ./tools/studies") from None
     alone = typer.Typer(add_completion=False, pretty_exceptions_enable=False)
-    alone.command(name, help=said, epilog=f"Example: {EXAMPLES[name]}", context_settings=HELP)(command)
+    alone.command(name, help=row.help, epilog=f"Example: {row.example}", context_settings=HELP)(command)
     return typer.main.get_command(alone)
 
 

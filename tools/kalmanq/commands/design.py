@@ -254,7 +254,8 @@ def _tell(made: Designs, compiled: Sequence[Offer], chosen: Optional[Way], writt
         console.print(f"  {note}")
     _tell_formats(made, console)
     _tell_ways(made, chosen, console)
-    _tell_compiled(made, compiled, console)
+    if compiled:
+        _tell_compiled(made, compiled, console)
     for trial in [*made.trials.values(), *(one.trial for one in made.ways if one.way == COMPILED)]:
         for warning in trial.warnings:
             console.print(f"  warning: {warning}")

@@ -15,6 +15,7 @@ from kalmanq.errors import KalmanqWarning
 from kalmanq.model.continuous import UNITS
 
 ZONE = re.compile(r"(?<=[\d ])\s*(?:[Zz]|UTC|[+-]\d\d:?\d\d)$")
+LOCAL_DATE = re.compile(r"\d{1,4}[./]\d{1,2}[./]\d{1,4}\b")
 DATE = re.compile(r"\d{4}-\d\d-\d\d.*")
 DECIMAL = re.compile(r"\d+(\.\d*)?")
 PER_SECOND = {"s": 1.0, "sec": 1.0, "second": 1.0, "seconds": 1.0, "ms": 1e3, "us": 1e6, "\u00b5s": 1e6, "\u03bcs": 1e6, "ns": 1e9,
@@ -122,6 +123,9 @@ class TimeColumn:
             return self._parse(cells, line)
         except (ValueError, OverflowError):
             wrong = next((k for k, cell in enumerate(cells) if not self._is_time(cell, line)), 0)
+            if LOCAL_DATE.match(cells[wrong]):
+                raise TableError(self.source, f"{cells[wrong][:40]!r} is a date whose day and month are not certain: write ISO 8601, "
+                                 "such as 2026-05-31 08:00:10", line + wrong, self.name) from None
             raise TableError(self.source, f"{cells[wrong][:40]!r} is no time, as the others are {self.kind}: --time says which "
                              f"column has them, or {NONE}", line + wrong, self.name) from None
 

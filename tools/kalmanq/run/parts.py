@@ -219,7 +219,7 @@ def prepare_formats(model: Model, which: str) -> Any:
     made = ffi.new("kq_format_q31[]", max(len(quantities), 1))
     for k, quantity in enumerate(quantities):
         if quantity.range is None:
-            raise ModelError(which, f"{quantity.name} has no range, which fixed point needs")
+            raise ModelError(which, f"{quantity.name} has no range, which fixed point needs: give the states and measurements ranges")
         fraction = lib.KQ_FRACTION_BEST_Q31 if quantity.fraction is None else quantity.fraction
         range_error = ffi.new("kq_range_error_q31 *")
         status = lib.kq_format_prepare_q31(made + k, fraction, quantity.range, range_error)
