@@ -82,6 +82,7 @@ arduino_sketch() {
 }
 
 check() {
+    [ "$name" = python ] || local PATH="$root/.deps/packagers/bin:$PATH" # setup.sh, group packagers
     has "$(checker)" || return 0
     case $name in
     arduino) arduino_sketch ;;

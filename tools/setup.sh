@@ -19,6 +19,7 @@
 #                      wheels of what the package needs
 #   kq_setup rust       cargo, its crates that port/rust is built by, Debian's rustc and the source of its core
 #   kq_setup micropython   the source of MicroPython's interpreter
+#   kq_setup packagers  sets KQ_PACKAGERS to a folder with the checkers of package managers
 #   kq_setup peers     sets KQ_PEERS_PYTHON to an interpreter with the libraries that results are
 #                      compared with
 #
@@ -236,6 +237,20 @@ kq_setup_rust() {
         kq_quietly cargo fetch --manifest-path "$kq_root/tests/package/rust_chip/Cargo.toml"
 }
 
+# The programs that tools/package.sh NAME --check runs, and reuse
+kq_setup_packagers() {
+    KQ_PACKAGERS="$kq_root/.deps/packagers/bin"
+    kq_have xmllint arduino-builder arduino-ctags && [ -d /usr/share/arduino/hardware ] ||
+        kq_install libxml2-utils arduino-builder arduino-core-avr arduino-ctags
+    [ -x "$KQ_PACKAGERS/conan" ] && [ -x "$KQ_PACKAGERS/compote" ] && [ -x "$KQ_PACKAGERS/reuse" ] && return 0
+    python3 -c 'import ensurepip, venv' 2>/dev/null || kq_install python3 python3-venv || return 1
+    [ -z "$kq_collects" ] || return 0
+    echo "setup: installing the checkers of package managers"
+    python3 -m venv "$kq_root/.deps/packagers" &&
+        "$KQ_PACKAGERS/python" -m pip install -q --disable-pip-version-check \
+            conan meson ninja platformio west kconfiglib idf-component-manager reuse
+}
+
 kq_setup_cost() {
     kq_setup_build
     kq_setup_cores
@@ -254,7 +269,7 @@ kq_setup_many() {
     kq_collects=
     [ ${#kq_wanted[@]} -eq 0 ] || kq_install "${kq_wanted[@]}"
     for group in "$@"; do
-        case $group in peers | tools | wheel) kq_setup "$group" & ;; esac
+        case $group in peers | tools | wheel | packagers) kq_setup "$group" & ;; esac
     done
     wait
     for group in "$@"; do kq_setup "$group"; done # what is known only now, and the variables

@@ -38,7 +38,10 @@ groups_of() { # [NAME]
     package.rust.*) echo rust cores ;;
     package.rust) echo tools ;;
     package.micropython*) echo micropython cores ;;
-    package*) echo package cores tools wheel rust micropython ;;
+    package.cross*) echo cores ;;
+    package.checked* | package.reuse) echo packagers cores ;;
+    package.vcpkg) echo interpreter ;;
+    package*) echo package cores tools wheel rust micropython packagers ;;
     flags.gcc | flags.gcc.*) ;;
     flags*) echo clang ;;
     readme* | house* | tools.shared*) echo interpreter ;;
@@ -55,7 +58,7 @@ groups_of() { # [NAME]
     diffuse* | em*) echo peers ;;
     peers*) echo tools peers ;;
     example*) echo cores python scipy ;;
-    *) echo clang cores package python scipy cost eigen peers browser tools ${is_all:+ wheel rust micropython} ;;
+    *) echo clang cores package python scipy cost eigen peers browser tools ${is_all:+ wheel rust micropython packagers} ;;
     esac
 }
 
