@@ -251,7 +251,10 @@ def test_slopes_at_irregular_times(seed, unknown):
     model, times, z, u = random_record(seed)
     model = model.changed(unknown=unknown)
     records = Records(model, [z, z[:15]], [u, u[:15]], [times, times[:15]])
-    e = Problem(model, records, Choice(model, ("F", "Qc", "R", *(() if len(unknown) else ("x0", "P0"))), "full", "full", None)).expectation
+    choice = Choice(model, ("F", "Qc", "R", *(() if len(unknown) else ("H", "x0", "P0"))), "full", "full", None)
+    if len(unknown):  # H is not determined then, and has slopes
+        choice.flow.free = (*choice.flow.free, "H")
+    e = Problem(model, records, choice).expectation
     e.run()
     for name, slopes in e.gradient().items():
         array = e.arrays[name]
@@ -380,6 +383,17 @@ def test_em_held_entries_and_starts_at_irregular_times():
     damped = fit(cart(), [z], ("F", "Q", "R"), times=[times], held={"F": [[1, 1], [1, 0]]})
     assert damped.converged and damped.log_likelihood > found.log_likelihood and damped.standard_errors["F"][1, 1] > 0
     assert damped.model.continuous.F[0].tolist() == [0, 1] and abs(damped.model.continuous.F[1, 1] + 0.2) < 3 * damped.standard_errors["F"][1, 1]
+
+
+def test_the_scale_of_a_sensor_at_irregular_times():
+    """Of a second sensor whose gain is not known, held where it would be the unit of the state"""
+    F, H = [[0.0, 1.0], [0.0, -0.2]], [[1.0, 0.0], [0.7, 0.3]]
+    truth = Model.of_continuous(F, H, [0.04, 0.02], [0.0, 0.5], dt=0.2, P0=[1.0, 1.0])
+    times = np.cumsum(np.random.default_rng(4).exponential(0.2, 500) + 1e-3)
+    z = simulate(truth, 500, 4, times=times)[1]
+    found = fit(truth.changed(H=[[1.0, 0.0], [1.0, 0.0]]), [z], ("H", "R", "Q"), times=[times], held={"H": [[1, 1], [0, 0]]})
+    assert found.converged and np.all(np.abs(found.model.H[1] - H[1]) < 3.5 * found.standard_errors["H"][1]), found.message
+    assert found.model.H[0].tolist() == [1, 0] and np.all(found.standard_errors["H"][1] < 0.05)
 
 
 def test_a_qc_of_fewer_noises_keeps_its_rank():

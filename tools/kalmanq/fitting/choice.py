@@ -20,7 +20,7 @@ from kalmanq.nonlinear import NonlinearModel
 
 def require_units(model: Model, free: Sequence[str], held: Mapping[str, np.ndarray]) -> None:
     """H and Q free, and nothing of H held: states in other units would do as well (em.h, KQ_NOT_IDENTIFIED)."""
-    if {"H", "Q"} <= set(free) and not np.any(held.get("H", False) & (model.H != 0)):
+    if "H" in free and {"Q", "Qc"} & set(free) and not np.any(held.get("H", False) & (model.H != 0)):
         raise KalmanqError("H and Q are not determined by data, but for H^2 Q: leave one of them out of --free, or "
                            "hold an entry of H that is not 0")
 

@@ -79,7 +79,7 @@ def fit(model: Union[Model, NonlinearModel], records: Sequence[ArrayLike], free:
 
     model       where the search begins; a start that is unknown in it stays so, and is exact
     records     each T x m; NaN: missing
-    free        of A, H, Q, R, x0, P0, by name; of a model in continuous time of F, Qc, R, x0, P0, or of its builder's parameters,
+    free        of A, H, Q, R, x0, P0, by name; of a model in continuous time of F, Qc, H, R, x0, P0, or of its builder's parameters,
                 Q and R among them (its sigma or density, and its noise).  H and Q are determined only as H^2 Q, but for what a known P0 tells:
                 leave one out, or hold an entry.  Of a nonlinear model: of Q, R, x0, P0, and names of constants of its
                 file, which are free in all that the file makes of them (its likelihood is C, with exact slopes)

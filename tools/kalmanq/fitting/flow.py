@@ -21,7 +21,7 @@ from kalmanq.model.builders import searched
 from kalmanq.model.model_file import rebuilt
 from kalmanq.run.filters import Filter
 
-ARRAYS = ("F", "Q", "R", "x0", "P0")  # Q is of Qc
+ARRAYS = ("F", "Q", "H", "R", "x0", "P0")  # Q is of Qc
 STEP = 1e-3  # share of a builder's parameter, of differences of what it makes
 # x[k + 1] - x[k - 1] and x[k + 2] - x[k - 2], in steps: a derivative whose error is of fourth order
 STENCIL = ((1, 2 / 3), (-1, -2 / 3), (2, -1 / 12), (-2, 1 / 12))
@@ -40,7 +40,7 @@ class Flow:
         elif set(names) - {*ARRAYS, "Qc"}:
             name = next(one for one in names if one not in (*ARRAYS, "Qc"))
             more = f", and {', '.join(known)} of its builder" if known else ""
-            raise KalmanqError(f"{name} of records at irregular times is not fitted, Q (that is Qc), R, F, x0 and P0{more} are: leave it "
+            raise KalmanqError(f"{name} of records at irregular times is not fitted, Q (that is Qc), R, F, H, x0 and P0{more} are: leave it "
                                "out of --free; --time none takes each row for a step of dt")
         self.free = tuple(self.labels) or tuple(name for name in ARRAYS if name in names or name == "Q" and "Qc" in names)
         self.noises = {label for label, (name, _) in self.labels.items() if name in ("density", "sigma", "noise")}
@@ -68,7 +68,7 @@ class Flow:
     def model_at(self, arrays: dict[str, np.ndarray], noise: Noise) -> Model:
         """With what is free as it is in `arrays`"""
         if not self.labels:
-            made = {name: arrays[name] for name in self.free if name in ("R", "x0", "P0")}
+            made = {name: arrays[name] for name in self.free if name in ("H", "R", "x0", "P0")}
             return self.model.flowing(arrays["F"] if "F" in self.free else None,
                                       noise.whole(arrays["Q"]) if "Q" in self.free else None, **made)
         given: dict[str, Any] = {}
@@ -85,13 +85,14 @@ class Change(NamedTuple):
 
     F: np.ndarray
     Qc: np.ndarray
+    H: np.ndarray
     R: np.ndarray
     x0: np.ndarray
     P0: np.ndarray
 
     @classmethod
     def of(cls, model: Model) -> Change:
-        return cls(model.continuous.F, model.continuous.Qc, model.R, model.x0, model.P0)
+        return cls(model.continuous.F, model.continuous.Qc, model.H, model.R, model.x0, model.P0)
 
     def times(self, share: float) -> Change:
         return Change(*(share * one for one in self))
@@ -142,7 +143,7 @@ class FlowExpectation:
         self._A, Q, B = of.steps(self._dt)
         ends, k = np.cumsum([0, *map(len, steps)]), len(self._dt)
         B = np.zeros((k, n, 0)) if B is None else B
-        self._by = Slopes(*(np.zeros(shape) for shape in ((k, n, n), (k, n, n), B.shape, self.model.R.shape, n, (n, n))))
+        self._by = Slopes(*(np.zeros(shape) for shape in ((k, n, n), (k, n, n), B.shape, self.model.H.shape, self.model.R.shape, n, (n, n))))
         value = sum(_slopes(self.model, rows, which[a:b], (self._A, Q, B), self._by)
                     for rows, a, b in zip(self.rows, ends, ends[1:]))
         if not abs(value - self.log_likelihood) < AGREES * (1 + abs(value)):
@@ -187,7 +188,7 @@ class FlowExpectation:
                             B=None if of.B is None else np.vstack([of.B, 0 * of.B]))
             A, Q, B = (None if one is None else one[:, n:] for one in twice.steps(self._dt))
             total = np.sum(by.A * A[:, :, :n]) + 2 * np.sum(by.Q * Q[:, :, :n]) + (0.0 if B is None else np.sum(by.B * B))
-        return float(total + sum(np.sum(getattr(by, name) * getattr(change, name)) for name in ("R", "x0", "P0")))
+        return float(total + sum(np.sum(getattr(by, name) * getattr(change, name)) for name in ("H", "R", "x0", "P0")))
 
     # ------------------------------------------------------------------ EM
 
@@ -244,6 +245,7 @@ class Slopes(NamedTuple):
     A: np.ndarray
     Q: np.ndarray
     B: np.ndarray
+    H: np.ndarray
     R: np.ndarray
     x0: np.ndarray
     P0: np.ndarray
@@ -333,6 +335,7 @@ def _backwards(rows: Rows, which: np.ndarray, A: np.ndarray, kept: list[_Row], c
             gain = row.P @ row.weighed.T
             error = row.innovation - gain.T @ r
             by.R[np.ix_(row.at, row.at)] += (error @ C @ error.T - row.inverse - gain.T @ N @ gain) / 2
+            by.H[row.at] += error @ C @ (row.filtered + row.covariance @ r).T - row.weighed @ row.P + gain.T @ N @ row.covariance
             kept_part = np.eye(n) - gain @ row.H
             r, N = r + row.H.T @ error, row.H.T @ row.weighed + kept_part.T @ N @ kept_part
     by.x0[:] += r @ c

@@ -178,8 +178,7 @@ class Problem:
     def _sizes(self) -> np.ndarray:
         """Root mean square of each state, smoothed."""
         if not hasattr(self, "_size"):
-            squares = [np.nanmean(Smoother(self.model).run(z, u).smoothed ** 2, axis=0)
-                       for z, u in zip(self.records.z, self.records.u)]
+            squares = [np.nanmean(Smoother(self.model).run(z, u, times=times).smoothed ** 2, axis=0) for z, u, times in self.records.each()]
             size = np.sqrt(np.nanmean(squares, axis=0))
             self._size = np.where(size > 0, size, 1.0)
         return self._size
