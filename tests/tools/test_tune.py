@@ -22,8 +22,10 @@ from kalmanq.fitting.entries import free_and_held
 from kalmanq.model import Model, Quantity, model_file
 from kalmanq.run.simulation import drawn
 from kalmanq.tune import page
+from whole import WHOLE
 
 HERE = Path(__file__).parent
+ROOT = HERE.parents[1]
 EXAMPLES = Path(page.HERE).parent / "examples"
 SOURCES = {"model": "model.toml", "data": "data.csv"}
 FILTERED = ("mean", "sigma", "innovation", "innovation_sigma", "nis", "log_likelihood")
@@ -210,6 +212,38 @@ def test_the_fit_finds_the_optimum_of_the_package():
         filter_ = Filter(model_of(content, found["theta"]))
         filter_.run(z)
         assert filter_.log_likelihood == pytest.approx(found["value"], abs=1e-7)
+
+
+REPLAY = """#include "cases.h"
+#include "vector.h"
+void *memset(void *to, int byte, size_t size) { for (unsigned char *a = to; size--;) *a++ = (unsigned char)byte; return to; }
+void *memcpy(void *to, const void *from, size_t size) { unsigned char *a = to; for (const unsigned char *b = from; size--;) *a++ = *b++; return to; }
+int cases(void) { return vector_case_count; }
+unsigned replay(int k) { vector_difference d; return (unsigned)vector_replay(vector_cases[k].words, vector_cases[k].count, 0, &d); }
+"""
+IN_NODE = """const { instance } = await WebAssembly.instantiate(require("fs").readFileSync(process.argv[1]), {});
+const { cases, replay } = instance.exports;
+console.log(JSON.stringify(Array.from({ length: cases() }, (_, k) => replay(k))));"""
+
+
+@WHOLE
+@needs_node
+@pytest.mark.skipif(not (shutil.which("clang") and shutil.which("wasm-ld")), reason="no clang or wasm-ld: tools/setup.sh, kq_setup wasm")
+def test_golden_vectors_in_webassembly(tmp_path):
+    """By the flags that the page's library is compiled with"""
+    native = ROOT / "tools/kalmanq/native/wasm"
+    flags = re.findall(r" (-[\w=-]+)", re.search(r"set\(flags(.*?)\)", (native / "CMakeLists.txt").read_text(), re.S).group(1))
+    assert {"--target=wasm32", "-O2", "-ffp-contract=off"} <= set(flags)
+    (tmp_path / "replay.c").write_text(REPLAY)
+    parts = ("filter", "statistics", "lengths", "steady", "adaptation", "prepare")
+    sources = [ROOT / "src/kq_status.c", ROOT / "src/kq_range_error_q31.c", *(ROOT / f"src/kq_{one}_q31.c" for one in parts),
+               ROOT / "tests/vectors/vector.c", ROOT / "tests/vectors/cases.c", tmp_path / "replay.c"]
+    subprocess.run(["clang", *flags, f"-I{native}", f"-I{ROOT}/include", f"-I{ROOT}/src", f"-I{ROOT}/tests/vectors", "-nostdlib",
+                    "-Wl,--no-entry", "-Wl,--export=cases", "-Wl,--export=replay", *sources, "-o", tmp_path / "vectors.wasm"], check=True)
+    made = subprocess.run(["node", "--input-type=commonjs", "-e", "(async () => {" + IN_NODE + "})()", tmp_path / "vectors.wasm"],
+                          capture_output=True, text=True, check=True)
+    outputs = json.loads(made.stdout)
+    assert len(outputs) >= 18 and all(one > 0 for one in outputs), outputs
 
 
 # ------------------------------------------------------------------------------ the command

@@ -10,7 +10,7 @@ const BEGIN = {
 };
 const USUAL = { none: null, gate: 0.9999, huber: 3, student: 10, jump: 9 };
 const LOSS_NOTES = {
-  none: "", gate: "Leaves out a row that is too far off. Parameter: the share of good rows that pass (0.9, 0.95, 0.99, 0.999, 0.9999).",
+  none: "", gate: "Leaves out a row that is too far off; the parameter is the share of good rows that pass.",
   huber: "A row beyond k sigma counts less.", student: "Heavy tails with nu degrees of freedom.", jump: "Raises the covariance where a row says the state has jumped.",
 };
 const EVENTS = [[1, "a measurement was redundant"], [2, "overflow: a mean or variance is not representable"], [8, "a state saturated at the end of its range"],
@@ -221,6 +221,9 @@ function showSettings() {
   $("loss-note").textContent = LOSS_NOTES[set.loss] + (set.loss === "none" ? "" : " No smoother then.");
   $("lag").value = set.lag;
   $("ahead").value = set.ahead;
+  for (const [id, name] of [["arithmetics", "arithmetic"], ["loss", "loss"], ["parameter", "parameter"], ["lag", "lag"], ["ahead", "ahead"]]) {
+    $(id).closest("label, fieldset").classList.toggle("changed", set[name] !== BEGIN[name]);
+  }
   $("undo").disabled = !past.length;
   $("redo").disabled = !future.length;
   $("fit").disabled = !set.free.some(Boolean);
@@ -290,7 +293,8 @@ function showNumbers(ahead) {
   const { consistency: of } = drawn, begun = content.total;
   $("total").textContent = Number.isFinite(drawn.total) ? drawn.total.toFixed(3) : "–";
   const gain = drawn.total - begun;
-  $("gain").textContent = Math.abs(gain) < 5e-4 ? "as at the start" : `${gain > 0 ? "+" : "−"}${Math.abs(gain).toFixed(3)} since the start`;
+  const isOther = Object.keys(set.cells).length > 0 || set.loss === "gate"; // not to be compared
+  $("gain").textContent = isOther ? "of other rows than at the start" : Math.abs(gain) < 5e-4 ? "as at the start" : `${gain > 0 ? "+" : "−"}${Math.abs(gain).toFixed(3)} since the start`;
   $("nis-mean").textContent = said(of.mean, 4);
   $("nis-bounds").textContent = `95 %: ${of.low.toFixed(3)} to ${of.high.toFixed(3)}`;
   $("nis-mean").style.color = of.mean < of.low || of.mean > of.high ? "var(--bad)" : "";
