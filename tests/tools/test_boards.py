@@ -71,17 +71,19 @@ def test_a_column_that_is_missing() -> None:
         boards.compared(Printed("adc", "compiled", level(8, 16, 20), {"level_sigma": np.ones(3)}))
 
 
-@pytest.mark.parametrize("off, is_right", [(5e-4, True), (2e-3, False), (np.nan, False)])
-def test_numbers_that_are_near(off: float, is_right: bool) -> None:
-    """The late position: in the rows in which it is on its way nothing is compared"""
-    rows, names = np.arange(100), boards.EXAMPLES["gps"].shown
-    host = {name: np.ones(100) for name in names}
+@pytest.mark.parametrize("name, way, off, is_right", [
+    ("altitude", "compiled", 5e-4, True), ("altitude", "compiled", 2e-3, False), ("altitude", "compiled", np.nan, False),
+    ("gps", "compiled", 0, True), ("gps", "compiled", 1e-6, False)])
+def test_numbers_in_float(name: str, way: str, off: float, is_right: bool) -> None:
+    """Near, or equal; of the late position nothing is compared in the rows in which it is on its way"""
+    names, late = boards.EXAMPLES[name].shown, 15 if name == "gps" else 0
+    host = {one: np.ones(100) for one in (*names, *(f"{one.removesuffix('_mean')}_sigma" for one in names))}
     shown = np.ones((100, len(names)))
-    shown[rows % 50 < 15] += 1
+    shown[np.arange(100) % 50 < late] += 1
     shown[20, 0] += off
-    job = Printed("gps", "init", shown, host)
+    job = Printed(name, way, shown, host)
     if is_right:
-        assert "70 rows" in boards.compared(job)[1]
+        assert f"{100 - 2 * late} rows" in boards.compared(job)[1]
     else:
         with pytest.raises(boards.BoardError, match="not what kalmanq run says"):
             boards.compared(job)

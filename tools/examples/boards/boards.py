@@ -40,12 +40,12 @@ def compared(job: Job) -> tuple[np.ndarray, str]:
     last = np.broadcast_to(job.scales(), shown.shape) if job.T == "q31" else np.spacing(np.abs(wanted).astype(np.float32)).astype(float)
     shown = shown * last if job.T == "q31" else shown
     apart = np.abs(shown - wanted)
-    same = int(np.sum(apart <= LAST_BIT * last))
     first, second = example.first
     rows = np.arange(len(wanted)) % second >= first
+    same = (apart <= LAST_BIT * last)[rows]
     worst = float((apart / sigmas(host, example.shown))[rows].max())
-    line = f"{job.title}: {rows.sum()} rows, {same} of {wanted.size} numbers equal, worst {worst:.1e} sigma"
-    if not np.isfinite(shown).all() or (worst > way.near if way.near else same != wanted.size):
+    line = f"{job.title}: {rows.sum()} rows, {same.sum()} of {same.size} numbers equal, worst {worst:.1e} sigma"
+    if not np.isfinite(shown).all() or (worst > way.near if way.near else not same.all()):
         raise BoardError(f"{line}: not what kalmanq run says")
     return shown, line
 

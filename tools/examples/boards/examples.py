@@ -61,8 +61,8 @@ DEVICE_F32 = Way(("compile", "--library"), (), "f32", NEAR)  # kalmanq run has t
 GATED = Way(("compile", "--gate", "3.8906"), ("--robust", "gate"), near=NEAR)  # of the library: 0.9999 of good samples pass
 
 
-def designed(way: str, near: float = 0.0) -> Way:
-    return Way(("design", "--way", way), ("--as", way), near=near)
+def designed(way: str) -> Way:
+    return Way(("design", "--way", way), ("--as", way))
 
 
 def smoothed(way: str) -> Way:
@@ -84,6 +84,5 @@ EXAMPLES = {
                       tuple(f"{state}_smoothed{end}" for end in ("", "_sigma") for state in ("altitude", "speed", "acceleration"))),
     "room": Example(("m3",), "q31", {**SMALL, "sizes": designed("sizes")},
                     means("level", "slope", "day", "day_turned", "half_day", "half_day_turned")),
-    "gps": Example(("m33",), "f32", {"init": designed("init", NEAR), "tables": designed("tables", NEAR)},
-                   (*means("position", "speed"), "position_sigma", "speed_sigma"), first=(15, 50)),
+    "gps": Example(("m33",), "f32", {**SMALL, "sizes": designed("sizes")}, (*means("position", "speed"), "position_sigma"), first=(15, 50)),
 }

@@ -82,7 +82,21 @@ def as_compiled(header: str, name: str, T: str) -> str:
              *(f"#define {name}_{call}(f, z) ((f)->events |= ({name}_{call})(z, {upper}_ALL) != KQ_OK)" for call in ("update", "step"))]
     lines += [f"#define {name}_mean_{one[len(name) + 1:].lower()}(f) ((void)(f), kq_mean_{T}({name}_object(), {one}))"
               for one in re.findall(r"\w+", states[1])]
-    return "\n".join([*lines, ""])
+    return "\n".join([*lines, *late(header, name, T), ""])
+
+
+def late(header: str, name: str, T: str) -> list[str]:
+    """The calls of NAME_delayed, where a sensor is late"""
+    sensors = re.findall(rf"^kq_status {name}_update_(\w+)\(const \w+ z\[\d+\], uint32_t present(, size_t ago)?\);", header, re.M)
+    if not any(ago for _, ago in sensors):
+        return []
+    calls = [f"#define {name}_delayed_update_{one}(d, z{ago and ', ago'}) ((d)->now.events |= ({name}_update_{one})(z, 1{ago and ', ago'}) != KQ_OK)"
+             for one, ago in sensors]
+    states = re.findall(rf"^    {name.upper()}_(\w+),$", header.split("_STATES")[0], re.M)
+    return [f"typedef struct {{ {name}_shown now; }} {name}_delayed;", f"#define {name}_delayed_start(d) ((void)(d))",
+            f"#define {name}_delayed_predict(d) {name}_predict(&(d)->now)", *calls,
+            f"static inline float squared(float sigma) {{ return sigma * sigma; }}",
+            *(f"#define {name}_variance_{one.lower()}(f) ((void)(f), squared(kq_sigma_{T}({name}_object(), {name.upper()}_{one})))" for one in states)]
 
 
 def as_first(header: str, is_compiled: bool, first_is_compiled: bool) -> str:
