@@ -267,21 +267,6 @@ def test_a_proven_form_has_no_delays(tmp_path):
     assert not (tmp_path / "walk.c").exists()
 
 
-@pytest.mark.parametrize("command", ["run", "compare"])
-def test_compiled_is_refused_where_a_sensor_is_late(command, tmp_path):
-    path = walk(tmp_path)
-    path.write_text(path.read_text().replace("R = 0.01", "R = 0.01\ndelay = 0.1"))
-    done = kalmanq(command, path, "-", "--compiled", input="acc,pos,speed\n1,2,3\n")
-    assert done.returncode == 1 and done.stderr.count("\n") == 1 and "--compiled: imu has a delay of 0.1" in done.stderr
-
-
-def test_a_design_says_what_it_has_for_a_sensor_that_is_late():
-    done = kalmanq("design", ROOT / "tools" / "examples" / "boards" / "gps" / "model.toml", "--core", "m4f", "--way", "sizes")
-    assert done.returncode == 1 and "a sensor is late, which sizes does not take: here --way is one of tables, init" in done.stderr
-    assert "no compiled: a sensor is late" in done.stdout and "compiled for this model alone" not in done.stdout
-    assert "no lean in f32: a sensor is late" in done.stdout and "correlated" not in done.stdout
-
-
 def on_the_chip(model, T, log, delay):
     """The calls of a firmware, by the C core: a step at each instant that something measures, at its own dt; what the receiver
     told `delay` later is of the state so many steps ago.  Mean and sigma at the end"""

@@ -3,7 +3,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Callable, Optional
+from typing import Any, Callable, Optional
 
 import numpy as np
 
@@ -13,7 +13,8 @@ Columns = dict[str, np.ndarray]
 
 @dataclass(frozen=True)
 class Panel:
-    """shown: of the board, of which the sum is drawn; error: less what is true; other: a column of the host, and its name"""
+    """shown: of the board, of which the sum is drawn; error: less what is true; other: a column of the host, and its name;
+    sigma: of a band, if it is not of what is shown"""
 
     label: str
     shown: tuple[str, ...]
@@ -21,6 +22,7 @@ class Panel:
     measured: str = ""
     error: bool = False
     other: tuple[str, str] = ("", "")
+    sigma: str = ""
 
 
 @dataclass(frozen=True)
@@ -47,7 +49,7 @@ PICTURES = {
     "attitude": Picture(0.01, "s", tuple(Panel(f"{name}, degrees", (name,), f"{name}_true") for name in ("roll", "pitch", "heading")), angles),
     "rocket": Picture(0.1, "s", (Panel("altitude, m", ("altitude",), "altitude_true", "barometer"),
                                  Panel("error of the speed, m/s", ("speed",), "speed_true", error=True, other=("speed_mean", "in flight")))),
-    "room": Picture(0.25, "h", (Panel("temperature, C", ("level", "day", "half_day"), "temperature_true", "thermometer"),)),
+    "room": Picture(0.25, "h", (Panel("temperature, C", ("level", "day", "half_day"), "temperature_true", "thermometer", sigma="forecast_sigma"),)),
     "gps": Picture(0.02, "s", (Panel("error of the position, m", ("position",), "position_true", error=True,
                                      other=("position_in_time", "taken as if it came in time")),)),
 }
@@ -80,17 +82,17 @@ def draw(name: str, shown: Columns, host: Columns, data: Columns, path: Path) ->
     Image.open(buffer).convert("RGB").quantize(24).save(path, optimize=True)
 
 
-def _panel(axis: object, panel: Panel, step: float, shown: Columns, host: Columns, data: Columns) -> None:
+def _panel(axis: Any, panel: Panel, step: float, shown: Columns, host: Columns, data: Columns) -> None:
     values = np.sum([shown[one] for one in panel.shown], axis=0)
     at, true = np.arange(len(values)) * step, data[panel.true]
     less = true if panel.error else np.zeros(len(values))
     if panel.measured:
-        axis.plot(at, data[panel.measured], ".", color=COLOURS["measured"], markersize=2.5, label="measured")  # type: ignore[attr-defined]
+        axis.plot(at, data[panel.measured], ".", color=COLOURS["measured"], markersize=2.5, label="measured")
     if panel.other[0]:
-        axis.plot(at, host[panel.other[0]] - less, color=COLOURS["other"], linewidth=1, label=panel.other[1])  # type: ignore[attr-defined]
-    axis.plot(at, true - less, color=COLOURS["true"], linewidth=0.8, label="true")  # type: ignore[attr-defined]
-    name = f"{panel.shown[0]}_sigma"  # of the board, if it prints it; otherwise the host's, whose means are the board's
-    sigma = shown.get(name, host.get(name)) if len(panel.shown) == 1 else None
+        axis.plot(at, host[panel.other[0]] - less, color=COLOURS["other"], linewidth=1, label=panel.other[1])
+    axis.plot(at, true - less, color=COLOURS["true"], linewidth=0.8, label="true")
+    name = panel.sigma or f"{panel.shown[0]}_sigma"  # of the board, if it prints it; otherwise the host's, whose means are the board's
+    sigma = shown.get(name, host.get(name))
     if sigma is not None:
-        axis.fill_between(at, values - less - 2 * sigma, values - less + 2 * sigma, color=COLOURS["board"], alpha=0.2, linewidth=0)  # type: ignore[attr-defined]
-    axis.plot(at, values - less, color=COLOURS["board"], linewidth=1.1, label="board")  # type: ignore[attr-defined]
+        axis.fill_between(at, values - less - 2 * sigma, values - less + 2 * sigma, color=COLOURS["board"], alpha=0.2, linewidth=0)
+    axis.plot(at, values - less, color=COLOURS["board"], linewidth=1.1, label="board")

@@ -129,11 +129,9 @@ def _reason(options: Options, made: Designs) -> str:
 
 
 def _no_such_way(options: Options, made: Designs) -> str:
-    """Of --way, which the model has not, or the core"""
+    """Of --way"""
     others = dict.fromkeys(one.way for one in made.ways if options.arithmetic in (None, one.arithmetic))
     core, here = CORES[made.part.core], f"here --way is one of {', '.join(others)}"
-    if any(one.delay for one in made.model.sensors):
-        return f"a sensor is late, which {options.way} does not take: {here}"
     if options.way == COMPILED:
         return f"what {COMPILED} costs on {core} is not known: kalmanq compile writes it; {here}"
     return f"{options.way} is not offered for this model on {core}: {here}"
@@ -302,9 +300,6 @@ def _tell_ways(made: Designs, chosen: Optional[Way], console: Console) -> None:
 
 
 def _tell_compiled(made: Designs, compiled: Sequence[Offer], console: Console) -> None:
-    if not compiled:
-        console.print("  no compiled: a sensor is late, and the C of kalmanq compile takes all in time")
-        return
     shown = table(*COLUMNS, title="compiled for this model alone (kalmanq compile)")
     told = [one for one in compiled if one.form != "covariance" or made.part.core in one.costs]
     for one in told:

@@ -111,10 +111,6 @@ def require_steps(model: Model, times: Optional[np.ndarray], what: str) -> None:
 
 def refuse_compiled(is_compiled: bool, model: AnyModel, arithmetic: str = "f32", more: str = "") -> None:
     """more: options that not all of them have"""
-    late = next((one for one in model.sensors if one.delay), None) if is_compiled and isinstance(model, Model) else None
-    if late:
-        raise KalmanqError(f"--compiled: {late.name} has a delay of {late.delay:g}: the C of kalmanq compile takes all in time: leave --compiled "
-                           "out")
     if is_compiled and isinstance(model, NonlinearModel) and arithmetic == "q31" and more:
         raise KalmanqError(f"--compiled --arith q31: the device over the library is an extended filter: leave {more} out")
 

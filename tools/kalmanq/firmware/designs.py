@@ -239,8 +239,7 @@ def _lean(model: Model, arithmetic: str, runs: Sequence[Run]) -> Lean:
     """May measurements be taken coarsely?  Not on the records, and after an outage for some rows alone."""
     outage = min(OUTAGE * (model.gaps.max_gap or GAP), LONGEST)
     if "lean" not in ways_of(Parts(model, arithmetic)):
-        return Lean(outage, refused="a sensor is late: it takes a sensor with all its code" if any(one.delay for one in model.sensors) else
-                    "R is correlated or too small, or the start is unknown")
+        return Lean(outage, refused="R is correlated or too small, or the start is unknown")
     if not _is_blunt(model, runs):
         return Lean(outage, refused=f"on the records R is less than 2^{np.log2(BLUNT):g} S: it would take "
                                     "measurements coarsely")

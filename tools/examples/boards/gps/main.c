@@ -2,18 +2,23 @@
 #include "gps.h"
 #include "board.h"
 
+#include <math.h>
+
 enum { WHEEL = 1, GPS = 2, LATE = 15 };
 
 int main(void)
 {
-    kq_status status = gps_init();
-    for (int t = 0; t < ROWS && !status; t++) {
-        if (t > 0) status = gps_predict();
-        if (!status && recording[t].present & WHEEL) status = gps_update_wheel(recording[t].z, 1);
-        if (!status && recording[t].present & GPS) status = gps_update_gps(recording[t].z + 1, 1, LATE);
-        for (int i = 0; i < GPS_STATES; i++) show(kq_mean_f32(gps_filter(), i));
-        for (int i = 0; i < GPS_STATES; i++) show(kq_sigma_f32(gps_filter(), i));
+    static gps_delayed d;
+    gps_start(&d.now);
+    gps_delayed_start(&d);
+    for (int t = 0; t < ROWS; t++) {
+        if (t > 0) gps_delayed_predict(&d);
+        if (recording[t].present & WHEEL) gps_delayed_update_wheel(&d, recording[t].z);
+        if (recording[t].present & GPS) gps_delayed_update_gps(&d, recording[t].z + 1, LATE);
+        show(gps_mean_position(&d.now));
+        show(gps_mean_speed(&d.now));
+        show(sqrtf(gps_variance_position(&d.now)));
         show_end();
     }
-    return ended(status);
+    return ended(d.now.events != 0);
 }

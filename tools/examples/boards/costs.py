@@ -1,0 +1,112 @@
+"""What an example costs in each way, by the emulators of tools/cost, and the tables of the pages."""
+from __future__ import annotations
+
+import sys
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any, Sequence
+
+from examples import BOARDS, EXAMPLES, HERE, NAMED
+from job import ROOT, Job, counted_as
+from texts import BoardError, table
+
+
+@dataclass(frozen=True)
+class Cost:
+    """Bytes more than a program without a filter; instructions: of all calls, over the rows"""
+
+    flash: int
+    ram: int
+    stack: int
+    instructions: int
+
+
+Libraries = dict[tuple[str, str], list[Path]]  # objects, by core and arithmetic
+
+
+def cost_of(job: Job, libraries: Libraries) -> Cost:
+    sys.path.insert(0, str(ROOT / "tools" / "cost"))
+    import build
+    from cores import BY_NAME
+    from elf import flash_and_ram
+    from emulators import Emulator, count_avr
+
+    place, core = build.Place(ROOT, job.folder), BY_NAME[counted_as(job.core)]
+    made = objects_of(job, place, core, libraries)
+    program = build.linked(core, [*made["own"], *made["counted"]], job.folder / "cost.elf")
+    if core.family == "avr":
+        build.avr_counter(place)
+        counted = count_avr(place.avr_counter, program, {0: "example"})[0]
+    else:
+        counted = Emulator(core, program).count_regions({0: "example"})[0]
+    with_it, without = (flash_and_ram(build.linked(core, made[name], job.folder / f"{name}.elf", entry="example")) for name in ("own", "nothing"))
+    rows = len(next(iter(table(job.example.data_of(job.name)).values())))
+    return Cost(with_it[0] - without[0], with_it[1] - without[1], counted.stack, round(counted.instructions / rows))
+
+
+def objects_of(job: Job, place: Any, core: Any, libraries: Libraries) -> dict[str, list[Path]]:
+    """Of the example with its filter; of the same program without one; of what counts"""
+    import build
+
+    flags = (f"-I{job.folder}", f"-I{HERE}", f"-I{ROOT / 'src' / 'fixed_size'}", "-ffp-contract=off", "-DCOUNTED", "-Dmain=example")
+
+    def made(source: Path, *flags: str, is_user: bool = True) -> Path:
+        target = job.folder / f"cost_{source.stem}.o"
+        build.compiled(place, core, build.GCC, source, target, flags, is_user=is_user)
+        return target
+
+    key = (core.name, job.T)
+    if job.library() and key not in libraries:
+        libraries[key] = [made(source, "-ffp-contract=off", is_user=False) for source in job.library()]
+    own = [made(HERE / job.name / "main.c", *flags), made(job.source, *flags), *(libraries[key] if job.library() else [])]
+    return {"own": own, "nothing": [made(HERE / "nothing.c", *flags)], "counted": [made(HERE / "counted.c"), made(build.TARGET / "marks.c")]}
+
+
+BEGIN, END = "<!-- costs: written by boards.py costs --write -->\n", "<!-- end of costs -->\n"
+
+
+def page_of(costs: dict[Job, Cost]) -> str:
+    """The table of an example's page"""
+    lines = ["| board | filter | flash | RAM | stack | instructions a row |", "|---|---|--:|--:|--:|--:|"]
+    for job, cost in costs.items():
+        way, _, more = job.way.partition(" ")
+        named = ", ".join([NAMED[way], *([more] if more not in ("", job.T) else []), job.T])
+        lines.append(f"| {BOARDS[job.core]} | {named} | {cost.flash} | {cost.ram} | {cost.stack} | {cost.instructions} |")
+    return "\n".join([*lines, ""])
+
+
+def overview(costs: dict[Job, Cost]) -> str:
+    """Of the way that each example is written for"""
+    lines = ["| example | board | filter | flash | RAM | instructions a row | picture |", "|---|---|---|--:|--:|--:|---|"]
+    for job, cost in costs.items():
+        if job.way == next(iter(job.example.ways)):
+            lines.append(f"| [{job.name}]({job.name}/README.md) | {BOARDS[job.core]} | {NAMED[job.way]}, {job.T} | {cost.flash} | {cost.ram} | "
+                         f"{cost.instructions} | [picture]({job.name}/picture.png) |")
+    return "\n".join([*lines, ""])
+
+
+def settle(page: Path, made: str, check: bool, write: bool) -> None:
+    """Writes the table to its page, or finds that it is there"""
+    text = page.read_text(encoding="utf-8")
+    begin, end = text.find(BEGIN) + len(BEGIN), text.find(END)
+    if end < begin:
+        raise BoardError(f"{page}: has no place for the costs: {BEGIN.strip()}")
+    if check and text[begin:end] != made:
+        raise BoardError(f"{page}: says other costs than are measured now: boards.py costs --write")
+    if write:
+        page.write_text(text[:begin] + made + text[end:], encoding="utf-8")
+
+
+def costs(jobs: Sequence[Job], check: bool, write: bool) -> None:
+    libraries: Libraries = {}
+    every: dict[Job, Cost] = {}
+    for name in dict.fromkeys(job.name for job in jobs):
+        made = {}
+        for job in (one for one in jobs if one.name == name):
+            job.prepare()
+            made[job] = cost_of(job, libraries)
+        print(page_of(made), flush=True)
+        settle(HERE / name / "README.md", page_of(made), check, write)
+        every.update(made)
+    if {job.name for job in jobs} == set(EXAMPLES):
+        settle(HERE / "README.md", overview(every), check, write)
