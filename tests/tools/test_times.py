@@ -349,8 +349,7 @@ def test_a_builder_s_fit_is_the_top_of_the_dense_likelihood(name, rows, tmp_path
     assert np.abs(np.log(best) - right.x).max() < 1e-3
 
 
-@pytest.mark.parametrize("form", ["full", "diagonal", "multiple"])
-@pytest.mark.parametrize("method", ["em", "ml"])
+@pytest.mark.parametrize("method, form", first(5, [(method, form) for form in ("full", "diagonal", "multiple") for method in ("ml", "em")]))
 def test_qc_of_steps_of_dt_is_the_q_of_steps(method, form):
     """Two walks, unknown at first, with missing components; and of a size the noise of a cart, step by step of EM"""
     walks = Model.of_continuous(np.zeros((2, 2)), np.eye(2), np.eye(2), np.eye(2), dt=0.5)
