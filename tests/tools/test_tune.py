@@ -409,7 +409,10 @@ def test_widths_names_and_the_tree(nile, chromium, tmp_path):
 
 
 @needs_browser
-def test_a_browser_without_webassembly_is_told(nile, chromium):
+def test_a_browser_without_workers_or_webassembly(nile, chromium):
+    with chromium.beginning_with("delete window.Worker"):  # the page itself does it
+        ready(chromium, nile)
+        assert chromium.run("document.body.dataset.bits") == "same" and chromium.run("drawn.smoothed !== null") and not chromium.errors
     with chromium.beginning_with("delete window.WebAssembly"):
         chromium.open(nile)
         chromium.wait("!document.getElementById('stop').hidden")

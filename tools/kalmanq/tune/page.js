@@ -27,12 +27,14 @@ class Helper {
   constructor(wasm, code) {
     this.waiting = new Map();
     this.next = 0;
+    this.isReady = false;
     try {
       this.worker = new Worker(URL.createObjectURL(new Blob([code], { type: "text/javascript" })));
       this.worker.onmessage = ({ data }) => this.heard(data);
-      this.worker.onerror = (event) => { event.preventDefault(); for (const one of this.waiting.values()) one.done({ refused: event.message || "the worker has stopped" }); };
+      this.worker.onerror = (event) => { event.preventDefault(); this.lost(event.message); };
     } catch { this.worker = null; }
-    this.ready = this.ask({ kind: "begin", wasm, content });
+    this.answer = desk(); // of the page itself, which is slower to touch
+    this.ready = this.ask({ kind: "begin", wasm, content }).then((made) => { this.isReady = true; return made; });
   }
   heard(data) {
     const one = this.waiting.get(data.id);
@@ -40,12 +42,19 @@ class Helper {
     this.waiting.delete(data.id);
     one.done(data);
   }
-  ask(message, told = () => {}) {
-    const id = this.next++;
+  /* Without a worker from the beginning the page itself does it. */
+  lost(why) {
+    if (this.isReady) return [...this.waiting.keys()].forEach((id) => this.heard({ id, refused: why || "the worker has stopped: load the page again" }));
+    this.worker = null;
+    for (const { message, told } of this.waiting.values()) this.here(message, told);
+  }
+  here(message, told) { this.answer(message, told).then((data) => this.heard(data)); }
+  ask(asked, told = () => {}) {
+    const message = { ...asked, id: this.next++ };
     return new Promise((done) => {
-      this.waiting.set(id, { done, told });
-      if (this.worker) this.worker.postMessage({ ...message, id });
-      else answer({ ...message, id }, told).then((data) => this.heard(data));
+      this.waiting.set(message.id, { message, done, told });
+      if (this.worker) this.worker.postMessage(message);
+      else this.here(message, told);
     });
   }
 }
