@@ -323,6 +323,7 @@ def test_the_page_does_what_the_package_says(nile, chromium):
     z, _, _ = joining.record(EXAMPLES / "nile.csv", model)
     ready(chromium, nile)
     assert chromium.run("document.body.dataset.bits") == "same"
+    assert chromium.run("drawn.consistency.mean") == pytest.approx(np.mean(Filter(model).run(z).nis[1:]), rel=1e-12)  # the start is diffuse
     for arithmetic in ("f32", "q31", "f64"):
         chromium.run(f"document.querySelector('[value={arithmetic}]').click()")
         settled(chromium)

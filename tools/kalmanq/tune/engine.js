@@ -198,9 +198,15 @@ class Engine {
 
 /* ------------------------------------------------------------------ what is told of a run */
 
+/* Degrees of freedom of the NIS of each row; 0 while something of the start is unknown */
+function freedoms(engine) {
+  const taken = engine.result("taken"), s = engine.result("innovation_sigma"), { m } = engine.model;
+  return taken.map((one, t) => (s[t * m] >= 0 ? one : 0));
+}
+
 /* NIS over its degrees of freedom, with the bounds of 95 % for so many of them; rows beyond the limit */
 function consistency(engine) {
-  const nis = engine.result("nis"), taken = engine.result("taken"), limits = {};
+  const nis = engine.result("nis"), taken = freedoms(engine), limits = {};
   let sum = 0, freedom = 0, beyond = 0, rows = 0;
   for (let t = 0; t < nis.length; t++) {
     if (!(taken[t] > 0) || Number.isNaN(nis[t])) continue;
@@ -258,7 +264,7 @@ function distance(engine, asked, arithmetic) {
 
 /* NIS of each row over the limit that 95 % of rows with so many measurements stay below */
 function shares(engine) {
-  const nis = engine.result("nis"), taken = engine.result("taken"), limits = Array.from({ length: engine.model.m + 1 }, (_, k) => (k ? engine.limit(k, 0.95) : NaN));
+  const nis = engine.result("nis"), taken = freedoms(engine), limits = Array.from({ length: engine.model.m + 1 }, (_, k) => (k ? engine.limit(k, 0.95) : NaN));
   return nis.map((one, t) => one / limits[taken[t]]);
 }
 
