@@ -264,12 +264,22 @@ def test_a_page_asks_nothing_of_a_network(nile):
 
 
 MODEL = '[model]\nA = [[1.0]]\nH = [[1.0]]\nQ = [[%s]]\nR = [[%s]]\nP0 = "unknown"\n'
+def test_what_is_late_is_where_it_was_measured(tmp_path):
+    made = []
+    for delay in (2, 0):
+        (tmp_path / "model.toml").write_text(LATE.replace("delay = 2", f"delay = {delay}"))
+        column = ["", ""] * (delay > 0) + ["1.5", "2.25", "", "4"] + ["", ""] * (delay == 0)
+        (tmp_path / "data.csv").write_text("step,gps\n" + "".join(f"{k},{one}\n" for k, one in enumerate(column)))
+        model = model_file.read(tmp_path / "model.toml")
+        made.append(page.content(model, *joining.record([tmp_path / "data.csv"], model), SOURCES))
+    assert made[0]["z"] == made[1]["z"] and made[0]["total"] == made[1]["total"]
+
+
 LATE = ('[model]\nA = [[1.0]]\nQ = [[1.0]]\nP0 = "unknown"\n[[sensors]]\nname = "gps"\nH = [[1.0]]\nR = [[1.0]]\ndelay = 2\n')
 
 
 @pytest.mark.parametrize("model, data, said", [
     (MODEL % (0.0, 0.0), None, "there is nothing to tune"),
-    (LATE, None, "gps has a delay, and tune takes all in time: leave its `delay` out"),
     (MODEL % (1.0, 1.0), "z1\n1\nx\n", "data.csv: row 3, column z1"),
     (MODEL % (1.0, 1.0), "flow\n1\n", "there is no column z1"),
     (MODEL % (1.0, 1.0) + "B = [1.0]\n", "z1,u1\n1,1\n2,\n", "control is missing"),

@@ -82,9 +82,6 @@ def content(model: Model, z: np.ndarray, u: Optional[np.ndarray], times: Optiona
 
 
 def refuse(model: Model, z: np.ndarray, u: Optional[np.ndarray]) -> None:
-    late = [one.name for one in model.sensors if one.delay]
-    if late:
-        raise KalmanqError(f"sensors: {late[0]} has a delay, and tune takes all in time: leave its `delay` out")
     if model.inputs and (u is None or np.any(np.isnan(u))):
         row = 0 if u is None else int(np.argmax(np.any(np.isnan(u), axis=1)))
         raise KalmanqError(f"row {row}: a control is missing: give all controls, or leave B out of the model")
