@@ -84,7 +84,7 @@ class EquationText(Text):
         lines = self._controls()
         body = self.of.predict(self._refusal(""))
         return function(f"void {self.given.name}_predict({self.filter}{self.predict_arguments()})",
-                        [*lines, *within(self.a.places(), body)])
+                        [*lines, *within(self.a.places(), body), *self.of.overflow()])  # so that what is stored need not wait
 
     def _sensor(self, sensor: Sensor) -> list[list[str]]:
         return [self._taken_of(sensor), self._update_of(sensor), self._update_some_of(sensor)]

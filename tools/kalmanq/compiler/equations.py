@@ -238,8 +238,7 @@ class EquationFilter(FloatFilter):
         mean, after = self.moved_mean(), self._predicted(self.form, self.entries)
         targets = [*self._written(mean), *((entry(key), after[key]) for key in self.live)]
         body.lines += self.unless_finite_step(body, refused)
-        body.assign(targets)
-        return [*body.lines, *self.overflow([entry(key) for key in self.live])]
+        return body.assign(targets)
 
     def unless_finite_step(self, body: Body, refused: Sequence[str]) -> list[str]:
         """`refused` where f or A is not finite"""
@@ -313,8 +312,9 @@ class EquationFilter(FloatFilter):
         fine = body.text(make("le", square, constant(MOST[self.type]**2)))
         return [f"if (!({fine})) {{", *indented(refused), "}"]
 
-    def overflow(self, names: Sequence[str]) -> list[str]:
-        """names: of the entries of the factor"""
+    def overflow(self, names: Sequence[str] = ()) -> list[str]:
+        """names: of the entries of the factor, if they are not its own"""
+        names = names or [entry(key) for key in self.live]
         total = Body(self.words).text(dot([(symbol(one), 1.0) for one, (i, j) in zip(names, self.live) if i == j]))
         return [f"if (!({total} <= {self.number(LARGEST[self.type])})) f->events |= {self.given.upper}_OVERFLOW;"]
 
