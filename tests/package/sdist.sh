@@ -12,7 +12,12 @@ tar -xzf "$work"/kalmanq-*.tar.gz -C "$alone" --strip-components 1
 for folder in include src; do diff -r "$root/$folder" "$alone/core/$folder"; done
 diff -r -x __pycache__ -x '_core.*.so' "$root/tools/kalmanq" "$alone/kalmanq"
 grep -qx "Version: $(sed -n 's/.*KQ_VERSION_STRING "\(.*\)"/\1/p' "$root/include/kalmanq/version.h")" "$alone/PKG-INFO"
-cmake -S "$alone" -B "$alone/build" -DPython_EXECUTABLE="$python" >"$work/configured.txt" || { cat "$work/configured.txt" && exit 1; }
+cmake -G Ninja -S "$alone" -B "$alone/build" -DPython_EXECUTABLE="$python" >"$work/configured.txt" ||
+    { cat "$work/configured.txt" && exit 1; }
+# Every file that a step of the build needs is there
+ninja -C "$alone/build" -t inputs all | grep '^/' | grep -v "^$alone/build/" >"$work/inputs.txt"
+grep -q '/core/src/kq_status.c$' "$work/inputs.txt"
+while read -r file; do [ -e "$file" ] || { echo "a step of the build needs $file" && exit 1; }; done <"$work/inputs.txt"
 # Without the library it is refused, in words
 rm -r "$alone/core" "$alone/build"
 if cmake -S "$alone" -B "$alone/build" -DPython_EXECUTABLE="$python" >"$work/refused.txt" 2>&1; then exit 1; fi

@@ -15,7 +15,7 @@ time "$python" -m pip wheel -v --disable-pip-version-check --no-deps --no-build-
 "$python" -m pip wheel -q --disable-pip-version-check --no-deps --no-build-isolation -w "$work/wheel" \
     "$here/../../tools/studies"
 grep '\[[0-9]*/[0-9]*\]' "$work/wheel.txt" || echo "nothing to compile"
-"$python" "$here/wheel_build.py" "$here"/../../build/tools/*-*/
+"$python" "$here/wheel_build.py" "$(find "$here/../../build/tools" -maxdepth 2 -name build.ninja -printf "%T@ %h\n" | sort -n | sed -n '$s/[^ ]* //p')"
 environment "$python" "$work/clean"
 "$python" -m pip install -q --disable-pip-version-check --no-deps --target "$packages" "$work"/wheel/*.whl
 # The base wheel has nothing of the studies
