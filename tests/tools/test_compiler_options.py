@@ -226,6 +226,15 @@ def test_student_in_words_is_that_of_doubles(make, nu):
                 assert np.abs((ran.covariance[t] - P) / np.outer(sigma, sigma)).max() < COVARIANCE
 
 
+@pytest.mark.parametrize("arithmetic, most", [("f32", 1e-3), ("f64", 1e-9), ("q31", 1e-3)])
+def test_the_report_compares_student_with_itself(arithmetic, most):
+    """It was compared with the plain filter: sigmas apart, of which the report said that R is very small"""
+    made = compiled(tank(), "flt", Options(arithmetic, student=4.0))
+    with Host(made) as host:
+        tried = record.tried(made.given, host, 500, 1)
+    assert tried.mean < most and tried.covariance < most
+
+
 NIS = """
 #include <math.h>
 #include "flt.h"

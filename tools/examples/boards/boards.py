@@ -50,6 +50,17 @@ def compared(job: Job) -> tuple[np.ndarray, str]:
     return shown, line
 
 
+def errors(job: Job, shown: np.ndarray) -> list[str]:
+    """RMS, of what the recording has the truth of; of a smoother the filter's, too"""
+    data, host, said = table(job.example.data_of(job.name)), table(job.folder / "host.csv"), []
+    for k, one in enumerate(job.example.shown):
+        name = re.sub("(_mean|_smoothed)$", "", one)
+        if f"{name}_true" in data:
+            of = {"RMS error": shown[:, k], **({"filtered": host[f"{name}_mean"]} if one.endswith("_smoothed") else {})}
+            said.append(f"{name}: " + ", ".join(f"{what} {np.sqrt(np.mean((values - data[f'{name}_true']) ** 2)):.3g}" for what, values in of.items()))
+    return said
+
+
 def sigmas(host: dict[str, np.ndarray], shown: Sequence[str]) -> np.ndarray:
     """Of each number; where a number has none (of a quaternion), the least of the row"""
     every = np.column_stack([values for name, values in host.items() if name.endswith("_sigma")])
@@ -115,6 +126,8 @@ def runs(made: Sequence[Job], pictures: bool) -> None:
         job.prepare()
         shown, line = compared(job)
         print(line, flush=True)
+        for said in errors(job, shown):
+            print(f"    {said}", flush=True)
         if pictures:
             drawn(job, shown)
 

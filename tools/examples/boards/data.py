@@ -92,7 +92,7 @@ def gps(draws: np.random.Generator) -> Columns:
 
 
 ALL: dict[str, tuple[Callable[[np.random.Generator], Columns], int]] = {
-    "adc": (adc, 1), "altitude": (altitude, 2), "wheel": (wheel, 3), "rocket": (rocket, 4), "room": (room, 5), "gps": (gps, 6)}
+    "adc": (adc, 29), "altitude": (altitude, 2), "wheel": (wheel, 3), "rocket": (rocket, 4), "room": (room, 5), "gps": (gps, 6)}
 
 
 def text_of(columns: Columns) -> str:

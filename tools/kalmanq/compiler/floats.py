@@ -18,12 +18,11 @@ from kalmanq.compiler.facts import entries_of, facts
 from kalmanq.formulas.graph import Node, constant, dot, inverse, make, node, symbol
 from kalmanq.compiler.head import readings
 from kalmanq.compiler.printing import Body, Floats, Target, indented
-from kalmanq.compiler.request import RUN, Request
+from kalmanq.compiler.request import RUN, STUDENT_STEPS, Request
 
 MOST = {"float": 1e18, "double": 1e150}  # of what has no range: its square is a number, and what comes of it
 LEAST = {"float": ud.LEAST, "double": 1e-280}  # a D below this is 0: its inverse would overflow
 SMALLEST, LARGEST = 1e-30, 1e37  # of a square that a float holds with all its digits
-STUDENT_STEPS = 3
 Mean = list[tuple[Node, Node]]
 Place = tuple[str, str, str]
 

@@ -9,7 +9,7 @@ import numpy as np
 
 from kalmanq.compiler.emit import PREDICTS, UPDATES
 from kalmanq.compiler.host import Host, Ran
-from kalmanq.compiler.request import GAP, Request, due
+from kalmanq.compiler.request import GAP, STUDENT_STEPS, Request, due
 from kalmanq.run.simulation import read_off
 
 LONG = np.longdouble
@@ -113,14 +113,24 @@ def exact(given: Request, record: Record, taken: np.ndarray) -> tuple[np.ndarray
         if record.what[t] & PREDICTS:
             x, P = A @ x + B @ u[t], A @ P @ A.T + Q
         for j in (j for j in range(len(H)) if bits >> j & 1):
-            row = P @ H[j]
-            k = row / (H[j] @ row + R[j])
+            row, y = P @ H[j], mixed[t, j] - H[j] @ x
+            r = weighed(y, H[j] @ row, R[j], given.options.student)
+            k = row / (H[j] @ row + r)
             column = k[:, None]
             left = eye - column * H[j]
-            x, P = x + k * (mixed[t, j] - H[j] @ x), left @ P @ left.T + R[j] * (column * k)
+            x, P = x + k * y, left @ P @ left.T + r * (column * k)
             P = (P + P.T) / 2
         means[t], covariances[t] = x, P
     return means, covariances
+
+
+def weighed(y: np.longdouble, spread: np.longdouble, r: np.longdouble, student: Optional[float]) -> np.longdouble:
+    """The variance that a component is taken with"""
+    made, nu = r, student or 0.0
+    for _ in range(STUDENT_STEPS if student else 0):
+        share = made / (spread + made)
+        made = (r * nu + (y * share) ** 2 + spread * share) / (nu + 1)
+    return made
 
 
 def accuracy(given: Request, record: Record, ran: Ran) -> Accuracy:

@@ -17,6 +17,7 @@ FLOATS = {"f32": np.float32, "f64": np.float64}
 GAP = 8  # samples that may be missing where the model declares none
 MOST_STEPS = 32767  # of a history
 LONGEST_GAP = 16  # samples, of which it is known how soon the gain is constant again
+STUDENT_STEPS = 3  # of EM, to the variance that a measurement with the noise of Student is taken with
 RUN = 8  # rejections in a row after which a gate takes all, until one is near again
 WIDE = 1e4  # sigma of an unknown state, in sigmas that it has once it is known
 
