@@ -1,6 +1,7 @@
 #!/usr/bin/env python3
 """Pages of the site that are made: a page a header, each command's help, and every message with what to do.  make_pages.py OUT"""
 
+import re
 import sys
 from pathlib import Path
 
@@ -34,7 +35,7 @@ def helped(name: str) -> str:
     command, row = loaded(name), COMMANDS[name]
     context = command.make_context(f"kalmanq {name}", [], resilient_parsing=True)
     told = [one.get_help_record(context) for one in command.get_params(context) if one.name not in {*LAYOUT, "help"}]
-    cells = [[cell.replace("|", "\\|") for cell in one] for one in told if one]
+    cells = [[re.sub(r" *\| *", r" \\| ", cell) for cell in one] for one in told if one]  # a narrow screen breaks the lines there
     lines = [f"| `` {option} `` | {said} |" for option, said in cells]
     return "\n".join([row.help, "", "```text", row.example, "```", "", "| | |", "|---|---|", *lines])
 
