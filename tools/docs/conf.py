@@ -24,6 +24,7 @@ breathe_default_project = "kalmanq"
 autodoc_member_order = "bysource"
 autodoc_default_options = {"members": True, "undoc-members": False}
 highlight_language = "text"
+smartquotes = False  # two hyphens begin an option
 html_theme = "furo"
 html_title = "kalmanq"
 html_theme_options = {"navigation_with_keys": True}

@@ -1,8 +1,7 @@
 #!/usr/bin/env python3
 """Pages of the site that are made: a page a header, each command's help, and every message with what to do.  make_pages.py OUT"""
 
-import os
-import subprocess
+import re
 import sys
 from pathlib import Path
 
@@ -23,15 +22,22 @@ def commands() -> str:
     parts = []
     for name, row in COMMANDS.items():
         if row.module.startswith("kalmanq."):
-            parts.append(f"## kalmanq {name}\n\n```text\n{helped(name)}\n```\n")
-    return "# The command line\n\n" + "\n".join(parts)
+            parts.append(f"## kalmanq {name}\n\n{helped(name)}\n")
+    return ("# The command line\n\n`kalmanq COMMAND --help` says the same in a terminal. Commands that read data also take the [options for files of "
+            "data](../reference/data_files.md).\n\n" + "\n".join(parts))
 
 
 def helped(name: str) -> str:
-    environment = {**os.environ, "COLUMNS": "100", "NO_COLOR": "1", "TERM": "dumb"}
-    done = subprocess.run([sys.executable, "-m", "kalmanq.command_line", name, "--help"], capture_output=True, text=True, env=environment,
-                          check=True)
-    return "\n".join(line.rstrip() for line in done.stdout.splitlines()).strip()
+    from kalmanq.command_line import loaded
+    from kalmanq.commands import COMMANDS
+    from kalmanq.commands.options import LAYOUT
+
+    command, row = loaded(name), COMMANDS[name]
+    context = command.make_context(f"kalmanq {name}", [], resilient_parsing=True)
+    told = [one.get_help_record(context) for one in command.get_params(context) if one.name not in {*LAYOUT, "help"}]
+    cells = [[re.sub(r" *\| *", r" \\| ", cell) for cell in one] for one in told if one]  # a narrow screen breaks the lines there
+    lines = [f"| `` {option} `` | {said} |" for option, said in cells]
+    return "\n".join([row.help, "", "```text", row.example, "```", "", "| | |", "|---|---|", *lines])
 
 
 def main() -> None:

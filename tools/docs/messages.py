@@ -73,14 +73,14 @@ def _part(part: ast.expr, constants: dict[str, str]) -> str:
     return f"{{{names[0] if isinstance(value, ast.Attribute) else '...'}}}"
 
 
-def cures() -> list[dict]:
-    return tomllib.loads((ROOT / "tools/docs/messages.toml").read_text(encoding="utf-8"))["cure"]
+def told() -> dict:
+    return tomllib.loads((ROOT / "tools/docs/messages.toml").read_text(encoding="utf-8"))
 
 
 def sorted_by_cure(messages: dict[str, str]) -> tuple[list[tuple[dict, list[str]]], list[str]]:
     """Each cure with its messages, the first cure that speaks of one; and messages without any"""
-    parts: list[tuple[dict, list[str]]] = [(one, []) for one in cures()]
-    left = []
+    parts: list[tuple[dict, list[str]]] = [(one, []) for one in told()["cure"]]
+    left = [f"[status] {name}" for name in {*told()["status"]} ^ {one for one in messages.values() if one.startswith("KQ_")}]
     for text in sorted(messages):
         home = next((found for cure, found in parts if any(re.search(says, text) for says in cure["says"])), left)
         home.append(text)
@@ -97,6 +97,10 @@ def anchors(texts: list[str]) -> dict[str, str]:
     return made
 
 
+def _alone(place: str) -> str:
+    return f" (`{place}`): {told()['status'][place]}" if place.startswith("KQ_") else ""
+
+
 def page() -> str:
     collection = collected()
     parts, left = sorted_by_cure(collection)
@@ -106,6 +110,6 @@ def page() -> str:
     made = ["# Messages\n\nA message of the host tools says what is wrong, where, and after the colon what to do. Here is each one, with more on what to "
             "do. `{name}` stands for what the message puts in. Search for words of yours."]
     for cure, found in parts:
-        lines = (f'- <a id="{names[text]}"></a>`` {text} ``' for text in found)
+        lines = (f'- <a id="{names[text]}"></a>`` {text} ``{_alone(collection[text])}' for text in found)
         made.append(f"## {cure['title']}\n\n{cure['do']}\n\n" + "\n".join(lines))
     return "\n\n".join(made) + "\n"
