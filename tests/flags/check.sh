@@ -58,7 +58,7 @@ must_be_refused_or_found() { # OPTION...
 }
 
 compile_integers
-{ compile_floats plain && link plain; } || wrong "no flags" "does not build"
+{ compile_floats plain -O0 && link plain; } || wrong "no flags" "does not build"
 must_be "0 0 0" "no flags"
 must_be "-23 -23 0" "rounding upward" upward
 
