@@ -20,11 +20,11 @@ rm -rf "$out" && mkdir -p "$out"
 tools/package.sh all
 for package in build/packages/*/; do
     name=$(basename "$package")
-    case " arduino platformio zephyr esp-idf cmsis-pack conan vcpkg meson onefile " in
+    case " arduino platformio zephyr esp-idf cmsis-pack conan vcpkg meson onefile rust " in
     *" $name "*) tar -C build/packages -czf "$out/kalmanq-$name-$version.tar.gz" "$name" ;;
     esac
 done
-git archive --prefix="kalmanq-$version/" -o "$out/kalmanq-$version.tar.gz" HEAD
+git archive --prefix="kalmanq-$version/" -o "$out/kalmanq-source-$version.tar.gz" HEAD # kalmanq-VERSION.tar.gz is Python's
 tools/package.sh wheel
 cp build/packages/wheel/* "$out"
 (cd "$out" && sha256sum -- * >SHA256SUMS && cat SHA256SUMS)
