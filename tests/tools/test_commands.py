@@ -383,3 +383,19 @@ def test_every_public_name_is_there():
     assert kalmanq_package.nonlinear.read and kalmanq_package.core.lib
     with pytest.raises(AttributeError, match="no attribute 'Fliter'"):
         kalmanq_package.Fliter
+
+
+@pytest.mark.parametrize("missing", ["typer", "rich"])
+def test_without_the_extra_of_the_command_line_it_says_what_to_install(missing):
+    code = f"import sys; sys.modules[{missing!r}] = None; from kalmanq.__main__ import main; main()"
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True)
+    assert done.returncode == 1 and done.stdout == ""
+    assert done.stderr == (f"kalmanq: the command line needs {missing}, which is not installed: pip install 'kalmanq[cli]', or "
+                           "'./tools[cli]' in the project's folder\n")
+
+
+def test_the_library_needs_nothing_of_the_command_line():
+    code = ("import sys; sys.modules.update(typer=None, rich=None, click=None, scipy=None, matplotlib=None); import kalmanq\n"
+            "for name in kalmanq.__all__: getattr(kalmanq, name)\nimport kalmanq.run.campaigns")
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True)
+    assert (done.returncode, done.stderr) == (0, "")
