@@ -15,6 +15,7 @@ from texts import as_compiled, as_first, fraction, recording, run, table
 ROOT = HERE.parents[2]
 STRICT = ("-std=c11", "-O2", "-ffp-contract=off", "-Wall", "-Wextra", "-Wpedantic", "-Wconversion", "-Wdouble-promotion",
           "-Wshadow", "-Werror")
+BUILT: dict[tuple[str, str], list[str]] = {}  # the library's objects, by core and arithmetic, of this process
 LIBRARY = r"kq_((filter|nonlinear|range_error)_{}|status)[.]c"
 
 
@@ -86,12 +87,16 @@ class Job:
         say, port = self.described, self.described["port"] if self.T == "q31" else []
         includes = [f"-I{self.folder}", f"-I{HERE}", f"-I{ROOT / 'src' / 'fixed_size'}", *(f"-I{ROOT / 'port' / one}" for one in port), *say["include"]]
         own = [one for one in STRICT if not (say["port"] == ["avr"] and one == "-Wdouble-promotion")]  # a double is a float there
-        objects = []
-        for source in (HERE / self.name / "main.c", self.source, *self.library()):
-            is_own = source.parent.name != "src"
-            flags = [*own, *say["user_profile"]] if is_own else [*STRICT[:3], *say["profile"]]
-            objects.append(str(self.folder / f"{source.stem}_{source.parent.name}.o"))
-            run([*say["compiler"], *flags, *includes, "-c", str(source), "-o", objects[-1]])
+
+        def compiled(source: Path, *flags: str) -> str:
+            made = str(self.folder / f"{source.stem}_{source.parent.name}.o")
+            run([*say["compiler"], *flags, *includes, "-c", str(source), "-o", made])
+            return made
+
+        objects = [compiled(source, *own, *say["user_profile"]) for source in (HERE / self.name / "main.c", self.source)]
+        if self.library() and (self.core, self.T) not in BUILT:
+            BUILT[self.core, self.T] = [compiled(source, *STRICT[:3], *say["profile"]) for source in self.library()]
+        objects += BUILT[self.core, self.T] if self.library() else []
         target = self.folder / "program"
         run([*say["linker"], *objects, *say["libraries"], "-o", str(target)])
         return target
