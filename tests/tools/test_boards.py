@@ -110,14 +110,24 @@ def test_recordings_are_what_data_py_makes(name: str) -> None:
 def test_costs_that_a_page_does_not_say(tmp_path: Path) -> None:
     page = tmp_path / "README.md"
     page.write_text(f"a\n{costs.BEGIN}old\n{costs.END}b\n", encoding="utf-8")
-    costs.settle(page, "old\n", check=True, write=False)
+    costs.settle(page, lambda old: old, check=True, write=False)
     with pytest.raises(boards.BoardError, match="other costs"):
-        costs.settle(page, "new\n", check=True, write=False)
-    costs.settle(page, "new\n", check=False, write=True)
+        costs.settle(page, lambda _: "new\n", check=True, write=False)
+    costs.settle(page, lambda _: "new\n", check=False, write=True)
     assert page.read_text(encoding="utf-8") == f"a\n{costs.BEGIN}new\n{costs.END}b\n"
     page.write_text("a\n", encoding="utf-8")
     with pytest.raises(boards.BoardError, match="no place"):
-        costs.settle(page, "new\n", check=True, write=False)
+        costs.settle(page, lambda _: "new\n", check=True, write=False)
+
+
+def test_the_overview_keeps_what_is_not_measured() -> None:
+    job = Printed("wheel", "compiled", level(), {})
+    page = (FOLDER / "README.md").read_text(encoding="utf-8")
+    before = page[page.index(costs.BEGIN) + len(costs.BEGIN):page.index(costs.END)]
+    assert costs.overview({}, before) == before
+    after = costs.overview({job: costs.Cost(1, 2, 3, 4)}, before)
+    changed = [new for old, new in zip(before.splitlines(), after.splitlines(), strict=True) if old != new]
+    assert changed == ["| [wheel](wheel/README.md) | RISC-V RV32IMAC | compiled, q31 | 1 | 2 | 4 | [picture](wheel/picture.png) |"]
 
 
 @pytest.mark.parametrize("arguments, told", [(["run", "adcx"], "adcx: is none of adc"),

@@ -4,7 +4,7 @@ from __future__ import annotations
 import sys
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any, Sequence
+from typing import Any, Callable, Sequence
 
 from examples import BOARDS, EXAMPLES, HERE, NAMED
 from job import ROOT, Job, counted_as
@@ -75,22 +75,26 @@ def page_of(costs: dict[Job, Cost]) -> str:
     return "\n".join([*lines, ""])
 
 
-def overview(costs: dict[Job, Cost]) -> str:
-    """Of the way that each example is written for"""
+def overview(costs: dict[Job, Cost], before: str) -> str:
+    """Of the way that each example is written for; before: the table that is there, for those that are not measured now"""
+    made = {(job.name, job.core): f"{NAMED[job.way]}, {job.T} | {cost.flash} | {cost.ram} | {cost.instructions} | [picture]({job.name}/picture.png) |"
+            for job, cost in costs.items() if job.way == next(iter(job.example.ways))}
     lines = ["| example | board | filter | flash | RAM | instructions a row | picture |", "|---|---|---|--:|--:|--:|---|"]
-    for job, cost in costs.items():
-        if job.way == next(iter(job.example.ways)):
-            lines.append(f"| [{job.name}]({job.name}/README.md) | {BOARDS[job.core]} | {NAMED[job.way]}, {job.T} | {cost.flash} | {cost.ram} | "
-                         f"{cost.instructions} | [picture]({job.name}/picture.png) |")
+    for name, example in EXAMPLES.items():
+        for core in example.boards:
+            begin = f"| [{name}]({name}/README.md) | {BOARDS[core]} | "
+            kept = [line.removeprefix(begin) for line in before.splitlines() if line.startswith(begin)]
+            lines += [begin + one for one in ([made[name, core]] if (name, core) in made else kept)]
     return "\n".join([*lines, ""])
 
 
-def settle(page: Path, made: str, check: bool, write: bool) -> None:
-    """Writes the table to its page, or finds that it is there"""
+def settle(page: Path, table_of: Callable[[str], str], check: bool, write: bool) -> None:
+    """Writes the table to its page, or finds that it is there; table_of: by the one that is there"""
     text = page.read_text(encoding="utf-8")
     begin, end = text.find(BEGIN) + len(BEGIN), text.find(END)
     if end < begin:
         raise BoardError(f"{page}: has no place for the costs: {BEGIN.strip()}")
+    made = table_of(text[begin:end])
     if check and text[begin:end] != made:
         raise BoardError(f"{page}: says other costs than are measured now: boards.py costs --write")
     if write:
@@ -106,7 +110,6 @@ def costs(jobs: Sequence[Job], check: bool, write: bool) -> None:
             job.prepare()
             made[job] = cost_of(job, libraries)
         print(page_of(made), flush=True)
-        settle(HERE / name / "README.md", page_of(made), check, write)
+        settle(HERE / name / "README.md", lambda _: page_of(made), check, write)
         every.update(made)
-    if {job.name for job in jobs} == set(EXAMPLES):
-        settle(HERE / "README.md", overview(every), check, write)
+    settle(HERE / "README.md", lambda before: overview(every, before), check, write)
