@@ -17,6 +17,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from command import kalmanq as kalmanq_command
 from compiled import Compiled, compiled, make
 from compiled_models import factorial, five, kinematic, random_model
 from typer.testing import CliRunner
@@ -42,6 +43,7 @@ from kalmanq.run.simulation import simulate
 
 ARITHMETICS = ("f32", "q31")
 SEEDS = (1, 2, 3)
+SCORED = {"nis": True, "lag": 4}  # of the filter that several tests look at
 
 
 def steered() -> Model:
@@ -80,7 +82,7 @@ def single(model: Model) -> Model:
 @pytest.mark.parametrize("arithmetic", ARITHMETICS)
 @pytest.mark.parametrize("which", range(3))
 def test_ordinary_models_are_proven(which: int, arithmetic: str) -> None:
-    product = compiled(five(ranged=True)[which], Wanted(arithmetic, "x"))
+    product = compiled(five(ranged=True)[which], Wanted(arithmetic, "filter_x"))
     assert product.plan.form.name == "covariance" and not product.refused
     for found in product.proof.found.values():
         assert found.closed and found.bad == 0 and found.error < 1e-5 and found.pivot > 0.03
@@ -111,7 +113,7 @@ def test_it_is_the_filter(model, arithmetic: str, tmp_path: Path) -> None:
 @pytest.mark.parametrize("arithmetic", ARITHMETICS)
 def test_nis_and_likelihood(arithmetic: str, tmp_path: Path) -> None:
     model = steered()
-    made = Compiled(model, tmp_path, arithmetic, nis=True)
+    made = Compiled(model, tmp_path, arithmetic, **SCORED)
     z, u = record(model, 1, gap=3)
     ours = made.run(z, u)
     double = kalmanq.Filter(single(model) if arithmetic == "f32" else model, "f64").run(z, u)
@@ -123,8 +125,8 @@ def test_nis_and_likelihood(arithmetic: str, tmp_path: Path) -> None:
 
 @pytest.mark.parametrize("arithmetic", ARITHMETICS)
 def test_the_mean_some_samples_ago(arithmetic: str, tmp_path: Path) -> None:
-    model, lag = steered(), 4
-    made = Compiled(model, tmp_path, arithmetic, lag=lag)
+    model, lag = steered(), SCORED["lag"]
+    made = Compiled(model, tmp_path, arithmetic, **SCORED)
     z, u = record(model, 1, gap=3)
     ours = made.run(z, u)["lagged"]
     double = kalmanq.LagSmoother(single(model) if arithmetic == "f32" else model, lag, "f64").run(z, u)
@@ -140,7 +142,7 @@ def test_the_mean_some_samples_ago(arithmetic: str, tmp_path: Path) -> None:
 def test_samples_in_part(arithmetic: str, tmp_path: Path) -> None:
     model = kinematic(2, 2, ranged=True, gaps=Gaps(2, 40))
     made = Compiled(model, tmp_path, arithmetic, partial=True)
-    whole = compiled(model, Wanted(arithmetic, "x"))
+    whole = compiled(model, Wanted(arithmetic, "filter_x"))
     assert made.product.proof.worst.count > whole.proof.worst.count
     assert made.program().stdout.endswith("OK\n")
     z, _ = record(model, 2)
@@ -251,9 +253,9 @@ def test_constant_gain(arithmetic: str, tmp_path: Path) -> None:
 def test_dense_models_of_three_axes_are_one() -> None:
     """Three axes alike share one covariance, whatever their noises have to do with each other's."""
     alike = kinematic(3, 3, mixing=np.eye(3), variances=(1.0, 1.0, 1.0))
-    plan = compiled(alike, Wanted("f32", "x")).plan
+    plan = compiled(alike, Wanted("f32", "filter_x")).plan
     assert len(plan.structure.carried) == 6 and plan.subject.of.n == 9
-    apart = compiled(kinematic(2, 2, mixing=np.eye(2)), Wanted("f32", "x")).plan
+    apart = compiled(kinematic(2, 2, mixing=np.eye(2)), Wanted("f32", "filter_x")).plan
     assert len(apart.structure.carried) == 6
 
 
@@ -275,7 +277,7 @@ def test_a_program_that_goes_wrong_says_so(arithmetic: str, tmp_path: Path) -> N
 
 
 def maker(model: Model, arithmetic: str = "f32") -> Maker:
-    return Maker(model, Wanted(arithmetic, "x"))
+    return Maker(model, Wanted(arithmetic, "filter_x"))
 
 
 def test_the_search_finds_wrong_constants() -> None:
@@ -290,12 +292,12 @@ def test_the_search_finds_wrong_constants() -> None:
 
 def test_the_search_finds_what_is_indefinite_and_takes_the_next_form() -> None:
     sharp = kinematic(1, 2).changed(R=0.01, P0=[100, 100])
-    product = compiled(sharp, Wanted("f32", "x"))
+    product = compiled(sharp, Wanted("f32", "filter_x"))
     assert product.plan.form.name == "square root"
     assert [one.form for one in product.refused] == ["covariance", "plain covariance"]
     sharper = sharp.changed(R=1e-9, P0=[1e6, 1e6])
     with pytest.raises(KalmanqError, match="plain covariance: .* not positive definite.*square root: a covariance is"):
-        compiled(sharper, Wanted("f32", "x"))
+        compiled(sharper, Wanted("f32", "filter_x"))
 
 
 def test_the_search_counts_on() -> None:
@@ -387,7 +389,7 @@ def test_where_innovations_are_large_a_mean_keeps_to_its_bound(arithmetic: str, 
 
 def test_the_ends_of_ranges_are_no_step_beyond_them() -> None:
     model = changed(R=1.0, measurements=[Quantity("range", "m", 60.5, fraction=0)])
-    ends = compiled(model, Wanted("q31", "x")).proof.ends
+    ends = compiled(model, Wanted("q31", "filter_x")).proof.ends
     assert ends is not None and not ends.refused and ends.worst < 1e-3
 
 
@@ -416,7 +418,7 @@ def test_a_range_below_the_noise_is_told(tmp_path: Path) -> None:
 
 def test_no_range_is_told_of_what_the_search_does_not_give(tmp_path: Path) -> None:
     """It measures nothing, so that NIS is 0 in it."""
-    Compiled(steered(), tmp_path, "q31", nis=True)
+    Compiled(steered(), tmp_path, "q31", **SCORED)
     text = (tmp_path / "filter_x.c").read_text()
     assert "n_range = " in text and ", 0 to 0 */" not in text and " to " in text
 
@@ -557,9 +559,9 @@ def test_without_min_run_it_is_what_the_covariance_takes_to_settle(arithmetic: s
     path.write_text(re.sub(r"\[gaps\][^[]*", "", model_file.text_of(model)) + "\n[gaps]\nmax_gap = 3\n")
     alone = model_file.read(path)
     assert alone.gaps == Gaps(3) and model_file.text_of(alone).count("min_run") == 0
-    plan = compiled(alone, Wanted(arithmetic, "x")).plan
+    plan = compiled(alone, Wanted(arithmetic, "filter_x")).plan
     assert plan.min_run == plan.rows > 1
-    said = compiled(model.changed(gaps=Gaps(3, plan.rows)), Wanted(arithmetic, "x")).plan
+    said = compiled(model.changed(gaps=Gaps(3, plan.rows)), Wanted(arithmetic, "filter_x")).plan
     assert (said.min_run, said.rows) == (plan.min_run, plan.rows)
 
 
@@ -684,7 +686,7 @@ def test_a_control_that_is_no_number_is_none(tmp_path: Path) -> None:
 @pytest.mark.skipif(not shutil.which("g++"), reason="no C++ compiler")
 @pytest.mark.parametrize("arithmetic", first(1, ARITHMETICS))
 def test_cpp_takes_the_header(arithmetic: str, tmp_path: Path) -> None:
-    Compiled(steered(), tmp_path, arithmetic, nis=True, lag=2)
+    Compiled(steered(), tmp_path, arithmetic, **SCORED)
     (tmp_path / "main.cpp").write_text('#include "filter_x.h"\nint main()\n{\n    filter_x_filter f;\n'
                                        "    filter_x_start(&f);\n    return f.events;\n}\n")
     make(tmp_path, ["filter_x.c"], "x.o", "-c")
@@ -705,7 +707,7 @@ def test_names_that_would_be_one_in_the_header(name: str) -> None:
 
 def test_a_component_beyond_its_range_is_as_good_as_missing(tmp_path: Path) -> None:
     """In one call as in two: of a sample that is there as a whole the other components are taken."""
-    made = Compiled(kinematic(2, 2, ranged=True, gaps=Gaps(2, 60)), tmp_path, "f32", partial=True)
+    made = Compiled(kinematic(2, 2, ranged=True, gaps=Gaps(2, 40)), tmp_path, "f32", partial=True)
     z, _ = record(made.model, 1, 120)
     missing, outside = z.copy(), z.copy()
     missing[70, 0], outside[70, 0] = np.nan, 65.0
@@ -743,7 +745,7 @@ REFUSED = [
 @pytest.mark.parametrize("arithmetic, model, said", REFUSED)
 def test_refused_by_name(arithmetic: str, model, said: str) -> None:
     with pytest.raises(KalmanqError, match=said):
-        compiled(model(), Wanted(arithmetic, "x"))
+        compiled(model(), Wanted(arithmetic, "filter_x"))
 
 
 PARTS_REFUSED = [("q31", "covariance", 8, "9841 gaps of any components of 2 over 8 rows.*a smaller max_gap"),
@@ -753,12 +755,12 @@ PARTS_REFUSED = [("q31", "covariance", 8, "9841 gaps of any components of 2 over
 @pytest.mark.parametrize("arithmetic, form, gap, said", PARTS_REFUSED)
 def test_samples_in_part_are_refused_by_name(arithmetic: str, form: str, gap: int, said: str) -> None:
     with pytest.raises(KalmanqError, match=said):
-        compiled(kinematic(2, 2, ranged=True, gaps=Gaps(gap, 60)), Wanted(arithmetic, "x", form, partial=True))
+        compiled(kinematic(2, 2, ranged=True, gaps=Gaps(gap, 60)), Wanted(arithmetic, "filter_x", form, partial=True))
 
 
 def test_samples_in_part_are_part_of_a_gap() -> None:
     with pytest.raises(KalmanqError, match="--partial: .* max_gap"):
-        compiled(kinematic(2, 2, gaps=Gaps()), Wanted("f32", "x", partial=True))
+        compiled(kinematic(2, 2, gaps=Gaps()), Wanted("f32", "filter_x", partial=True))
 
 
 @pytest.mark.parametrize("model, bound, cure", [(lambda: changed(R=1e-12), 1.0, "--form factor"),
@@ -766,7 +768,7 @@ def test_samples_in_part_are_part_of_a_gap() -> None:
 def test_what_is_named_cures(model, bound: float, cure: str) -> None:
     """A larger --bound does nothing for a mean, which has a bound of its own."""
     with decimal.localcontext(exact.DIGITS), pytest.raises(NotProven) as problem:
-        Maker(model(), Wanted("f32", "x", bound=bound)).proven(forms.Covariance())
+        Maker(model(), Wanted("f32", "filter_x", bound=bound)).proven(forms.Covariance())
     assert problem.value.cures[-1] == cure and ("a larger --bound" in problem.value.cures) == (bound < 1)
 
 
@@ -801,7 +803,7 @@ def test_the_command_refuses_in_one_line_and_leaves_no_file(tmp_path: Path) -> N
                         ((path, "-o", tmp_path / "Cart.c"), "-o"),
                         ((path, "-o", tmp_path / "math.c"), "math is a word or a header of C"),
                         ((tmp_path / "no.toml", "-o", tmp_path / "cart.c"), "no such file")):
-        done = command(*words)
+        done = kalmanq_command("compile", *words)
         assert done.returncode == 1 and said in done.stderr and done.stderr.count("\n") == 1 and not done.stdout
     assert [one.name for one in tmp_path.iterdir()] == ["m.toml"]
 

@@ -173,7 +173,7 @@ def test_q_of_a_g_is_refused():
 REFUSED = {  # what is changed in cell.py, options, what is said
     "no constant": ("", ["--free", "MASS"], "cell.py: MASS: is free, but is no constant of the file: write NAME = number"),
     "twice": ("R0 = 0.04\n", ["--free", "R0"], "R0: is free, but is assigned in lines 9, 13: assign it once"),
-    "text": ("LABEL = 'a'\n", ["--free", "LABEL"], "line 13: LABEL: is free, but is str, no number"),
+    "text": ("LABEL = 'a'\n", ["--free", "LABEL"], "line 13: LABEL: is free, but is str, not a number or an array of numbers"),
     "matrix": ("M = np.eye(2)\n", ["--free", "M"], "line 13: M: is free, but is a matrix: make its entries constants"),
     "lost": ("K = float(str(1 / TAU))\n", ["--free", "TAU"], "(TAU free, so what is made of it is a formula: NumPy and math take it; or leave it out of --free)"),
     "branch": ("K = 1 if TAU > 3 else 2\n", ["--free", "TAU"], "line 13: a branch depends on a value"),
