@@ -150,7 +150,7 @@ def test_it_comes_to_what_straight_lines_in_double_come_to(path, iterate, arithm
     model, options = read(path), Options(iterate=iterate)
     program = Program(compiled_device(model, "device", replace(options, arithmetic=arithmetic)), tmp_path)
     with Host(compiled_equations(model, "straight", replace(options, arithmetic="f64"))) as straight, \
-            Host(compiled_equations(model, "same", replace(options, arithmetic=arithmetic))) as same:
+            Host(compiled_equations(model, "straight", replace(options, arithmetic=arithmetic))) as same:
         for seed in SEEDS:
             record = in_whole_groups(equation_report.drawn(model, ROWS, seed)[0], program.given.together)
             assert np.any(record.present != 2**model.m - 1)
