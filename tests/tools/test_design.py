@@ -123,7 +123,7 @@ int main(void)
 """
 
 
-@pytest.mark.parametrize("seed", range(3))
+@pytest.mark.parametrize("seed", first(1, range(3)))
 def test_a_predict_of_any_dt_is_the_host_s_at_its_times(seed, tmp_path):
     """kalmanq design --any-dt: a cart with friction and a push, steps of 1 ms to 1 s"""
     path, draws = tmp_path / "cart.toml", np.random.default_rng(seed)
@@ -581,7 +581,7 @@ def test_every_estimate_says_its_flags(tmp_path):
 # ------------------------------------------------------------------------------ the command
 
 
-@pytest.mark.parametrize("core", first(3, ("m4f", "avr", "m0", *sorted({*PARTS} - {"m4f", "avr", "m0"}))))
+@pytest.mark.parametrize("core", first(2, ("m4f", "avr", "m0", *sorted({*PARTS} - {"m4f", "avr", "m0"}))))
 def test_the_command_writes_a_filter(core, tmp_path):
     done = kalmanq("design", EXAMPLES / "track.toml", "--core", core, "--flash", 512, "-o", tmp_path, "--json")
     assert done.returncode == 0, done.stderr
