@@ -301,7 +301,7 @@ def _covariance(name: str, given: ArrayLike, size: int) -> np.ndarray:
         array = np.diag(array)
     if array.shape != (size, size):
         raise ModelError(name, f"is {_shape(array)}, not {size} x {size}, nor {size} variances")
-    if not np.allclose(array, array.T, rtol=1e-12, atol=0):
+    if not np.array_equal(array, array.T) and not np.allclose(array, array.T, rtol=1e-12, atol=0):
         raise ModelError(name, "is not symmetric")
     if np.any(np.diag(array) < 0):
         raise ModelError(name, "has a negative variance")
