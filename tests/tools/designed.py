@@ -1,62 +1,35 @@
-"""The C over the library that design writes, on this machine."""
+"""designed.py FOLDER CORE...: designs of five models, with what they are promised to cost there."""
 
 from __future__ import annotations
 
-import ctypes
-import subprocess
+import sys
 from pathlib import Path
 
-import numpy as np
-from library import objects
-
-from kalmanq.core import arithmetic_of, ffi
-from kalmanq.firmware.c_source import source
-from kalmanq.model import model_file
+import five
+from design_models import write
+from kalmanq.firmware.designs import Part, design
+from kalmanq.firmware.reach import draw
 from kalmanq.run.parts import Parts
 
-ROOT = Path(__file__).resolve().parents[2]
+ROOMY = 1 << 24
 
 
-FLAGS = ("-std=c11", "-O1", "-Wall", "-Wextra", "-Wpedantic", "-Wconversion", "-Werror", "-ffp-contract=off", "-fPIC",
-         f"-I{ROOT / 'include'}", f"-I{ROOT / 'src' / 'fixed_size'}")
+def main() -> None:
+    folder, cores = Path(sys.argv[1]), sys.argv[2:]
+    for make in five.FIVE:
+        model = make()
+        records = draw(model)
+        whole = draw(model.changed(gaps=type(model.gaps)()), seeds=[1])[0]  # without gaps: what a step costs
+        for core in cores:
+            made = design(model, Part(core, ROOMY, ROOMY), records)
+            for arithmetic in ("f32", "q31"):
+                chosen = made.chosen(arithmetic)
+                assert chosen, f"{model.name} on {core}: nothing is good in {arithmetic}"
+                promised = {"instructions": chosen.cost.instructions, "flash": chosen.cost.flash,
+                            "ram": chosen.cost.ram}
+                write(folder, f"{model.name}_{arithmetic}_{chosen.way}_{core}", Parts(model, arithmetic), chosen.way,
+                      whole, {"cores": [core], "promises": {core: promised}})
 
 
-class Firmware:
-    """What design writes of a model, with the library, on this machine"""
-
-    def __init__(self, folder: Path, path: Path, T: str, *, way: str = "init", any_dt: bool = False, steps: int = 1):
-        model = model_file.read(path)
-        text = source(Parts(model, T), way, any_dt=any_dt, steps=steps)
-        (folder / f"{text.name}.h").write_text(text.header)
-        (folder / f"{text.name}.c").write_text(text.text)
-        self.folder, self.a, self.name = folder, arithmetic_of(T), text.name
-        subprocess.run(["cc", *FLAGS, "-shared", str(folder / f"{self.name}.c"), *objects(f"filter_{T}", f"steady_{T}", f"lengths_{T}"), "-lm", "-o",
-                        str(folder / "firmware.so")], check=True)
-        self.library = ctypes.CDLL(str(folder / "firmware.so"))
-        self.filter = getattr(self.library, f"{self.name}_filter")
-        self.filter.restype = ctypes.c_void_p
-        assert self.call("init") == 0
-
-    def call(self, function, *given):
-        made = []
-        for one in given:
-            word = ctypes.c_int32 if self.a.is_fixed else ctypes.c_float
-            made.append((word * len(one))(*one.tolist()) if isinstance(one, np.ndarray) else
-                        ctypes.c_float(one) if isinstance(one, float) else ctypes.c_size_t(one))
-        return getattr(self.library, f"{self.name}_{function}")(*made)
-
-    def reading(self, n: int) -> np.ndarray:
-        f = ffi.cast(f"kq_filter_{self.a.name} *", self.filter())
-        return np.array([[self.a.function(one)(f, i) for i in range(n)] for one in ("mean", "sigma")], float)
-
-    def memory(self, length: int) -> np.ndarray:
-        """Words of the filter: its mean and root"""
-        f = ffi.cast(f"kq_filter_{self.a.name} *", self.filter())
-        return np.array([f.memory[k] for k in range(length)], self.a.number)
-
-    @property
-    def late_ram(self) -> int:
-        """Bytes of its objects for what comes late"""
-        sizes = subprocess.run(["nm", "-S", str(self.folder / "firmware.so")], capture_output=True, text=True, check=True).stdout
-        names = ("model_before", "model_before_memory", "model_steps", "model_count", "model_newest")
-        return sum(int(line.split()[1], 16) for line in sizes.splitlines() if line.split()[-1] in names)
+if __name__ == "__main__":
+    main()

@@ -10,7 +10,7 @@ import subprocess
 import numpy as np
 import pytest
 from command import kalmanq
-from designed import Firmware
+from firmware_here import Firmware
 from whole import first
 
 from kalmanq import Filter
@@ -51,6 +51,7 @@ unsigned events(void);
 unsigned events(void) {{ return d.now.events; }}
 unsigned size(void);
 unsigned size(void) {{ return sizeof d; }}
+{tuned}
 void read(double *mean, double *covariance);
 void read(double *mean, double *covariance)
 {{
@@ -59,6 +60,14 @@ void read(double *mean, double *covariance)
     for (int i = 0; i < {n}; i++)
         for (int j = 0; j < {n}; j++) covariance[i * {n} + j] = {entry};
 }}
+"""
+
+
+TUNED = """
+void set_r(int j, double value);
+void set_r(int j, double value) { d.now.r[j] = value; }
+double r(int j);
+double r(int j) { return d.now.r[j]; }
 """
 
 
@@ -75,13 +84,15 @@ class Late:
         means = [f"    mean[{i}] = {a.mean_double(i)};" for i in range(given.of.n)]
         files = {**product.sources(), "driver.c": DRIVER.format(
             type=a.type, m=given.of.m, n=given.of.n, inputs=given.inputs, measured="\n".join(inside), pushes="\n".join(pushes),
-            predict=predict, means="\n".join(means), entry=a.covariance_double("i", "j"))}
+            predict=predict, means="\n".join(means), tuned=TUNED if given.options.tunable else "", entry=a.covariance_double("i", "j"))}
         for name, text in files.items():
             (folder / name).write_text(text)
         warned = ("-Wall", "-Wextra", "-Wpedantic", "-Wconversion", "-Wdouble-promotion", "-Werror")
         subprocess.run(["gcc", "-std=c11", "-O2", *warned, "-c", "late.c", "-o", "late.o"], cwd=folder, check=True)
         self.library = ctypes.CDLL(str(build(folder, ["late.c", "driver.c"], "late.so", ("-shared", "-fPIC"))))
         self.n, self.library.predict.argtypes = given.of.n, [ctypes.c_void_p, ctypes.c_double]
+        if given.options.tunable:
+            self.library.r.restype = ctypes.c_double
         self.library.start()
 
     def predict(self, u, dt=0.0):
@@ -181,6 +192,22 @@ def test_steps_of_any_length(seed, tmp_path):
     given_late(late, z, u, is_there, np.arange(len(z))[:, None] + np.zeros((1, model.m), int), dt)
     for made, right in zip((mean, covariance), late.read()):
         assert np.array_equal(made, right)
+
+
+def test_a_variance_that_a_program_sets_holds(tmp_path):
+    """Of all steps that are kept, as of those that come"""
+    model = some_model(3, continuous=True, pushes=False)
+    product = compiled(model, "late", Options("f64", tunable=True))
+    z, u, is_there, told = log_of(model, 3)
+    ends = []
+    for is_late in (True, False):
+        (folder := tmp_path / str(is_late)).mkdir()
+        late = Late(product, folder)
+        late.library.set_r(1, ctypes.c_double(7.0))
+        given_late(late, z, u, is_there, told if is_late else np.arange(len(z))[:, None] + np.zeros((1, model.m), int), np.full(len(z), 0.1))
+        ends.append(late.read())
+    late.library.set_r(1, ctypes.c_double(model.R[1, 1]))
+    assert all(np.array_equal(*pair) for pair in zip(*ends)) and late.library.r(1) == model.R[1, 1]
 
 
 def test_what_is_no_step_that_is_kept_is_refused(tmp_path):

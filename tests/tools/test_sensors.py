@@ -12,7 +12,7 @@ import numpy as np
 import pytest
 from command import kalmanq
 from dense import Steps, conditioned
-from designed import Firmware
+from firmware_here import Firmware
 from whole import WHOLE, first
 
 from kalmanq import Filter, KalmanqError, Smoother
@@ -139,6 +139,28 @@ def test_a_control_stays_until_the_next_one(tmp_path):
     late = written(tmp_path, "late.csv", "t,push", ["0.2"], [1.0])
     done = kalmanq("run", path, imu, late)
     assert done.returncode == 1 and "late.csv: has no push at 0 s" in done.stderr and done.stderr.count("\n") == 1
+
+
+def test_the_order_of_files_says_nothing_of_what_is_late(tmp_path):
+    """The file that begins later given first: measured between the two beginnings"""
+    path = walk(tmp_path)
+    path.write_text(path.read_text().replace("R = [[0.04", "delay = 0.12\nR = [[0.04"))
+    imu = written(tmp_path, "imu.csv", "t,acc", [f"{0.02 + 0.02 * k:.6f}" for k in range(60)], np.arange(60) % 3.0)
+    gps = written(tmp_path, "gps.csv", "t,pos,speed", [f"{0.08 + 0.1 * k:.6f}" for k in range(9)], np.arange(9.0), np.arange(9.0))
+    made = [json.loads(kalmanq("run", path, *files, "--json").stdout) for files in ((imu, gps), (gps, imu))]
+    assert made[0]["taken"] == made[1]["taken"] == 60 + 2 * 8 and made[0]["log_likelihood"] == pytest.approx(made[1]["log_likelihood"], rel=1e-12)
+
+
+def test_a_fitted_file_keeps_sensors_and_delays(tmp_path):
+    path = walk(tmp_path)
+    path.write_text(path.read_text().replace("R = [[0.04", "delay = 0.12\nR = [[0.04").replace("dt = 0.0025", "dt = 0.02"))
+    assert kalmanq("simulate", path, "-n", "150", "--seed", "4", "--out", tmp_path / "log.csv").returncode == 0
+    done = kalmanq("fit", path, tmp_path / "log.csv", "--free", "Q,R", "--hold", "Q[0,*],Q[1,*]", "--out", tmp_path / "found.toml", "--json")
+    found, told = model_file.read(tmp_path / "found.toml"), json.loads(done.stdout)
+    assert [one.delay for one in found.sensors] == [0, 0.12] and found.continuous.dt == 0.02 and not np.any(found.R[0, 1:])
+    assert found.R[1, 2] != 0  # of one sensor
+    ran = json.loads(kalmanq("run", tmp_path / "found.toml", tmp_path / "log.csv", "--json").stdout)
+    assert ran["log_likelihood"] == pytest.approx(told["log_likelihood"], rel=1e-6)
 
 
 REFUSED = [

@@ -74,6 +74,10 @@ class Delayed:
         """Lines before a predict of d->now"""
         return []
 
+    def shared(self) -> list[str]:
+        """Lines: what a program has set in d->now goes to d->before"""
+        return []
+
     def usage_of_updates(self) -> list[tuple[str, str]]:
         raise NotImplementedError
 
@@ -117,7 +121,8 @@ class Delayed:
 
     def calls(self) -> list[str]:
         name = self.name
-        refuses = [" *  Returns 0 and changes nothing where dt is refused. */"] if self.answers else []
+        refuses = [" *  Returns 0 and changes nothing where dt is refused.  A, B and Q of a step follow from its dt; d->now.r[] is yours, and",
+                   " *  holds for all steps that are kept. */"] if self.answers else []
         return [f"/** For measurements that come late: from d->now, which {name}_start or {name}_start_at began. */",
                 f"void {name}_delayed_start({self.type} *d);", "",
                 "/** To the next step.  It works out the oldest step again, too, which costs one more step." + ("" if refuses else " */"), *refuses,
@@ -145,7 +150,7 @@ class Delayed:
     def _replayed(self) -> list[str]:
         return function(f"static unsigned replay_all({self.type} *d, unsigned k)", [
             f"unsigned taken = 0, at = d->newest + 1u >= d->count ? d->newest + 1u - d->count : d->newest + {self.kept + 1}u - d->count;",
-            "const uint16_t events = d->now.events;", "d->now = d->before;", "for (unsigned step = 0; step < d->count; step++) {",
+            "const uint16_t events = d->now.events;", *self.shared(), "d->now = d->before;", "for (unsigned step = 0; step < d->count; step++) {",
             "    const unsigned made = replay(&d->now, d, at);", "    if (at == k) taken = made;",
             f"    at = at + 1u < {self.kept}u ? at + 1u : 0;", "}", "d->now.events |= events;", "return taken;"],
             "All steps again; what step k took")
@@ -162,7 +167,7 @@ class Delayed:
             [f"for (unsigned i = 0; i < {size}u; i++) d->steps[k].{name}[i] = {name}[i];"] if size else [f"d->steps[k].{name} = {name};"])]
         return function(f"{self._answer()} {self.name}_delayed_predict({self.type} *d{self.arguments})", [
             f"const unsigned k = d->newest + 1u < {self.kept}u ? d->newest + 1u : 0;", *self.moved(),
-            f"if (d->count == {self.kept}u) {{", "    (void)replay(&d->before, d, k);", "    d->before.events = 0;", "} else d->count++;",
+            f"if (d->count == {self.kept}u) {{", *indented(self.shared()), "    (void)replay(&d->before, d, k);", "    d->before.events = 0;", "} else d->count++;",
             "d->newest = (uint16_t)k;", *keep, f"d->steps[k].present = {self._bit()};", *self.predicts(),
             *(["return 1;"] if self.answers else [])])
 
@@ -218,6 +223,9 @@ class LinearDelayed(Delayed):
 
     def moved(self) -> list[str]:
         return [f"if (!{self.name}_move(&d->now, dt)) return 0;"] if self.answers else []
+
+    def shared(self) -> list[str]:
+        return [f"for (int j = 0; j < {self.given.of.m}; j++) d->before.r[j] = d->now.r[j];"] if self.answers else []
 
     def predicts(self) -> list[str]:
         return [f"{self.name}_predict(&d->now{given(self.u)});"]

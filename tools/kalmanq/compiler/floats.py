@@ -349,7 +349,7 @@ class FloatFilter(Arithmetic):
 
     def _likelihood(self) -> list[str]:
         """Of the components that the last update took"""
-        given, logarithm, m = self.given, "logf" if self.type == "float" else "log", self.slots
+        given, logarithm, m = self.given, "(float)logf" if self.type == "float" else "log", self.slots  # AVR's logf may be log
         return ["/** Logarithm of the likelihood of the last update; `taken`: what it returned. */",
                 f"static inline {self.type} {given.name}_log_likelihood(const {given.type} *f, unsigned taken)", "{",
                 f"    {self.type} sum = f->nis;",

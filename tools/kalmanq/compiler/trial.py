@@ -103,7 +103,7 @@ class Trial:
         means = (f"{name}_mean_{state}" for state in self.given.carried)
         return ["/* The same rows, whole: in time, and late */", f"static {self.given.type} in_time;", f"static {late.type} d;",
                 f"{name}_start(&in_time);", f"{name}_start(&d.now);", f"{name}_delayed_start(&d);", f"for (int t = 0; t < {ROWS}; t++) {{",
-                *indented(late.in_time()), f"    if (t) {late.late_predict('t')}", *given, "}", "{", "    const int t = 1;",
+                *indented(late.in_time()), f"    if (t) {late.late_predict('t')}", *given, "}", "{", "    const int t = 1;", "    (void)t;",
                 *indented(late.in_time_predict()), f"    {late.late_predict('t')}", "}", *flushed,
                 *(f"wrong += !is_near({mean}(&d.now), {mean}(&in_time){'' if self.a.type == 'int32_t' else ', ' + self._variance(i, 'in_time')});"
                   for i, mean in enumerate(means))]

@@ -105,7 +105,7 @@ class _File:
 
     def __init__(self, table: Table, rows: int, late: Sequence[tuple[list[str], float, str]], complete: Sequence[str]):
         self.table, self._blocks, self._count, self._complete = table, table.all_blocks(rows), 0, complete
-        self.known, self.first_row = -np.inf, 2  # up to where; its line
+        self.known, self.first_row, self.first = -np.inf, 2, np.inf  # up to where; its line; the time of its first row
         delayed = [(delay, names, measured) for names, delay, measured in late if set(names) & set(table.names)]
         in_time = [name for name in table.names if not any(name in names for _, names, _ in delayed)]
         self.parts = [_Waiting(self, 0, in_time), *(_Waiting(self, *one) for one in delayed)]
@@ -121,6 +121,7 @@ class _File:
                                  name)
         self.first_row = self.first_row if self._count else block.first_row
         times = dt * np.arange(self._count, self._count + block.length) if block.times is None else block.times
+        self.first = min(self.first, float(times[0])) if len(times) else self.first
         self._count += block.length
         self.known = times[-1]
         for part in self.parts:
@@ -133,20 +134,25 @@ class _Waiting:
 
     def __init__(self, file: _File, delay: float, names: Sequence[str], measured: str = ""):
         self.file, self._delay, self._measured = file, delay, measured
-        self.times, self.columns = np.zeros(0), {name: np.zeros(0) for name in names}
+        self.times, self.columns, self._begin = np.zeros(0), {name: np.zeros(0) for name in names}, -np.inf
+
+    def begin(self, first: float) -> None:
+        """What was measured before the first row of all is not there: no step has it."""
+        if self._delay:
+            self._begin, is_there = first, self.times >= first
+            self.times, self.columns = self.times[is_there], {name: one[is_there] for name, one in self.columns.items()}
 
     @property
     def known(self) -> float:
         return self.file.known - self._delay
 
     def add(self, times: np.ndarray, block: Block) -> None:
-        """What was measured before the first row of all is not there: no step has it."""
         columns, is_there, own = block.columns, np.ones(len(times), bool), times - self._delay
         if self._delay:
             is_there = np.any([~np.isnan(columns[name]) for name in self.columns], axis=0)
         if self._measured:
             own = self._own(times, is_there, block)
-        is_there &= own >= (0 if self._delay else -np.inf)
+        is_there &= own >= self._begin
         own = np.concatenate([self.times, own[is_there]])
         order = np.argsort(own, kind="stable")
         if self._measured and np.any(np.diff(own[order]) == 0):
@@ -184,6 +190,8 @@ def _merged(files: Sequence[_File], names: Sequence[str], time_of_row: Optional[
     if len(files) > 1:
         judge_units(columns)
     parts, line = [part for one in files for part in one.parts], files[0].first_row
+    for part in parts:
+        part.begin(min(one.first for one in files))
     while True:
         until = min(one.known for one in parts)
         block = _rows([one.taken(until - dt) for one in parts], names, dt)  # what is as good as at `until` may come yet

@@ -25,6 +25,15 @@ def require_units(model: Model, free: Sequence[str], held: Mapping[str, np.ndarr
                            "hold an entry of H that is not 0")
 
 
+def _apart(model: Model, held: Mapping[str, ArrayLike]) -> Mapping[str, ArrayLike]:
+    """Noises of one sensor stay those of none other, as its file has them"""
+    sizes = [len(one.measurements) for one in model.sensors]
+    own = np.repeat(np.arange(len(sizes)), sizes)
+    between = (own[:, None] != own) & (model.R == 0) if len(sizes) > 1 else np.zeros(model.R.shape, bool)
+    given = np.asarray(held.get("R", np.zeros(model.R.shape, bool)), bool)
+    return {**held, "R": between | given} if np.any(between) and given.shape == between.shape else held
+
+
 class Choice:
     """What is free, in which form, and which entries are held.
 
@@ -56,6 +65,8 @@ class Choice:
             raise KalmanqError("parameters of a builder are free each by itself: leave out --hold, --q-form and --r-form, and name those "
                                "that are free, such as noise[0]")
         held = {"Q" if name == "Qc" else name: mask for name, mask in (held or {}).items()}
+        if isinstance(model, Model) and "R" in self.free and R_form == "full" and not self.constants:
+            held = _apart(model, held)
         for name in ("Q", "R"):
             self._require_form(model, name)
         if self.equations:

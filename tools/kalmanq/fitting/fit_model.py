@@ -115,7 +115,7 @@ def fit(model: Union[Model, NonlinearModel], records: Sequence[ArrayLike], free:
         whole.constants = found.model.constants
         return replace(found, model=whole)
     made = Records(model, records, u, times)
-    task = Task(model, made, Choice(model, free, Q_form, R_form, held, isinstance(model, Model) and made.times is not None), method, iterations, tolerance, arithmetic,
+    task = Task(model, made, Choice(model, free, Q_form, R_form, held, isinstance(model, Model) and (made.times is not None or _is_late(model))), method, iterations, tolerance, arithmetic,
                 report)
     if method == "em":
         task.choice.require_em(model)
@@ -127,6 +127,11 @@ def fit(model: Union[Model, NonlinearModel], records: Sequence[ArrayLike], free:
     random = np.random.default_rng(seed)
     ended = [one_start(task)] + [one_start(task, random) for _ in range(starts - 1)]
     return _fit_of(task, max(ended, key=lambda one: float(np.nan_to_num(one.value, nan=-np.inf))), ended)
+
+
+def _is_late(model: Model) -> bool:
+    """Is it in continuous time, with delays in its unit?  They mean nothing beside an A and a Q of steps"""
+    return model.continuous is not None and any(one.delay for one in model.sensors)
 
 
 def _require_counts(**given: tuple[int, int]) -> None:
