@@ -8,6 +8,7 @@ from typing import Mapping
 from kalmanq.compiler.emit import PREDICTS, UPDATES, Row, Text, function, within
 from kalmanq.compiler.equation_smoother import Smoother
 from kalmanq.compiler.equations import EquationFilter, Sensor
+from kalmanq.compiler.floats import entry
 from kalmanq.compiler.printing import indented
 from kalmanq.compiler.request import Request
 
@@ -82,9 +83,11 @@ class EquationText(Text):
 
     def _predict(self) -> list[str]:
         lines = self._controls()
-        body = self.of.predict(self._refusal(""))
+        inside = within(self.a.places(), self.of.predict(self._refusal("")))
+        # after what is stored, which need not wait; a variance that stays as it is has no name of its own
+        held, fields = set(re.findall(r"\w+", " ".join(inside))), {local: field for _, local, field in self.a.places()}
         return function(f"void {self.given.name}_predict({self.filter}{self.predict_arguments()})",
-                        [*lines, *within(self.a.places(), body), *self.of.overflow()])  # so that what is stored need not wait
+                        [*lines, *inside, *self.of.overflow([one if one in held else fields[one] for one in map(entry, self.of.live)])])
 
     def _sensor(self, sensor: Sensor) -> list[list[str]]:
         return [self._taken_of(sensor), self._update_of(sensor), self._update_some_of(sensor)]
