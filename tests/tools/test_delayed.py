@@ -276,6 +276,7 @@ class Words:
         self.filter = Filter(model, T, way=way)
         self.is_fixed, parts = T == "q31", self.filter.parts
         self.of_z, self.of_u, self.of_x = (2.0 ** np.array(parts.fractions(one)) for one in ("measurements", "controls", "states"))
+        self.of_u = self.of_u[:len(model.inputs)]  # without the 1 of an offset
 
     def given(self, values, scale):
         return np.round(values * scale).astype(int) if self.is_fixed else values.astype(np.float32)
