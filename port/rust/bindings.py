@@ -11,7 +11,7 @@ from pathlib import Path
 from pycparser import c_ast, c_parser
 
 ROOT = Path(__file__).resolve().parents[2]
-STAND_INS = ROOT / "tools/kalmanq/native/freestanding"  # headers of C, empty: the parser is told the types below
+STAND_INS = ROOT / "tools/kalmanq/native/freestanding"  # empty headers of C; the parser gets the types below
 KNOWN = {"uint8_t": "u8", "uint16_t": "u16", "uint32_t": "u32", "uint64_t": "u64", "int8_t": "i8", "int16_t": "i16",
          "int32_t": "i32", "int64_t": "i64", "size_t": "usize", "float": "f32", "double": "f64", "void": "c_void",
          "char": "c_char", "int": "c_int", "unsigned": "c_uint", "unsigned int": "c_uint", "long": "c_long"}

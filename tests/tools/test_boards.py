@@ -130,7 +130,7 @@ def test_the_overview_keeps_what_is_not_measured() -> None:
     assert changed == ["| [wheel](wheel/README.md) | RISC-V RV32IMAC | compiled, q31 | 1 | 2 | 4 | [picture](wheel/picture.png) |"]
 
 
-@pytest.mark.parametrize("arguments, told", [(["run", "adcx"], "adcx: is none of adc"),
+@pytest.mark.parametrize("arguments, told", [(["run", "adcx"], "adcx: is no example; there are adc"),
                                              (["run", "adc", "--kalmanq", "no_such_kalmanq"], "no_such_kalmanq: is not there"),
                                              (["run", "adc", "--kalmanq", "false"], "false compile")])
 def test_refusals_are_one_line(arguments: list[str], told: str, tmp_path: Path) -> None:

@@ -112,7 +112,7 @@ def jobs(names: Sequence[str], given: argparse.Namespace, work: Path) -> list[Jo
     made = []
     for name in names or EXAMPLES:
         if name not in EXAMPLES:
-            raise BoardError(f"{name}: is none of {', '.join(EXAMPLES)}")
+            raise BoardError(f"{name}: is no example; there are {', '.join(EXAMPLES)}")
         example = EXAMPLES[name]
         ways = list(example.ways) if given.ways or given.what == "costs" else list(example.ways)[:1]
         for core in example.boards:

@@ -103,7 +103,7 @@ def text_of(columns: Columns) -> str:
 def main(names: list[str]) -> None:
     for name in names or ALL:
         if name not in ALL:
-            raise SystemExit(f"data.py: {name}: is none of {', '.join(ALL)}")
+            raise SystemExit(f"data.py: {name}: is no recording; there are {', '.join(ALL)}")
         make, seed = ALL[name]
         (HERE / name / "data.csv").write_text(text_of(make(np.random.default_rng(seed))), encoding="utf-8")
 

@@ -101,7 +101,7 @@ class Delayed:
     def ram(self, filter_: int, align: int) -> int:
         """Bytes of NAME_delayed, with filters of so many"""
         word = 8 if self.a.type == "double" else 4
-        numbers = sum(int(size or 1) for size in re.findall(r"\w+(?:\[(\d+)\])?(?=,|$)", self.fields())) if self.fields() else 0
+        numbers = sum(int(size or 1) for _, size in named(self.fields()))
         step = -(-(word * (numbers + self.given.of.m) + 4) // word) * word
         return -(-(2 * filter_ + self.kept * step + 4) // align) * align
 

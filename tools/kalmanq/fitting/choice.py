@@ -144,7 +144,8 @@ class Choice:
             raise KalmanqError("EM has no best Qc, given the states, where steps differ and several noises make each: take maximum "
                                "likelihood (ml), or --q-form multiple")
         if not self.is_for_em(model):
-            raise KalmanqError("EM holds no entries of Q and R: maximum likelihood (ml) does")
+            raise KalmanqError("EM holds no entries of Q and R, nor the noises of several sensors apart: take maximum likelihood (ml), or "
+                               "--r-form diagonal")
 
     def is_for_em(self, model: Model) -> bool:
         """The M-step knows no held entries of covariances."""
