@@ -169,6 +169,22 @@ def test_smoothers_are_the_core_s_calls(arithmetic):
             assert means.smoothed_sigma is None and np.allclose(means.smoothed, run.smoothed, rtol=1e-3, atol=1e-2)
 
 
+@pytest.mark.parametrize("arithmetic", ["f32", "f64"])
+def test_a_smoother_that_has_settled_is_the_core_s_calls(arithmetic):
+    """Rows that leave the root as it is are recorded without working it out; gaps end that, and it comes again"""
+    for seed, model in enumerate([any_model(0), any_model(8), any_model(16), ranged(models.cart())]):
+        z, u = models.data(model, 900, seed)
+        z[400:403] = z[650, :1] = np.nan
+        calls = Calls(model, arithmetic, 900)
+        calls.history = calls.f._object("history", model.n, sizes=(model.n, model.m, 900, 0))
+        calls.f._attach(calls.history, "history")
+        for t in range(900):
+            calls.row(z[t], None if u is None else u[t - 1], None, t > 0)
+        run, made = Smoother(model, arithmetic).run(z, u), calls.smoothed(900)
+        for k, part in enumerate(("", "_low", "_sigma")):
+            assert np.array_equal(run.words[f"smoothed{part}"], made[:, k], equal_nan=True), (seed, part)
+
+
 @pytest.mark.parametrize("scales", ["both", "process", "sensor"])
 @pytest.mark.parametrize("arithmetic", ARITHMETICS)
 def test_an_adaptation_keeps_to_its_rule(arithmetic, scales):
