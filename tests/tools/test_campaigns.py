@@ -213,6 +213,18 @@ def test_interrupted_and_resumed_gives_the_same_bytes(workers, tmp_path):
     assert out.read_bytes() == whole.read_bytes() and not journal.exists()
 
 
+def test_an_interrupt_right_after_a_line_counts_it(tmp_path, monkeypatch):
+    def added_then_interrupted(book, task, result):
+        add(book, task, result)
+        raise KeyboardInterrupt
+
+    add = campaigns.Journal.add
+    monkeypatch.setattr(campaigns.Journal, "add", added_then_interrupted)
+    for done in (1, 2):
+        with pytest.raises(CampaignInterrupted, match=f"interrupted: {done} of 20 are done"):
+            campaign(tmp_path / "journal", workers=1)
+
+
 def test_another_campaigns_journal_is_refused_by_name(tmp_path):
     out = tmp_path / "out.csv"
     campaign(journal_of(out), tasks=range(2), workers=1)

@@ -71,9 +71,9 @@ def run_campaign(function: Callable[[Any], Any], tasks: Sequence[Any], *, finger
     progress     called with how many are done and how many there are
     fresh        results in the journal are forgotten; otherwise those of another campaign are an error
     """
-    done = 0
+    book = Journal(journal, {**fingerprint, **versions()}, fresh)
     try:
-        with Journal(journal, {**fingerprint, **versions()}, fresh) as book:
+        with book:
             left = [k for k in range(len(tasks)) if k not in book.results]
             done = len(tasks) - len(left)
             _tell(progress, done, len(tasks))
@@ -85,6 +85,7 @@ def run_campaign(function: Callable[[Any], Any], tasks: Sequence[Any], *, finger
                     _tell(progress, done, len(tasks))
                 yield book.results.pop(k)
     except KeyboardInterrupt:
+        done = sum(task < len(tasks) for task in book.kept)
         raise CampaignInterrupted(
             f"interrupted: {done} of {len(tasks)} are done; the same command goes on from there") from None
 
@@ -127,7 +128,7 @@ class Journal:
         self.fingerprint = json.loads(json.dumps(fingerprint))
         self.fresh = fresh
         self.results: dict[int, Any] = {}
-        self._has_results = False
+        self.kept: set[int] = set()  # the tasks whose results the file held when it was closed
 
     def __enter__(self) -> Journal:
         try:
@@ -144,14 +145,17 @@ class Journal:
         return self
 
     def __exit__(self, *_: object) -> None:
+        """An interrupt can come between a line and what is noted of it, so the file is asked."""
+        self._file.seek(0)
+        _, *lines = self._file.readall().split(b"\n")
         self._file.close()
-        if not self._has_results:
+        self.kept = {json.loads(line)[0] for line in lines[:-1]}
+        if not self.kept:
             self.path.unlink(missing_ok=True)
 
     def add(self, task: int, result: str) -> None:
         with telling_where(self.path):
             self._file.write(f"[{task}, {result}]\n".encode())
-        self._has_results = True
         self.results[task] = json.loads(result)
 
     def _lock(self) -> None:
@@ -194,7 +198,6 @@ class Journal:
             except ValueError:
                 raise KalmanqError(f"{self.path}: line {number} is damaged; --fresh begins anew") from None
             self.results[task] = result
-        self._has_results = bool(self.results)
 
 
 def _difference(name: str, found: Any, wanted: Any) -> str:
