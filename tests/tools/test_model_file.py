@@ -47,6 +47,7 @@ LEVEL = '[model]\nA = [[1.0]]\nH = [[1.0]]\nQ = [[1.0]]\nR = [[1.0]]\nP0 = [[1.0
 
 @pytest.mark.parametrize("text, said", [
     ("", "no section [model]"),
+    (LEVEL.replace("[model]", ""), "line 2: A: is a key of [model]: put a line [model] before it"),
     ("[model]\nA = [[1.0\n", "line "),
     (LEVEL.replace("A = [[1.0]]", "A = [[1.0, 2.0]]"), "line 2: A: is 1 x 2, not square"),
     (LEVEL.replace("R = [[1.0]]", "R = [[-1.0]]"), "line 5: R: has a negative variance"),

@@ -113,7 +113,7 @@ def _text(path: Path) -> str:
 
 def line_of(text: str, section: str, key: str, which: int = 0) -> Optional[int]:
     """The line of [section], key = ...; that of the section where the key is not there.  which: of several [[section]]"""
-    inside, found, seen = False, None, -1
+    inside, found, seen = section not in SECTIONS, None, -1  # a key before all sections
     for number, line in enumerate(text.splitlines(), 1):
         header = re.match(r"\s*\[{1,2}\s*([\w-]+)\s*\]", line)
         if header:
@@ -126,6 +126,8 @@ def line_of(text: str, section: str, key: str, which: int = 0) -> Optional[int]:
 
 
 def known(section: str, content: Any) -> None:
+    if section in SECTIONS["model"]:
+        raise ModelError(section, "is a key of [model]: put a line [model] before it")
     if section not in SECTIONS:
         raise ModelError(section, "no such section" + _near(section, SECTIONS))
     if section == "sensors" and isinstance(content, list) and all(isinstance(one, dict) for one in content):
