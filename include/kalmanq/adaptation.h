@@ -115,8 +115,13 @@ extern const struct kq_hooks_q31 kq_adaptation_hooks_q31;
         {0, 0}, {0, 0}, {{0, 0}, {0, 0}, {0, 0}}, {0, 0, {0}, 0, 0, 0, NULL, NULL, NULL, NULL, NULL}, {0, 0, \
         0, 0, NULL, NULL, NULL, NULL, {0}, 0, 0, 0, NULL}, NULL}
 
-/** Sets sizes and memory at run time: n, m in 1..16.  `length` words (q31: numbers) at memory,
- * KQ_ADAPTATION_LEN_<T>(n, m), yours while in use.  root (q31): KQ_ROOT_LEN_Q31(n) words, yours too.
+/** Sets sizes and memory at run time.
+ *   a        written
+ *   n        1..16 states
+ *   m        1..16 components
+ *   memory   `length` words (q31: numbers), yours while in use
+ *   length   KQ_ADAPTATION_LEN_<T>(n, m) or more
+ *   root     q31: KQ_ROOT_LEN_Q31(n) words, yours while in use
  * KQ_ERR_NULL, KQ_ERR_SIZE, KQ_ERR_MEMORY. */
 KQ_NODISCARD kq_status kq_adaptation_assign_f32(kq_adaptation_f32 *a, int n, int m, float *memory, size_t length);
 KQ_NODISCARD kq_status kq_adaptation_assign_f64(kq_adaptation_f64 *a, int n, int m, double *memory, size_t length);
@@ -125,12 +130,14 @@ KQ_NODISCARD kq_status kq_adaptation_assign_q31(kq_adaptation_q31 *a, int n, int
 
 /** Initialises: both scales 1, nothing learnt.
  *   a        has sizes and memory; written
- *   p, s     the process and sensor as you know them, kept by reference.  A new A or H (kq_process_change_transition,
- *            kq_sensor_change_measurement) counts from the next step on.  A variance of 0 stays 0
+ *   p        the process as you know it, kept by reference.  A new A (kq_process_change_transition) counts from the
+ *            next step on.  A variance of 0 stays 0
+ *   s        the sensor likewise (kq_sensor_change_measurement)
  *   rule     copied
  * KQ_ERR_NULL, KQ_ERR_SIZE (never assigned; M), KQ_ERR_MEMORY, KQ_ERR_NOT_READY (p, s), KQ_ERR_MISMATCH (sizes; q31:
  * formats), KQ_ERR_NOT_FINITE (rule; R times its limits), KQ_ERR_RANGE (rule.scales, step, limits); q31:
- * KQ_ERR_COEFFICIENT (a number of the rule, or a noise times its limits, is not as in a table). */
+ * KQ_ERR_COEFFICIENT (a number of the rule, or a noise times its limits, is not as in a table).
+ * Cost: about n^2 + m^2 multiplications, to check the limits. */
 KQ_NODISCARD kq_status kq_adaptation_init_f32(kq_adaptation_f32 *a, const kq_process_f32 *p,
     const kq_sensor_f32 *s, const kq_adaptation_rule_f32 *rule);
 KQ_NODISCARD kq_status kq_adaptation_init_f64(kq_adaptation_f64 *a, const kq_process_f64 *p,
@@ -153,7 +160,8 @@ KQ_NODISCARD kq_status kq_adaptation_init_q31(kq_adaptation_q31 *a, const kq_pro
 
 /** The scales as they are now.
  *   a        read
- *   q, r     written: the scale of Q, of R; each may be NULL
+ *   q        written: the scale of Q; or NULL
+ *   r        written: the scale of R; or NULL
  * KQ_ERR_NULL (a), KQ_ERR_NOT_READY. */
 KQ_NODISCARD kq_status kq_adaptation_scales_f32(const kq_adaptation_f32 *a, float *q, float *r);
 KQ_NODISCARD kq_status kq_adaptation_scales_f64(const kq_adaptation_f64 *a, double *q, double *r);

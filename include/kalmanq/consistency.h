@@ -65,8 +65,13 @@ typedef struct {
     static int32_t name##_memory[KQ_CONSISTENCY_LEN_Q31(m, window)]; \
     static kq_consistency_q31 name = {m, 0, window, 0, 0, name##_memory}
 
-/** Sets sizes and memory at run time: m in 1..16, W in 1..KQ_WINDOW_MAX.  `length` words at memory,
- * KQ_CONSISTENCY_LEN_<T>(m, W), yours while in use.  Errors: KQ_ERR_NULL, KQ_ERR_SIZE, KQ_ERR_MEMORY. */
+/** Sets sizes and memory at run time.
+ *   c        written
+ *   m        1..16 components
+ *   window   W: 1 .. KQ_WINDOW_MAX updates
+ *   memory   `length` words, yours while in use
+ *   length   KQ_CONSISTENCY_LEN_<T>(m, W) or more
+ * KQ_ERR_NULL, KQ_ERR_SIZE, KQ_ERR_MEMORY. */
 KQ_NODISCARD kq_status kq_consistency_assign_f32(kq_consistency_f32 *c, int m, size_t window, float *memory,
     size_t length);
 KQ_NODISCARD kq_status kq_consistency_assign_f64(kq_consistency_f64 *c, int m, size_t window, double *memory,
@@ -74,14 +79,17 @@ KQ_NODISCARD kq_status kq_consistency_assign_f64(kq_consistency_f64 *c, int m, s
 KQ_NODISCARD kq_status kq_consistency_assign_q31(kq_consistency_q31 *c, int m, size_t window, int32_t *memory,
     size_t length);
 
-/** Empties the window.  KQ_ERR_NULL, KQ_ERR_NOT_READY (no memory). */
+/** Empties the window.
+ *   c        changed
+ * KQ_ERR_NULL, KQ_ERR_NOT_READY (no memory). */
 KQ_NODISCARD kq_status kq_consistency_clear_f32(kq_consistency_f32 *c);
 KQ_NODISCARD kq_status kq_consistency_clear_f64(kq_consistency_f64 *c);
 KQ_NODISCARD kq_status kq_consistency_clear_q31(kq_consistency_q31 *c);
 
 /** Notes nu of every component that is present.  Call it between kq_predict and kq_update; do not use kq_step.
  *   c        written
- *   f, s     read
+ *   f        read
+ *   s        of n states and m components; read
  *   z, present   as for kq_update_subset; UINT32_MAX for kq_update
  * A component counts as missing if its S_cc counts as 0 (KQ_EVENT_REDUNDANT) or its nu overflows (q31: +-128).
  * Cost: n^2/2 + 2n multiplications, one root and one division a component.  Stack: n words.
@@ -103,7 +111,8 @@ KQ_NODISCARD kq_status kq_consistency_record_f32(kq_consistency_f32 *c, const kq
 KQ_NODISCARD kq_status kq_consistency_record_f64(kq_consistency_f64 *c, const kq_filter_f64 *f);
 KQ_NODISCARD kq_status kq_consistency_record_q31(kq_consistency_q31 *c, const kq_filter_q31 *f);
 
-/** Updates in the window, 0 .. W.  0 for NULL. */
+/** Updates in the window, 0 .. W.
+ *   c        read; 0 for NULL */
 size_t kq_consistency_count_f32(const kq_consistency_f32 *c);
 size_t kq_consistency_count_f64(const kq_consistency_f64 *c);
 size_t kq_consistency_count_q31(const kq_consistency_q31 *c);
@@ -112,10 +121,10 @@ size_t kq_consistency_count_q31(const kq_consistency_q31 *c);
  *   c        read
  *   q        >= 0: normal quantile, 1.96 for 95 %, 2.576 for 99 %
  *   nis      written: the sum of NIS / d, d scalar measurements taken
- *   low, high   written: two-sided bounds by Wilson and Hilferty, (1 - a -+ q sqrt(a))^3, a = 2 / (9 d); >= 0
+ *   low      written: the lower bound by Wilson and Hilferty, (1 - a - q sqrt(a))^3, a = 2 / (9 d); >= 0
+ *   high     written: the upper bound, + in place of the second -
  * Accuracy: the coverage is within 0.001 of its level for d >= 10, within 0.003 for d >= 5.
- * q31: q and results are Q39.24.
- * Cost: W additions.
+ * q31: q and results are Q39.24.  Cost: W additions.
  * KQ_ERR_NULL, KQ_ERR_NOT_READY (empty), KQ_ERR_NOT_FINITE, KQ_ERR_RANGE (q < 0). */
 KQ_NODISCARD kq_status kq_consistency_nis_f32(const kq_consistency_f32 *c, float q, float *nis, float *low,
     float *high);
@@ -132,8 +141,7 @@ KQ_NODISCARD kq_status kq_consistency_nis_q31(const kq_consistency_q31 *c, int64
  *   mean_bound  written: q / sqrt(k), k the number of nu in the window
  *   correlation   written: sum nu_t nu_t-1 / sum nu_t^2, 0 but for chance, over complete pairs
  *   correlation_bound   written: q sqrt(pairs) / k, good for large k; from k = 20 on a little too wide
- * q31: q and results are Q39.24.
- * Cost: 3 W multiplications.
+ * q31: q and results are Q39.24.  Cost: 3 W multiplications.
  * KQ_ERR_NULL, KQ_ERR_SIZE (component), KQ_ERR_NOT_READY (no nu of it), KQ_ERR_NOT_FINITE, KQ_ERR_RANGE (q). */
 KQ_NODISCARD kq_status kq_consistency_innovation_f32(const kq_consistency_f32 *c, int component, float q,
     float *mean, float *mean_bound, float *correlation, float *correlation_bound);

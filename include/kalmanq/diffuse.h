@@ -69,8 +69,13 @@ typedef struct {
     static double name##_memory[KQ_DIFFUSE_LEN_F64(n, early)]; \
     static kq_diffuse_f64 name = {{NULL}, n, 0, 0, 0, early, 0, 0, name##_memory, NULL, NULL}
 
-/** Sets sizes and memory at run time: n in 1..16, early in 0..65534.  `length` words at memory, KQ_DIFFUSE_LEN_<T>(n,
- * early), yours while in use.  KQ_ERR_NULL, KQ_ERR_SIZE, KQ_ERR_MEMORY. */
+/** Sets sizes and memory at run time.
+ *   s        written
+ *   n        1..16 states
+ *   early    0..65534 early steps to smooth
+ *   memory   `length` words, yours while in use
+ *   length   KQ_DIFFUSE_LEN_<T>(n, early) or more
+ * KQ_ERR_NULL, KQ_ERR_SIZE, KQ_ERR_MEMORY. */
 KQ_NODISCARD kq_status kq_diffuse_assign_f32(kq_diffuse_f32 *s, int n, size_t early, float *memory, size_t length);
 KQ_NODISCARD kq_status kq_diffuse_assign_f64(kq_diffuse_f64 *s, int n, size_t early, double *memory, size_t length);
 
@@ -96,7 +101,8 @@ KQ_NODISCARD kq_status kq_diffuse_init_f32(kq_diffuse_f32 *s, kq_filter_f32 *f, 
 KQ_NODISCARD kq_status kq_diffuse_init_f64(kq_diffuse_f64 *s, kq_filter_f64 *f, const double *x0,
     const double *P0, uint32_t unknown);
 
-/** d, the number of unknown dimensions; 0: the filter is ready.  -1 where s is NULL or not initialised. */
+/** d, the number of unknown dimensions; 0: the filter is ready.
+ *   s        read; -1 if it is NULL or not initialised */
 int kq_diffuse_count_f32(const kq_diffuse_f32 *s);
 int kq_diffuse_count_f64(const kq_diffuse_f64 *s);
 
@@ -131,7 +137,7 @@ size_t kq_diffuse_steps_f64(const kq_diffuse_f64 *s, size_t *first);
  *            history already; after kq_smooth_states there are means only
  * If d > 0 still, all steps are early, the present one too, which needs room as well.  The components that all data
  * determine are smoothed.  The start goes on without a history.  The results stay until kq_attach.
- * Cost: the history's, and 2.5 n^3 multiplications an early step.
+ * Events: as kq_smooth.  Cost: the history's, and 2.5 n^3 multiplications an early step.
  * KQ_SATURATED (q31): a state saturated, results may be wrong; KQ_EVENT_SATURATED is set.
  * KQ_ERR_NULL, KQ_ERR_NOT_READY, KQ_ERR_HISTORY_EMPTY (no history, or it has another filter; smoothed already; d > 0
  * and no room), KQ_ERR_HISTORY_FULL, KQ_ERR_CHANGED (not by early steps). */
@@ -143,7 +149,8 @@ KQ_NODISCARD kq_status kq_diffuse_smooth_f64(kq_diffuse_f64 *s);
  *   t        0, 1, ... from kq_attach on
  *   view     written; without memory.  A component that is not determined reads NaN, and kq_covariance then answers
  *            KQ_ERR_NOT_READY.  After an error all readings are NaN
- * KQ_ERR_NULL, KQ_ERR_SIZE (t), KQ_ERR_NOT_READY (not smoothed, or t is before `first` of kq_diffuse_steps). */
+ * KQ_ERR_NULL, KQ_ERR_SIZE (t), KQ_ERR_NOT_READY (not smoothed, or t is before `first` of kq_diffuse_steps),
+ * KQ_ERR_MISMATCH (view is the start's filter).  Cost: at most n^2 comparisons. */
 KQ_NODISCARD kq_status kq_diffuse_smoothed_f32(const kq_diffuse_f32 *s, size_t t, kq_filter_f32 *view);
 KQ_NODISCARD kq_status kq_diffuse_smoothed_f64(const kq_diffuse_f64 *s, size_t t, kq_filter_f64 *view);
 
@@ -165,7 +172,6 @@ KQ_NODISCARD kq_status kq_diffuse_smoothed_f64(const kq_diffuse_f64 *s, size_t t
     ((5 * (kq_length)(n) + 4) * (kq_length)(n) + 4 + ((early) > 0) * (2 * (kq_length)(n) + \
         4) * (kq_length)(n) + (kq_length)(early) * (kq_length)KQ_PRIVATE_DIFFUSE_PAST_LEN_Q31(n))
 
-/* The fields are the library's. */
 typedef struct {
     struct kq_attached_q31 attached; uint8_t states, unknowns, ready, phase; uint16_t early, next;
     uint32_t steps; int32_t *memory; kq_filter_q31 *filter; kq_history_q31 *tape;

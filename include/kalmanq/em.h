@@ -145,8 +145,13 @@ typedef struct {
     static double name##_memory[KQ_EM_LEN_F64(n, m, steps)]; \
     static kq_em_f64 name = KQ_PRIVATE_EM_OBJECT(n, m, KQ_EM_LEN_F64(n, m, steps), name##_memory)
 
-/** Sets sizes and memory at run time: n, m in 1..16.  `length` words at memory, KQ_EM_LEN_<T>(n, m, steps), yours
- * while in use.  KQ_ERR_NULL, KQ_ERR_SIZE, KQ_ERR_MEMORY. */
+/** Sets sizes and memory at run time.
+ *   em       written
+ *   n        1..16 states
+ *   m        1..16 components
+ *   memory   `length` words, yours while in use
+ *   length   KQ_EM_LEN_<T>(n, m, steps) or more
+ * KQ_ERR_NULL, KQ_ERR_SIZE, KQ_ERR_MEMORY. */
 KQ_NODISCARD kq_status kq_em_assign_f32(kq_em_f32 *em, int n, int m, float *memory, size_t length);
 KQ_NODISCARD kq_status kq_em_assign_f64(kq_em_f64 *em, int n, int m, double *memory, size_t length);
 
@@ -160,7 +165,8 @@ KQ_NODISCARD kq_status kq_em_assign_f64(kq_em_f64 *em, int n, int m, double *mem
  * KQ_ERR_NULL, KQ_ERR_SIZE (noises, controls, steps, count, choice), KQ_ERR_MEMORY (a recording is too long),
  * KQ_ERR_NOT_FINITE (parameters, z, u), KQ_ERR_NOT_SYMMETRIC, KQ_ERR_NOT_SEMIDEFINITE (Q, R, P0), KQ_ERR_NO_DATA (all
  * is missing), KQ_ERR_FEW_DATA (fewer scalar measurements than free parameters), KQ_ERR_FORM (Q or R does not have
- * its form; a multiple of 0; the columns of F are dependent). */
+ * its form; a multiple of 0; the columns of F are dependent).
+ * Cost: each number of the recordings is looked at.  200 rows take 1 to 6 calls of kq_em_advance (n = 16 .. 2). */
 KQ_NODISCARD kq_status kq_em_init_f32(kq_em_f32 *em, const kq_parameters_f32 *model,
     const kq_em_choice *choice, const kq_recording_f32 *recordings, size_t count);
 KQ_NODISCARD kq_status kq_em_init_f64(kq_em_f64 *em, const kq_parameters_f64 *model,
@@ -170,14 +176,14 @@ KQ_NODISCARD kq_status kq_em_init_f64(kq_em_f64 *em, const kq_parameters_f64 *mo
  *   em       changed, with the model's free arrays
  * Accuracy: parameters after 50 iterations to 2e-14 (f64), 7e-6 (f32) of their size (tests/README.md).
  * Cost, for every step of every recording: a predict, an update, a smoother's step and about 4 n^3 multiplications;
- * 12 n^3 if A is free, 3 n^3 more if H is.  Stack: 430 words.
- * Errors of kq_em_advance and kq_em_maximise. */
+ * 12 n^3 if A is free, 3 n^3 more if H is.  Stack: 430 words.  Errors of kq_em_advance and kq_em_maximise. */
 KQ_NODISCARD kq_status kq_em_iterate_f32(kq_em_f32 *em);
 KQ_NODISCARD kq_status kq_em_iterate_f64(kq_em_f64 *em);
 
 /** One slice of the E-step: one step of the filter or of the smoother.  The first call after init, kq_em_maximise or a
  * complete E-step begins a new one with the model as it is.
  *   em       changed
+ * Cost: less than a step of kq_em_iterate.
  * KQ_ERR_NULL, KQ_ERR_NOT_READY, and the errors of kq_em_init about the model.
  * KQ_ERR_LIKELIHOOD: the likelihood is infinite, 0 or not representable, or lower than before kq_em_maximise by more
  * than 64 eps (measurements + |L|).  The E-step ends.  The parameters before kq_em_maximise are put back, and
@@ -186,12 +192,15 @@ KQ_NODISCARD kq_status kq_em_iterate_f64(kq_em_f64 *em);
 KQ_NODISCARD kq_status kq_em_advance_f32(kq_em_f32 *em);
 KQ_NODISCARD kq_status kq_em_advance_f64(kq_em_f64 *em);
 
-/** Calls of kq_em_advance until the E-step is complete; 0 if it is complete or has not begun, or for NULL. */
+/** Calls of kq_em_advance until the E-step is complete.
+ *   em       read; 0 if it is complete or has not begun, or for NULL */
 uint32_t kq_em_remaining_f32(const kq_em_f32 *em);
 uint32_t kq_em_remaining_f64(const kq_em_f64 *em);
 
 /** log p(all recordings) of the parameters of the last complete E-step (those before the last kq_em_maximise), or of
- * those that were put back.  NaN before the first one, and during an E-step. */
+ * those that were put back.
+ *   em       read
+ * NaN before the first one, during an E-step, and for NULL. */
 float kq_em_log_likelihood_f32(const kq_em_f32 *em);
 double kq_em_log_likelihood_f64(const kq_em_f64 *em);
 
@@ -202,21 +211,24 @@ double kq_em_log_likelihood_f64(const kq_em_f64 *em);
  * only together with other rows stays then.
  * KQ_ERR_NULL, KQ_ERR_NOT_READY (the E-step is not complete).
  * KQ_ERR_LIKELIHOOD: a new parameter overflows, a new covariance is not positive semi-definite, or the new R would be
- * singular in a new direction.  Model and readings stay. */
+ * singular in a new direction.  Model and readings stay.
+ * Cost: 2 to 6 calls of kq_em_advance (n = 16 .. 2); fixed entries of A or H cost more. */
 KQ_NODISCARD kq_status kq_em_maximise_f32(kq_em_f32 *em);
 KQ_NODISCARD kq_status kq_em_maximise_f64(kq_em_f64 *em);
 
 /** The largest change of the last M-step: of a covariance's entry in sigma_i sigma_j; of A, H and x0 the RMS of what
- * they move, in standard deviations of the noise.  NaN before the first M-step, and for NULL: `kq_em_change(&em) <=
- * tolerance` is false then.  Below 1e-6 it is rounding in f32.  Alone it is a weak stop rule: use kq_em_distance,
- * too. */
+ * they move, in standard deviations of the noise.
+ *   em       read
+ * NaN before the first M-step, and for NULL: `kq_em_change(&em) <= tolerance` is false then.  Below 1e-6 it is
+ * rounding in f32.  Alone it is a weak stop rule: use kq_em_distance, too. */
 float kq_em_change_f32(const kq_em_f32 *em);
 double kq_em_change_f64(const kq_em_f64 *em);
 
 /** How far kq_em_log_likelihood is below the maximum, extrapolated: gain rate^2 / (1 - rate) of the last gain, rate =
- * change / change before.  A difference of
- * 0.1 does not matter: two standard deviations of a parameter are 2.  On a plateau, and in the first iterations, it
- * may be too small: ask for a small change as well.
+ * change / change before.
+ *   em       read
+ * A difference of 0.1 does not matter: two standard deviations of a parameter are 2.  On a plateau, and in the first
+ * iterations, it may be too small: ask for a small change as well.
  * NaN before the third E-step, during one, after a failed one, if the changes do not fall, and for NULL. */
 float kq_em_distance_f32(const kq_em_f32 *em);
 double kq_em_distance_f64(const kq_em_f64 *em);
@@ -241,6 +253,7 @@ typedef struct {
  *   gradient   its arrays are written.  NaN in directions in which a covariance is singular
  * Forms and fixed entries are ignored.
  * Accuracy: 3e-14 (f64), 8e-6 (f32) of its size; fewer digits for a covariance that the data hardly see.
+ * Cost: 1 to 3 calls of kq_em_advance.
  * KQ_ERR_NULL, KQ_ERR_NOT_READY (the E-step is not complete, or a parameter that must be free is not). */
 KQ_NODISCARD kq_status kq_em_gradient_f32(const kq_em_f32 *em, const kq_gradient_f32 *gradient);
 KQ_NODISCARD kq_status kq_em_gradient_f64(const kq_em_f64 *em, const kq_gradient_f64 *gradient);

@@ -63,8 +63,11 @@ KQ_NODISCARD kq_status kq_predict_extended_f64(kq_filter_f64 *f, const kq_proces
 /** As kq_sensor_init, kq_sensor_init_diagonal and kq_sensor_init_lean (sensor.h), for a sensor that takes innovations:
  * kq_update, kq_update_subset and kq_update_robust take in place of z
  *     e        m, z - h(x); not the filter's memory.  If h is linearised at c: z - h(c) - H (x - c).
- * H is the Jacobian of h at the mean (kq_sensor_change_measurement).  kq_step takes e at the mean that its predict
- * leaves.  A fixed_size step leaves such a sensor to the library.
+ *   s        as for those
+ *   H        m x n, the Jacobian of h at the mean (kq_sensor_change_measurement); kept by reference
+ *   R        as for kq_sensor_init
+ *   r        as for kq_sensor_init_diagonal
+ * kq_step takes e at the mean that its predict leaves.  A fixed_size step leaves such a sensor to the library.
  * Errors: of the init.  An update also answers KQ_ERR_RECORDING (an adaptation or a freeze is attached) and
  * KQ_ERR_NOT_READY (a diffuse start has unknown states).  Events of an update: KQ_EVENT_OVERFLOW also if the mean
  * overflows, as in kq_predict.  Cost of an update: 4n additions, stack: 32 words more (f64: 16). */
@@ -79,7 +82,7 @@ KQ_NODISCARD kq_status kq_sensor_init_lean_extended_f64(kq_sensor_f64 *s, const 
  *   f        changed
  *   d        n, in the states' units
  * KQ_ERR_NULL, KQ_ERR_NOT_READY, KQ_ERR_NOT_FINITE (d), KQ_ERR_RECORDING (an adaptation, a freeze).
- * Cost: 3n additions. */
+ * Events: KQ_EVENT_OVERFLOW: a mean overflowed, as in kq_predict.  Cost: 3n additions. */
 KQ_NODISCARD kq_status kq_move_f32(kq_filter_f32 *f, const float *d);
 KQ_NODISCARD kq_status kq_move_f64(kq_filter_f64 *f, const double *d);
 
@@ -96,14 +99,8 @@ typedef struct {
 } kq_jacobians_f32;
 
 typedef struct {
-    struct kq_attached_f64 attached;
-    uint8_t states;
-    size_t predicts, length;
-    kq_process_f64 *processes;
-    double *memory;
-    size_t kept, used;
-    const double *noise;
-    kq_history_f64 *history;
+    struct kq_attached_f64 attached; uint8_t states; size_t predicts, length; kq_process_f64 *processes;
+    double *memory; size_t kept, used; const double *noise; kq_history_f64 *history;
 } kq_jacobians_f64;
 
 extern const struct kq_hooks_f32 kq_jacobians_hooks_f32; /* what it does in the steps */
@@ -131,10 +128,14 @@ extern const struct kq_hooks_f64 kq_jacobians_hooks_f64;
     static kq_jacobians_##T name = {{&kq_jacobians_hooks_##T}, n, predicts, length, name##_processes, \
         name##_memory, 0, 0, NULL, &tape}
 
-/** Gives a kq_jacobians n states (1..16) and its memory at run time.
+/** Gives a kq_jacobians its size and memory at run time.
+ *   j          written
  *   h          the history whose predicts it keeps; by reference
- *   processes  `predicts` of them, at least 1; need not be initialised
- *   memory     `length` words, KQ_JACOBIANS_LEN_<T>(n, predicts, noises) or at least enough for one predict
+ *   n          1..16 states
+ *   processes  `predicts` of them, yours while in use; need not be initialised
+ *   predicts   1 or more
+ *   memory     `length` words, yours while in use
+ *   length     KQ_JACOBIANS_LEN_<T>(n, predicts, noises), or at least enough for one predict
  * KQ_ERR_NULL, KQ_ERR_SIZE, KQ_ERR_MEMORY.
  * Attach it in place of the history, which is empty then and records:
  *
@@ -162,16 +163,9 @@ KQ_NODISCARD kq_status kq_jacobians_assign_f64(kq_jacobians_f64 *j, kq_history_f
  * The mean does not go through A, so kq_process_change_jacobian_q31 limits neither its row sums nor A_ii.
  */
 
-/* The fields are the library's. */
 typedef struct {
-    struct kq_attached_q31 attached;
-    uint8_t states;
-    size_t predicts, length;
-    kq_process_q31 *processes;
-    int32_t *memory;
-    size_t kept, used;
-    const int32_t *noise;
-    kq_history_q31 *history;
+    struct kq_attached_q31 attached; uint8_t states; size_t predicts, length; kq_process_q31 *processes;
+    int32_t *memory; size_t kept, used; const int32_t *noise; kq_history_q31 *history;
 } kq_jacobians_q31;
 
 extern const struct kq_hooks_q31 kq_jacobians_hooks_q31;
@@ -196,6 +190,11 @@ KQ_NODISCARD kq_status kq_jacobians_assign_q31(kq_jacobians_q31 *j, kq_history_q
 KQ_NODISCARD kq_status kq_process_change_jacobian_q31(kq_process_q31 *p, const kq_scaled_q31 *A,
     kq_range_error_q31 *range_error);
 
+/** As kq_sensor_init_extended_f32, from a table.
+ *   s            written; needs no memory
+ *   table        as for kq_sensor_init_q31; its arrays are kept by reference
+ *   range_error  as for kq_sensor_init_q31, or NULL
+ * Errors: as kq_sensor_init_q31. */
 KQ_NODISCARD kq_status kq_sensor_init_extended_q31(kq_sensor_q31 *s, const kq_sensor_table_q31 *table,
     kq_range_error_q31 *range_error);
 KQ_NODISCARD kq_status kq_sensor_init_diagonal_extended_q31(kq_sensor_q31 *s,
@@ -203,7 +202,7 @@ KQ_NODISCARD kq_status kq_sensor_init_diagonal_extended_q31(kq_sensor_q31 *s,
 KQ_NODISCARD kq_status kq_sensor_init_lean_extended_q31(kq_sensor_q31 *s, const kq_sensor_table_q31 *table,
     kq_range_error_q31 *range_error);
 
-/** KQ_ERR_RANGE: also an entry of d is KQ_NOT_A_VALUE_Q31, or in an update an entry of e is outside the sensor's
+/** As the f32 functions.  KQ_ERR_RANGE: also an entry of d is KQ_NOT_A_VALUE_Q31, or in an update an entry of e is outside the sensor's
  * declared range.  KQ_EVENT_SATURATED: the mean was saturated.
  * With a lag or an instant attached A must keep the limits of kq_process_init_q31 (KQ_ERR_RANGE, KQ_ERR_COEFFICIENT),
  * and KQ_EVENT_SATURATED also says that A x would have been saturated. */

@@ -73,15 +73,8 @@ typedef struct {
 } kq_filter_f32;
 
 typedef struct {
-    uint8_t states, ready;
-    uint16_t events;
-    uint8_t plain, seal;
-    uint16_t known;
-    double *memory;
-    struct kq_attached_f64 *attached;
-    uint32_t weak;
-    kq_likelihood_f64 last;
-    kq_likelihood_run_f64 run;
+    uint8_t states, ready; uint16_t events; uint8_t plain, seal; uint16_t known; double *memory;
+    struct kq_attached_f64 *attached; uint32_t weak; kq_likelihood_f64 last; kq_likelihood_run_f64 run;
 } kq_filter_f64;
 
 /** Declares a filter `name` of n states with its memory, static. */
@@ -92,8 +85,11 @@ typedef struct {
     static double name##_memory[KQ_FILTER_LEN_F64(n)]; \
     static kq_filter_f64 name = {n, 0, 0, 0, 0, 0, name##_memory, NULL, 0, {0, 0, 0, 0}, {{0, 0, 0}, 0, 0, 0}}
 
-/** Gives a filter n states (1..16) and its memory at run time; the macros do it at compile time.
- *   memory   `length` words, KQ_FILTER_LEN_<T>(n) or more; the filter keeps the pointer
+/** Gives a filter its size and memory at run time; the macros do it at compile time.
+ *   f        written
+ *   n        1..16 states
+ *   memory   `length` words, yours while the filter is in use
+ *   length   KQ_FILTER_LEN_<T>(n) or more
  * KQ_ERR_NULL, KQ_ERR_SIZE, KQ_ERR_MEMORY. */
 KQ_NODISCARD kq_status kq_filter_assign_f32(kq_filter_f32 *f, int n, float *memory, size_t length);
 KQ_NODISCARD kq_status kq_filter_assign_f64(kq_filter_f64 *f, int n, double *memory, size_t length);
@@ -160,7 +156,6 @@ KQ_NODISCARD kq_status kq_detach_f64(struct kq_attached_f64 *object);
  * measurement in 73 is looked at for the latter, and none of lean sensors and KQ_FIXED_BARE.
  * Accuracy: P is exact for rows of the root perturbed by a few n eps of their norm.  A conditional sigma smaller than
  * this error is lost.  In f32 a mean with 1/2 <= A_ii <= 2 is rounded at its increment, not at its own size.
- * Thresholds and studies: tests/ACCURACY.md.
  * Cost: about n^3 multiplications, n^3/2 if A is upper triangular (states in the order position, velocity, ...), n
  * square roots, 2n divisions.  Stack: n^2 + 2n words, n rounded up to 4, 9 or 16. */
 KQ_NODISCARD kq_status kq_predict_f32(kq_filter_f32 *f, const kq_process_f32 *p, const float *u);
@@ -197,20 +192,31 @@ KQ_NODISCARD kq_status kq_update_subset_f32(kq_filter_f32 *f, const kq_sensor_f3
 KQ_NODISCARD kq_status kq_update_subset_f64(kq_filter_f64 *f, const kq_sensor_f64 *s, const double *z,
     uint32_t present);
 
-/** kq_predict of f by p and u, then kq_update by s and z.  The errors of both; then neither is done. */
+/** kq_predict of f by p and u, then kq_update by s and z.
+ *   f        changed
+ *   p        of n states; read
+ *   u        l controls, or NULL for none
+ *   s        of n states; read
+ *   z        m, in the sensor's units
+ * Errors, events and cost: as kq_predict and kq_update.  After an error neither is done. */
 KQ_NODISCARD kq_status kq_step_f32(kq_filter_f32 *f, const kq_process_f32 *p, const float *u,
     const kq_sensor_f32 *s, const float *z);
 KQ_NODISCARD kq_status kq_step_f64(kq_filter_f64 *f, const kq_process_f64 *p, const double *u,
     const kq_sensor_f64 *s, const double *z);
 
-/** The mean x_i, i in 0..n-1, in the state's unit, and what rounding it to one number leaves: mean + mean_low is all
- * of it (low is 0 in f64).  NaN if f or i is bad. */
+/** The mean x_i in the state's unit.  kq_mean_low is what rounding it to one number leaves (0 in f64).
+ *   f        read: a filter, a forecast or a view
+ *   i        0 .. n-1
+ * mean + mean_low is all of it.  NaN if f or i is bad. */
 float kq_mean_f32(const kq_filter_f32 *f, int i);
 double kq_mean_f64(const kq_filter_f64 *f, int i);
 float kq_mean_low_f32(const kq_filter_f32 *f, int i);
 double kq_mean_low_f64(const kq_filter_f64 *f, int i);
 
-/** sqrt(P_ii) in the state's unit; the 95 % interval is mean +- 1.96 sigma.  NaN if f or i is bad. */
+/** sqrt(P_ii) in the state's unit; the 95 % interval is mean +- 1.96 sigma.
+ *   f        read: a filter, a forecast or a view
+ *   i        0 .. n-1
+ * NaN if f or i is bad.  Cost: n - i multiplications, a square root. */
 float kq_sigma_f32(const kq_filter_f32 *f, int i);
 double kq_sigma_f64(const kq_filter_f64 *f, int i);
 
@@ -222,7 +228,8 @@ KQ_NODISCARD kq_status kq_covariance_f32(const kq_filter_f32 *f, float *P);
 KQ_NODISCARD kq_status kq_covariance_f64(const kq_filter_f64 *f, double *P);
 
 /** The predicted measurement z = H x and its covariance S = H P H' + R, of a filter or of a forecast.
- *   f, s     read; of the same n
+ *   f        read
+ *   s        of n states; read
  *   z        m, written, or NULL; rounded to numbers.  kq_innovation of it shows the mean's low part.
  *   S        m x m, exactly symmetric, written, or NULL
  * KQ_ERR_NULL, KQ_ERR_NOT_READY, KQ_ERR_MISMATCH.  Cost: m n^2 + m^2 n / 2 multiplications. */
@@ -230,46 +237,55 @@ KQ_NODISCARD kq_status kq_measurement_f32(const kq_filter_f32 *f, const kq_senso
 KQ_NODISCARD kq_status kq_measurement_f64(const kq_filter_f64 *f, const kq_sensor_f64 *s, double *z, double *S);
 
 /** The innovation e = z - H x, with the low part of the mean.  Call it before the update.
- *   f, s     read; of the same n
- *   z        m
+ *   f        read
+ *   s        of n states; read
+ *   z        m, in the sensor's units
  *   e        m, written; may be z
- * KQ_ERR_NULL, KQ_ERR_NOT_READY, KQ_ERR_MISMATCH, KQ_ERR_NOT_FINITE (z, or e is NaN or infinite). */
+ * KQ_ERR_NULL, KQ_ERR_NOT_READY, KQ_ERR_MISMATCH, KQ_ERR_NOT_FINITE (z, or e is NaN or infinite).
+ * Cost: m n multiplications. */
 KQ_NODISCARD kq_status kq_innovation_f32(const kq_filter_f32 *f, const kq_sensor_f32 *s, const float *z, float *e);
 KQ_NODISCARD kq_status kq_innovation_f64(const kq_filter_f64 *f, const kq_sensor_f64 *s, const double *z, double *e);
 
 /** The gain K = P H' S^-1 of the next update.
- *   f, s     read; of the same n
+ *   f        read
+ *   s        of n states; read
  *   K        n x m, written.  A component that says nothing new has a zero column (pseudo-inverse).
  * KQ_ERR_NULL, KQ_ERR_NOT_READY, KQ_ERR_MISMATCH.  Cost: about an update.  Stack: 168 words more. */
 KQ_NODISCARD kq_status kq_gain_f32(const kq_filter_f32 *f, const kq_sensor_f32 *s, float *K);
 KQ_NODISCARD kq_status kq_gain_f64(const kq_filter_f64 *f, const kq_sensor_f64 *s, double *K);
 
-/** NIS = e' S^-1 e of the last update: chi-square with kq_taken() degrees of freedom if the model is right.  0 before
- * any update, NaN if f is bad.  A step of an active kq_freeze (steady.h) leaves NIS, kq_taken and the log-likelihoods
- * as they were. */
+/** NIS = e' S^-1 e of the last update: chi-square with kq_taken() degrees of freedom if the model is right.
+ *   f        read
+ * 0 before any update, NaN if f is bad.  A step of an active kq_freeze (steady.h) leaves NIS, kq_taken and the
+ * log-likelihoods as they were. */
 float kq_nis_f32(const kq_filter_f32 *f);
 double kq_nis_f64(const kq_filter_f64 *f);
 
-/** Scalar measurements that the last update took: present and not redundant.  -1 if f is bad. */
+/** Scalar measurements that the last update took: present and not redundant.
+ *   f        read; -1 if it is bad */
 int kq_taken_f32(const kq_filter_f32 *f);
 int kq_taken_f64(const kq_filter_f64 *f);
 
 /** log p(z) = -(m log 2 pi + log det S + e' S^-1 e) / 2 of the last update, and summed since init; m counts the
- * measurements taken.  NaN if f is bad.
- * Accuracy of the sum: each of the three terms to an eps of its size, however long the run. */
+ * measurements taken.
+ *   f        read
+ * NaN if f is bad.  Accuracy of the sum: each of the three terms to an eps of its size, however long the run.
+ * Cost: a logarithm. */
 float kq_log_likelihood_last_f32(const kq_filter_f32 *f);
 double kq_log_likelihood_last_f64(const kq_filter_f64 *f);
 float kq_log_likelihood_f32(const kq_filter_f32 *f);
 double kq_log_likelihood_f64(const kq_filter_f64 *f);
 
-/** Reads and clears the sticky events (KQ_EVENT_... in status.h).  0 if f is NULL. */
+/** Reads and clears the sticky events (KQ_EVENT_... in status.h).
+ *   f        read; kq_events_clear changes it.  0 if it is NULL */
 unsigned kq_events_f32(const kq_filter_f32 *f);
 unsigned kq_events_f64(const kq_filter_f64 *f);
 void kq_events_clear_f32(kq_filter_f32 *f);
 void kq_events_clear_f64(kq_filter_f64 *f);
 
 /** The state `steps` steps ahead, without measurements.
- *   f, p     read; of the same n
+ *   f        read
+ *   p        of n states; read
  *   u        steps x l controls, or NULL for none
  *   steps    0 copies
  *   ahead    another filter of n states with its own memory; written, with nothing attached.  kq_measurement of it is
@@ -286,7 +302,8 @@ KQ_NODISCARD kq_status kq_forecast_f64(const kq_filter_f64 *f, const kq_process_
  *            addresses; later checks compare it.
  * It compares the numbers with what a call can leave, so it finds few of the turned bits in mean, root and
  * likelihoods (tests/ACCURACY.md).  Measurements correct the others: watch kq_nis.
- * KQ_ERR_NULL, KQ_ERR_NOT_READY, KQ_ERR_NOT_FINITE (the mean), KQ_ERR_TABLE (damaged: initialise f again). */
+ * KQ_ERR_NULL, KQ_ERR_NOT_READY, KQ_ERR_NOT_FINITE (the mean), KQ_ERR_TABLE (damaged: initialise f again).
+ * Cost: about n^2 operations. */
 KQ_NODISCARD kq_status kq_filter_check_f32(kq_filter_f32 *f);
 KQ_NODISCARD kq_status kq_filter_check_f64(kq_filter_f64 *f);
 
@@ -314,15 +331,8 @@ typedef struct { int64_t nis; kq_scaled_q31 determinant; int32_t count; } kq_lik
 typedef struct { int64_t sum; int32_t carried, count; kq_scaled_q31 determinant; } kq_likelihood_run_q31;
 
 typedef struct {
-    uint8_t states, ready;
-    uint16_t events;
-    uint8_t plain, seal;
-    uint16_t known;
-    int32_t *memory;
-    struct kq_attached_q31 *attached;
-    const kq_format_q31 *state_format;
-    uint32_t weak;
-    kq_likelihood_q31 last;
+    uint8_t states, ready; uint16_t events; uint8_t plain, seal; uint16_t known; int32_t *memory;
+    struct kq_attached_q31 *attached; const kq_format_q31 *state_format; uint32_t weak; kq_likelihood_q31 last;
     kq_likelihood_run_q31 run;
 } kq_filter_q31;
 
@@ -378,7 +388,8 @@ int32_t kq_mean_low_q31(const kq_filter_q31 *f, int i);
 /** sqrt(P_ii) rounded to a raw value, at most 2^31 - 1 (kq_covariance_q31 is finer). */
 int32_t kq_sigma_q31(const kq_filter_q31 *f, int i);
 
-/** As the f32 functions.  Entries of P, S, K have 31 bits; z, e are raw values, saturated at +-(2^31 - 1). */
+/** As the f32 functions.  Entries of P, S, K have 31 bits; z, e are raw values, saturated at +-(2^31 - 1).
+ * kq_innovation: KQ_ERR_RANGE (z is outside its declared range) in place of KQ_ERR_NOT_FINITE. */
 KQ_NODISCARD kq_status kq_covariance_q31(const kq_filter_q31 *f, kq_scaled_q31 *P);
 KQ_NODISCARD kq_status kq_measurement_q31(const kq_filter_q31 *f, const kq_sensor_q31 *s, int32_t *z,
     kq_scaled_q31 *S);

@@ -68,8 +68,10 @@ typedef enum { KQ_STATE, KQ_CONTROL, KQ_MEASUREMENT, KQ_NO_RANGE_ERROR, KQ_QUANT
 typedef struct { kq_quantity quantity; int32_t component, bits; } kq_range_error_q31;
 
 /** The range error in words: "state 2 needs 3 more integer bits", "all formats fit".
- *   text     `length` characters, written: the sentence, cut if it is too long, and a 0
- * Returns the length of the whole sentence.  A NULL range_error gives "". */
+ *   range_error  read; NULL gives ""
+ *   text         written: the sentence, cut if it is too long, and a 0
+ *   length       characters at text
+ * Returns the length of the whole sentence.  Cost: a copy of it, a division for each digit. */
 size_t kq_range_error_text_q31(const kq_range_error_q31 *range_error, char *text, size_t length);
 
 #ifdef __cplusplus

@@ -56,8 +56,13 @@ extern const struct kq_hooks_f64 kq_instant_hooks_f64; /* what it does in the st
     static kq_instant_f64 name = { {{{&kq_instant_hooks_f64}, n, 0, 0, 0, 0, 0, \
         KQ_PRIVATE_ON_LINE_LEN_F64(n, m), 0, name##_memory, NULL, NULL, 0}}}
 
-/** Sets sizes and memory at run time: n, m as above.  `length` words at memory, KQ_INSTANT_LEN_<T>(n, m), yours while
- * in use.  KQ_ERR_NULL, KQ_ERR_SIZE, KQ_ERR_MEMORY. */
+/** Sets sizes and memory at run time.
+ *   instant  written
+ *   n        1..16 states
+ *   m        1 or more: the most scalar measurements of one step, all sensors together
+ *   memory   `length` words, yours while in use
+ *   length   KQ_INSTANT_LEN_<T>(n, m) or more
+ * KQ_ERR_NULL, KQ_ERR_SIZE, KQ_ERR_MEMORY. */
 KQ_NODISCARD kq_status kq_instant_assign_f32(kq_instant_f32 *instant, int n, int m, float *memory, size_t length);
 KQ_NODISCARD kq_status kq_instant_assign_f64(kq_instant_f64 *instant, int n, int m, double *memory, size_t length);
 
@@ -78,13 +83,12 @@ KQ_NODISCARD kq_status kq_instant_assign_f64(kq_instant_f64 *instant, int n, int
 KQ_NODISCARD kq_status kq_instant_smooth_f32(kq_instant_f32 *instant, kq_filter_f32 *view);
 KQ_NODISCARD kq_status kq_instant_smooth_f64(kq_instant_f64 *instant, kq_filter_f64 *view);
 
-/* ------------------------------------------------------------------ q31, as f32; events as in lag.h */
+/* ------------------------------------------------------------------ q31, as f32 */
 
 #define KQ_INSTANT_LEN_Q31(n, m) \
     (KQ_PRIVATE_ON_LINE_LEN_Q31(n, m) + KQ_FILTER_LEN_Q31((size_t)(n)) + \
         2 * KQ_PRIVATE_MAP_LEN_Q31((size_t)(n)))
 
-/* The fields are the library's. */
 typedef struct kq_instant_q31 {
     union {
         kq_history_q31 tape;
@@ -98,7 +102,9 @@ extern const struct kq_hooks_q31 kq_instant_hooks_q31; /* what it does in the st
     static kq_instant_q31 name = { {{{&kq_instant_hooks_q31}, n, 0, 0, 0, 0, 0, \
         KQ_PRIVATE_ON_LINE_LEN_Q31(n, m), 0, name##_memory, NULL, NULL, 0, NULL}}}
 
+/** As kq_instant_assign_f32. */
 KQ_NODISCARD kq_status kq_instant_assign_q31(kq_instant_q31 *instant, int n, int m, int32_t *memory, size_t length);
+/** As kq_instant_smooth_f32.  KQ_EVENT_SATURATED and accuracy: as kq_lagged_q31. */
 KQ_NODISCARD kq_status kq_instant_smooth_q31(kq_instant_q31 *instant, kq_filter_q31 *view);
 
 #ifdef __cplusplus

@@ -80,8 +80,14 @@ extern const struct kq_hooks_f64 kq_lag_hooks_f64, kq_delay_hooks_f64;
     static kq_lag_f64 name = { {{{&hooks}, n, 0, 0, 0, 0, 0, KQ_PRIVATE_ON_LINE_LEN_F64(n, m), \
         0, name##_memory, NULL, NULL, 0}}, L, 0, 0, 0, 0, 0}
 
-/** Sets sizes and memory at run time: n, m, L as above.  `length` words at memory, KQ_LAG_LEN_<T>(n, m, L), yours
- * while in use.  KQ_ERR_NULL, KQ_ERR_SIZE, KQ_ERR_MEMORY. */
+/** Sets sizes and memory at run time.
+ *   lag      written
+ *   n        1..16 states
+ *   m        1 or more: the most scalar measurements of one step, all sensors together
+ *   L        0 or more: the longest lag, in steps
+ *   memory   `length` words, yours while in use
+ *   length   KQ_LAG_LEN_<T>(n, m, L) or more
+ * KQ_ERR_NULL, KQ_ERR_SIZE, KQ_ERR_MEMORY. */
 KQ_NODISCARD kq_status kq_lag_assign_f32(kq_lag_f32 *lag, int n, int m, size_t L, float *memory, size_t length);
 KQ_NODISCARD kq_status kq_lag_assign_f64(kq_lag_f64 *lag, int n, int m, size_t L, double *memory, size_t length);
 
@@ -94,8 +100,9 @@ KQ_NODISCARD kq_status kq_lag_assign_f64(kq_lag_f64 *lag, int n, int m, size_t L
  * Stack: independent of n.
  */
 
-/** The largest k: L or the steps since kq_attach, the smaller.  0 where the lag is not attached or NULL, or has ended
- * (then kq_lagged answers the error). */
+/** The largest k: L or the steps since kq_attach, the smaller.
+ *   lag      read
+ * 0 if it is NULL or not attached, or has ended (then kq_lagged answers the error). */
 size_t kq_lag_steps_f32(const kq_lag_f32 *lag);
 size_t kq_lag_steps_f64(const kq_lag_f64 *lag);
 
@@ -136,7 +143,7 @@ KQ_NODISCARD kq_status kq_lagged_states_f64(kq_lag_f64 *lag, size_t k, kq_filter
 #define KQ_DELAY_F32(name, n, m, L) KQ_PRIVATE_LAG_F32(name, n, m, L, kq_delay_hooks_f32)
 #define KQ_DELAY_F64(name, n, m, L) KQ_PRIVATE_LAG_F64(name, n, m, L, kq_delay_hooks_f64)
 
-/** As kq_lag_assign, for late measurements. */
+/** As kq_lag_assign_f32, for late measurements: L is 1 or more. */
 KQ_NODISCARD kq_status kq_delay_assign_f32(kq_lag_f32 *lag, int n, int m, size_t L, float *memory, size_t length);
 KQ_NODISCARD kq_status kq_delay_assign_f64(kq_lag_f64 *lag, int n, int m, size_t L, double *memory, size_t length);
 
@@ -158,12 +165,7 @@ KQ_NODISCARD kq_status kq_update_delayed_f32(kq_lag_f32 *lag, size_t k, const kq
 KQ_NODISCARD kq_status kq_update_delayed_f64(kq_lag_f64 *lag, size_t k, const kq_sensor_f64 *s, const double *z,
     uint32_t present);
 
-/* ------------------------------------------------------------------ q31, as f32
- *
- * Accuracy: as the filter; about 2^-27 of the filtered sigma is added.
- * KQ_EVENT_SATURATED (in the view and the filter): a smoothed mean saturated, or data contradict it by 32768
- * sigma.
- */
+/* ------------------------------------------------------------------ q31, as f32 */
 
 #define KQ_PRIVATE_MAP_LEN_Q31(n) (2 * (n) * (n) + 2 * (n))
 #define KQ_PRIVATE_ON_LINE_LEN_Q31(n, m) \
@@ -174,7 +176,6 @@ KQ_NODISCARD kq_status kq_update_delayed_f64(kq_lag_f64 *lag, size_t k, const kq
     ((kq_length)(L)*KQ_PRIVATE_LAG_STEP_LEN_Q31(n) + KQ_PRIVATE_ON_LINE_LEN_Q31(n, m) + \
         2 * KQ_PRIVATE_MAP_LEN_Q31((size_t)(n)))
 
-/* The fields are the library's. */
 typedef struct kq_lag_q31 {
     union {
         kq_history_q31 tape; /* of the current step; its memory is all of the memory */
@@ -191,11 +192,17 @@ extern const struct kq_hooks_q31 kq_lag_hooks_q31, kq_delay_hooks_q31;
     static kq_lag_q31 name = { {{{&hooks}, n, 0, 0, 0, 0, 0, KQ_PRIVATE_ON_LINE_LEN_Q31(n, m), \
         0, name##_memory, NULL, NULL, 0, NULL}}, L, 0, 0, 0, 0, 0}
 
+/** As kq_lag_assign_f32 and kq_delay_assign_f32. */
 KQ_NODISCARD kq_status kq_lag_assign_q31(kq_lag_q31 *lag, int n, int m, size_t L, int32_t *memory, size_t length);
 KQ_NODISCARD kq_status kq_delay_assign_q31(kq_lag_q31 *lag, int n, int m, size_t L, int32_t *memory, size_t length);
+/** As kq_update_delayed_f32; KQ_EVENT_SATURATED as kq_lagged_q31. */
 KQ_NODISCARD kq_status kq_update_delayed_q31(kq_lag_q31 *lag, size_t k, const kq_sensor_q31 *s, const int32_t *z,
     uint32_t present);
+/** As kq_lag_steps_f32. */
 size_t kq_lag_steps_q31(const kq_lag_q31 *lag);
+/** As kq_lagged_f32 and kq_lagged_states_f32.
+ * KQ_EVENT_SATURATED (in the view and the filter): a smoothed mean saturated, or data contradict it by 32768 sigma.
+ * Accuracy: as the filter; about 2^-27 of the filtered sigma is added. */
 KQ_NODISCARD kq_status kq_lagged_q31(kq_lag_q31 *lag, size_t k, kq_filter_q31 *view);
 KQ_NODISCARD kq_status kq_lagged_states_q31(kq_lag_q31 *lag, size_t k, kq_filter_q31 *view);
 

@@ -64,10 +64,10 @@ typedef struct {
  *   f        kept by reference; initialise it before or after.  Move it by nothing else
  *   lambda   as kq_forget
  *   measurement_format   q31: kept by reference
- * KQ_ERR_NULL, KQ_ERR_NOT_FINITE, KQ_ERR_RANGE (lambda); q31: KQ_ERR_COEFFICIENT, KQ_ERR_TABLE (format). */
+ * KQ_ERR_NULL, KQ_ERR_NOT_FINITE, KQ_ERR_RANGE (lambda); q31: KQ_ERR_COEFFICIENT, KQ_ERR_TABLE (format).
+ * Cost: comparisons. */
 KQ_NODISCARD kq_status kq_least_squares_init_f32(kq_least_squares_f32 *q, kq_filter_f32 *f, float lambda);
 KQ_NODISCARD kq_status kq_least_squares_init_f64(kq_least_squares_f64 *q, kq_filter_f64 *f, double lambda);
-
 KQ_NODISCARD kq_status kq_least_squares_init_q31(kq_least_squares_q31 *q, kq_filter_q31 *f,
     kq_scaled_q31 lambda, const kq_format_q31 *measurement_format);
 
@@ -89,7 +89,9 @@ KQ_NODISCARD kq_status kq_least_squares_add_q31(kq_least_squares_q31 *q, const k
     const int32_t *z, const kq_scaled_q31 *r, size_t count);
 
 /** The minimum: the weighted sum of squared residuals with the prior's term; and the sum of the weights lambda^(N-k)
- * of the measurements taken.  If the r are right, residual / weight is 1 but for chance.  If they are right up to one
+ * of the measurements taken.
+ *   q        read
+ * If the r are right, residual / weight is 1 but for chance.  If they are right up to one
  * factor, it estimates that factor, and P times it is the covariance.
  * Accuracy: f32 to 2^-23 of its size for any number of measurements.  q31: Q39.24, saturates at 2^61 and stays.  NaN
  * (KQ_NOT_A_SCORE_Q31) where q is NULL or not initialised. */

@@ -45,14 +45,17 @@ typedef enum {
 /** Length of an object's memory in numbers: float, double, int32_t (an adaptation in q31: kq_scaled_q31).  It is the
  * macro KQ_<OBJECT>_LEN_<T>.
  *   object   KQ_OBJECT_...
- *   n, m     states and measurements, 1..16 unless the object says otherwise
- *   k, l     counts
+ *   n        states, 1..16
+ *   m        measurements, 1..16 unless the object says otherwise
+ *   k        a count that the object says
+ *   l        another one
  * 0 for an argument out of its range, or an object without a length in this arithmetic. */
 kq_length kq_length_f32(kq_object object, int n, int m, size_t k, size_t l);
 kq_length kq_length_f64(kq_object object, int n, int m, size_t k, size_t l);
 kq_length kq_length_q31(kq_object object, int n, int m, size_t k, size_t l);
 
-/** Bytes of the object itself; 0 if it does not exist in this arithmetic. */
+/** Bytes of the object itself.
+ *   object   KQ_OBJECT_...; 0 if it does not exist in this arithmetic */
 size_t kq_object_size_f32(kq_object object);
 size_t kq_object_size_f64(kq_object object);
 size_t kq_object_size_q31(kq_object object);

@@ -43,13 +43,8 @@ typedef struct {
 } kq_process_f32;
 
 typedef struct {
-    uint8_t states, controls;
-    uint16_t length;
-    double *memory;
-    const double *noise_root, *transition, *control;
-    uint8_t first[KQ_SIZE_MAX];
-    uint8_t plain, seal;
-    uint32_t fingerprint;
+    uint8_t states, controls; uint16_t length; double *memory; const double *noise_root, *transition, *control;
+    uint8_t first[KQ_SIZE_MAX]; uint8_t plain, seal; uint32_t fingerprint;
 } kq_process_f64;
 
 /** Declares a process `name` of n states and l controls (0: none) with its memory, static. */
@@ -75,8 +70,12 @@ typedef struct {
 #define KQ_PROCESS_TABLE(n, l, A, B, ...) \
     {n, l, 0, NULL, KQ_PRIVATE_GIVEN(__VA_ARGS__), A, B, KQ_PRIVATE_LIST(__VA_ARGS__), (n) + 64, 0, 0}
 
-/** Gives a process n states (1..16), l controls (0..16) and its memory at run time.  Then initialise it.
- *   memory   `length` words, KQ_PROCESS_LEN(n) or more, all of them kept
+/** Gives a process its sizes and memory at run time.  Then initialise it.
+ *   p        written
+ *   n        1..16 states
+ *   l        0..16 controls
+ *   memory   `length` words, yours while the process is in use
+ *   length   KQ_PROCESS_LEN(n) or more
  * KQ_ERR_NULL, KQ_ERR_SIZE, KQ_ERR_MEMORY (length). */
 KQ_NODISCARD kq_status kq_process_assign_f32(kq_process_f32 *p, int n, int l, float *memory, size_t length);
 KQ_NODISCARD kq_status kq_process_assign_f64(kq_process_f64 *p, int n, int l, double *memory, size_t length);
@@ -129,8 +128,9 @@ KQ_NODISCARD kq_status kq_process_init_root_f64(kq_process_f64 *p, const double 
  *   B        n x l; not kept; ignored if l = 0
  *   Qc       n x n, symmetric positive semi-definite: unit^2 / time; not kept
  *   dt       the step, above 2^-120 (f32), 2^-400 (f64), in the unit of time that F has
- *   memory   `length` numbers, KQ_CONTINUOUS_LEN(n, l), yours while in use: p refers to the A and B that it begins
- *            with, which the next call writes anew.  After an error they and p are what they were.
+ *   memory   `length` numbers, yours while in use: p refers to the A and B that it begins with, which the next call
+ *            writes anew.  After an error they and p are what they were.
+ *   length   KQ_CONTINUOUS_LEN(n, l) or more
  * KQ_ERR_NULL, KQ_ERR_SIZE, KQ_ERR_MEMORY, KQ_ERR_NOT_FINITE, KQ_ERR_NOT_SYMMETRIC, KQ_ERR_NOT_SEMIDEFINITE,
  * KQ_ERR_RANGE (dt; A, B or a sigma beyond what is representable).
  * Accuracy: 10 eps, of A, of B and of Q_ij in units of sqrt(Q_ii Q_jj), and twice what an F that is off by eps
@@ -187,8 +187,7 @@ KQ_NODISCARD kq_status kq_process_init_correlated_f64(kq_process_f64 *p, const d
  *   p        initialised; changed
  *   A        n x n, kept by reference.  New content in the same array is a change too: call this after it.
  * A history that recorded a predict by the old A refuses to smooth (smoother.h).  A freeze begins again.
- * KQ_ERR_NULL, KQ_ERR_NOT_READY, KQ_ERR_NOT_FINITE.
- * Cost: n^2 comparisons, 1.5 n^2 integer multiplications. */
+ * KQ_ERR_NULL, KQ_ERR_NOT_READY, KQ_ERR_NOT_FINITE.  Cost: n^2 comparisons, 1.5 n^2 integer multiplications. */
 KQ_NODISCARD kq_status kq_process_change_transition_f32(kq_process_f32 *p, const float *A);
 KQ_NODISCARD kq_status kq_process_change_transition_f64(kq_process_f64 *p, const double *A);
 
@@ -215,14 +214,9 @@ typedef struct {
     const int32_t *noise_root;           /* G, KQ_ROOT_LEN_Q31(n) words */
 } kq_process_table_q31;
 
-/* The fields are the library's. */
 typedef struct {
-    uint8_t states, controls;
-    uint8_t first[KQ_SIZE_MAX];
-    uint8_t plain, seal;
-    uint32_t fingerprint;
-    const kq_format_q31 *state_format, *control_format;
-    const kq_scaled_q31 *transition, *control;
+    uint8_t states, controls; uint8_t first[KQ_SIZE_MAX]; uint8_t plain, seal; uint32_t fingerprint;
+    const kq_format_q31 *state_format, *control_format; const kq_scaled_q31 *transition, *control;
     const int32_t *noise_root; /* NULL until initialised */
 } kq_process_q31;
 

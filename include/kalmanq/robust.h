@@ -59,6 +59,7 @@ typedef enum { KQ_LEVEL_90, KQ_LEVEL_95, KQ_LEVEL_99, KQ_LEVEL_999, KQ_LEVEL_999
 
 /** NIS is below this limit with that probability, if the model is right.
  *   m        1..16 components that are taken
+ *   level    KQ_LEVEL_...
  * From a table of 320 bytes, to 2^-25.  NaN where m or level is bad. */
 float kq_chi_square_limit_f32(int m, kq_level level);
 double kq_chi_square_limit_f64(int m, kq_level level);
@@ -151,10 +152,7 @@ KQ_NODISCARD kq_status kq_smooth_reweighted_f64(kq_history_f64 *h, kq_process_f6
 /* ------------------------------------------------------------------ q31, as f32
  *
  * Parameters, weights and q are kq_scaled_q31 as in a table (KQ_ERR_COEFFICIENT: mantissa not normalised,
- * exponent beyond 1000).  The noise of a target is in `root`: yours, KQ_ROOT_LEN_Q31(n) words, written, kept
- * while the target is used, not the source's own (KQ_ERR_MISMATCH).  The target needs no init or memory.
- * kq_process_scale_noise_q31 answers KQ_ERR_NULL (root, too), KQ_ERR_NOT_READY, KQ_ERR_MISMATCH (target is
- * source), KQ_ERR_COEFFICIENT (exponents of the root, too), KQ_ERR_NOT_SEMIDEFINITE.  As f64 to 1e-6 sigma.
+ * exponent beyond 1000).  As f64 to 1e-6 sigma.
  */
 
 extern const struct kq_loss_kind_q31 kq_loss_huber_q31, kq_loss_student_q31, kq_loss_jump_q31, kq_loss_gate_q31;
@@ -168,10 +166,18 @@ typedef struct kq_loss_q31 {
 /** In Q39.24.  KQ_NOT_A_SCORE_Q31 where m or level is bad. */
 int64_t kq_chi_square_limit_q31(int m, kq_level level);
 
+/** As kq_update_robust_f32; also KQ_ERR_COEFFICIENT (parameter). */
 KQ_NODISCARD kq_status kq_update_robust_q31(kq_filter_q31 *f, const kq_sensor_q31 *s, const int32_t *z,
     uint32_t present, kq_loss_q31 *loss);
+/** As kq_process_scale_noise_f32.
+ *   target   needs no init or memory
+ *   root     KQ_ROOT_LEN_Q31(n) words, written; yours while the target is in use; not the source's own
+ * KQ_ERR_NULL, KQ_ERR_NOT_READY, KQ_ERR_MISMATCH (target is source, or has its root), KQ_ERR_COEFFICIENT (q; an
+ * exponent of the root), KQ_ERR_NOT_SEMIDEFINITE. */
 KQ_NODISCARD kq_status kq_process_scale_noise_q31(kq_process_q31 *target, const kq_process_q31 *source,
     int32_t *root, kq_scaled_q31 q);
+/** As kq_smooth_reweighted_f32.  Errors and KQ_EVENT_SATURATED: as kq_process_scale_noise_q31 and kq_smooth_q31.
+ *   root     as for kq_process_scale_noise_q31 */
 KQ_NODISCARD kq_status kq_smooth_reweighted_q31(kq_history_q31 *h, kq_process_q31 *target,
     const kq_process_q31 *source, int32_t *root, kq_scaled_q31 nu, kq_scaled_q31 *q);
 

@@ -40,13 +40,9 @@ typedef struct {
 } kq_sensor_f32;
 
 typedef struct {
-    uint8_t states, components, length, measurement_seal;
-    double *memory;
-    const double *noise, *measurement, *covariance;
-    uint8_t selects[KQ_SIZE_MAX];
-    uint16_t plain;
-    uint8_t seal, noise_seal;
-    const struct kq_sensor_kind_f64 *kind;
+    uint8_t states, components, length, measurement_seal; double *memory;
+    const double *noise, *measurement, *covariance; uint8_t selects[KQ_SIZE_MAX]; uint16_t plain;
+    uint8_t seal, noise_seal; const struct kq_sensor_kind_f64 *kind;
 } kq_sensor_f64;
 
 /** Declares a sensor `name` of m components for n states, with static memory; DIAGONAL: R is diagonal. */
@@ -81,8 +77,12 @@ extern const struct kq_sensor_kind_f64 kq_sensor_independent_f64, kq_sensor_lean
     {n, m, 0, 0, NULL, KQ_PRIVATE_GIVEN(__VA_ARGS__), H, NULL, KQ_PRIVATE_LIST(__VA_ARGS__), plain, 0, \
         0, kind}
 
-/** Gives a sensor n states, m components (1..16) and its memory at run time.  Then initialise it.
- *   memory   `length` words: KQ_SENSOR_LEN(m), or KQ_SENSOR_DIAGONAL_LEN(m) for a diagonal R; kept
+/** Gives a sensor its sizes and memory at run time.  Then initialise it.
+ *   s        written
+ *   n        1..16 states
+ *   m        1..16 components
+ *   memory   `length` words, yours while the sensor is in use
+ *   length   KQ_SENSOR_LEN(m), or KQ_SENSOR_DIAGONAL_LEN(m) for a diagonal R, or more
  * KQ_ERR_NULL, KQ_ERR_SIZE, KQ_ERR_MEMORY (shorter than a diagonal R needs). */
 KQ_NODISCARD kq_status kq_sensor_assign_f32(kq_sensor_f32 *s, int n, int m, float *memory, size_t length);
 KQ_NODISCARD kq_status kq_sensor_assign_f64(kq_sensor_f64 *s, int n, int m, double *memory, size_t length);
@@ -109,6 +109,7 @@ KQ_NODISCARD kq_status kq_sensor_init_diagonal_f64(kq_sensor_f64 *s, const doubl
 
 /** A lean sensor: kq_sensor_init_diagonal without the code for low-noise measurements (filter.h) and for the sum of
  * log-likelihoods.  Saves 2 kB (f32), 4 kB (q31) of flash.
+ *   s, H, r  as in kq_sensor_init_diagonal
  * If r is 0 or below 2^-16 S (f32; q31: 2^-16 or 2^-17), 2^-48 S (f64), S = H P H' + r, an update raises r to 2^-15 S
  * (f64: 2^-47 S) and sets KQ_EVENT_LOW_NOISE.  NIS, the likelihood and a history have the raised noise.  So after an
  * outage each measurement lowers the sigma of H x at least 2^7 times (f64: 2^23), until r is used as it is (figures:
@@ -126,12 +127,13 @@ KQ_NODISCARD kq_status kq_sensor_init_lean_f64(kq_sensor_f64 *s, const double *H
  *   s        initialised; changed
  *   H        m x n, kept by reference.  New content in the same array is a change too: call this after it.
  * A history is not affected.  A freeze knows H by its array: after new content call kq_freeze_release.
- * KQ_ERR_NULL, KQ_ERR_NOT_READY, KQ_ERR_NOT_FINITE. */
+ * KQ_ERR_NULL, KQ_ERR_NOT_READY, KQ_ERR_NOT_FINITE.  Cost: m n comparisons and integer multiplications. */
 KQ_NODISCARD kq_status kq_sensor_change_measurement_f32(kq_sensor_f32 *s, const float *H);
 KQ_NODISCARD kq_status kq_sensor_change_measurement_f64(kq_sensor_f64 *s, const double *H);
 
-/** As kq_process_check, for s, its memory and H.  R and formats are not checked.  Errors as there.
- * Cost: as kq_sensor_change_measurement. */
+/** As kq_process_check, for a sensor.
+ *   s        its seal is written; not a const table.  Checked with its memory and H, without R and formats
+ * Errors: as kq_process_check.  Cost: as kq_sensor_change_measurement. */
 KQ_NODISCARD kq_status kq_sensor_check_f32(kq_sensor_f32 *s);
 KQ_NODISCARD kq_status kq_sensor_check_f64(kq_sensor_f64 *s);
 
@@ -149,20 +151,16 @@ typedef struct {
                                                 R = U D U' (prepare.h) */
 } kq_sensor_table_q31;
 
-/* The fields are the library's. */
 typedef struct {
     uint8_t states, components, correlated, measurement_seal;
-    const kq_format_q31 *state_format, *measurement_format;
-    const kq_scaled_q31 *measurement;
+    const kq_format_q31 *state_format, *measurement_format; const kq_scaled_q31 *measurement;
     const kq_scaled_q31 *noise; /* NULL until initialised */
-    uint8_t selects[KQ_SIZE_MAX];
-    uint16_t plain;
-    uint8_t seal, noise_seal;
-    const struct kq_sensor_kind_q31 *kind;
+    uint8_t selects[KQ_SIZE_MAX]; uint16_t plain; uint8_t seal, noise_seal; const struct kq_sensor_kind_q31 *kind;
 } kq_sensor_q31;
 
-/** As kq_sensor_init_f32, _diagonal and _lean, from a table; its arrays are kept by reference.  No float.
+/** As kq_sensor_init_f32, _diagonal and _lean, from a table.  No float.
  *   s            written; needs no memory
+ *   table        read; its arrays are yours while s is in use
  *   range_error  written: KQ_NO_RANGE_ERROR, or what does not fit (KQ_ERR_RANGE); or NULL
  * Checked: as a process; variances >= 0; sum_k |H_ck| <= 16 in raw values (KQ_ERR_RANGE: c needs more bits).
  * KQ_ERR_NULL, KQ_ERR_SIZE, KQ_ERR_RANGE, KQ_ERR_COEFFICIENT, KQ_ERR_TABLE (diagonal, lean: also a correlated R).

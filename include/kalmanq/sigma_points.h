@@ -63,6 +63,8 @@ typedef enum { KQ_SIGMA_POINTS_CUBATURE, KQ_SIGMA_POINTS_CENTRAL, KQ_SIGMA_POINT
 
 /** The linear function nearest to g under a density.
  *   at       the density: a filter, or a view of a smoothed step; read
+ *   g        y = g(x), called 2n + 1 times
+ *   context  passed to g; may be NULL
  *   rows     1..16, of g
  *   rule     KQ_SIGMA_POINTS_...
  *   y        rows, written: E[g(x)]
@@ -119,6 +121,8 @@ KQ_NODISCARD kq_status kq_sensor_linearise_f64(kq_sensor_f64 *s, const kq_sensor
  *   f          changed
  *   p          only its Q is read
  *   increment  n numbers: f(x) - x
+ *   context    passed to increment; may be NULL
+ *   rule       KQ_SIGMA_POINTS_...
  *   work       KQ_SIGMA_POINTS_LEN(n, m) words, written
  * KQ_ERR_RANGE (rule), KQ_ERR_NOT_FINITE (a value of increment), the errors of kq_predict_extended.
  * Cost: 2n + 1 calls, about 2.5 n^3 multiplications. */
@@ -131,10 +135,12 @@ KQ_NODISCARD kq_status kq_predict_sigma_points_f64(kq_filter_f64 *f, const kq_pr
  *   f           changed
  *   s           only its R is read
  *   innovation  m numbers: z - h(x)
+ *   context     passed to innovation; may be NULL
+ *   rule        KQ_SIGMA_POINTS_...
  *   work        KQ_SIGMA_POINTS_LEN(n, m) words, written
  * The components are decorrelated by R + E E'; what is left in the last 7 bits of its terms counts as 0.
  * KQ_ERR_RANGE (rule; what a linear function leaves of innovation is above 2^60 in f32, 2^500 in f64),
- * KQ_ERR_NOT_FINITE (a value of innovation), the errors of kq_update with an innovation (extended.h).
+ * KQ_ERR_NOT_FINITE (a value of innovation), KQ_ERR_RECORDING (an adaptation or a freeze), the errors of kq_update.
  * Cost: 2n + 1 calls, 6 n m + m^2 n + n^3 / 6 multiplications, kq_update. */
 KQ_NODISCARD kq_status kq_update_sigma_points_f32(kq_filter_f32 *f, const kq_sensor_f32 *s,
     kq_function_f32 *innovation, void *context, kq_sigma_points rule, float *work);

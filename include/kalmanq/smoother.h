@@ -82,8 +82,12 @@ extern const struct kq_hooks_f64 kq_history_hooks_f64;
     static kq_history_f64 name = { {&kq_history_hooks_f64}, n, 0, 0, 0, 0, 0, KQ_HISTORY_LEN_F64(n, m, \
         steps, changes), 0, name##_memory, NULL, NULL, 0}
 
-/** Sets sizes and memory at run time: n in 1..16.  `length` words at memory, KQ_HISTORY_LEN_<T>(n, m, steps, changes),
- * yours while in use; one step at least.  KQ_ERR_NULL, KQ_ERR_SIZE, KQ_ERR_MEMORY. */
+/** Sets sizes and memory at run time.
+ *   h        written
+ *   n        1..16 states
+ *   memory   `length` words, yours while in use
+ *   length   KQ_HISTORY_LEN_<T>(n, m, steps, changes), at least for one step
+ * KQ_ERR_NULL, KQ_ERR_SIZE, KQ_ERR_MEMORY. */
 KQ_NODISCARD kq_status kq_history_assign_f32(kq_history_f32 *h, int n, float *memory, size_t length);
 KQ_NODISCARD kq_status kq_history_assign_f64(kq_history_f64 *h, int n, double *memory, size_t length);
 
@@ -93,7 +97,8 @@ KQ_NODISCARD kq_status kq_history_assign_f64(kq_history_f64 *h, int n, double *m
  * kq_history_assign, end it.  kq_detach keeps only what is smoothed.
  */
 
-/** Recorded steps: predicts since kq_attach, plus 1.  0 for an empty history or NULL. */
+/** Recorded steps: predicts since kq_attach, plus 1.
+ *   h        read; 0 if it is empty or NULL */
 size_t kq_history_steps_f32(const kq_history_f32 *h);
 size_t kq_history_steps_f64(const kq_history_f64 *h);
 
@@ -128,7 +133,7 @@ typedef struct {
  *   p        the process that moved step t to t + 1, read; NULL: the recorded one.  The first call needs none
  *   extras   arrays to write, or NULL
  * After each call, step t and the steps above it can be shown.
- * Errors of kq_smooth; KQ_ERR_MISMATCH, KQ_ERR_NOT_READY (p). */
+ * Errors, events and cost of a step: as kq_smooth; also KQ_ERR_MISMATCH, KQ_ERR_NOT_READY (p). */
 KQ_NODISCARD kq_status kq_smooth_step_f32(kq_history_f32 *h, const kq_process_f32 *p,
     const kq_smooth_extras_f32 *extras);
 KQ_NODISCARD kq_status kq_smooth_step_f64(kq_history_f64 *h, const kq_process_f64 *p,
@@ -138,8 +143,9 @@ KQ_NODISCARD kq_status kq_smooth_step_f64(kq_history_f64 *h, const kq_process_f6
  * decorrelated component otherwise.  A mean far above 3 is an outlier.
  *   h        read
  *   k        0, 1, ...: scalar measurement of the step, in the order of the updates
- *   mean, variance   one number each, written; both 0 for a measurement that was not taken
- * KQ_ERR_NULL, KQ_ERR_HISTORY_EMPTY (no step done), KQ_ERR_SIZE (k). */
+ *   mean     one number, written; 0 if the measurement was not taken
+ *   variance   one number, written; 0 likewise
+ * KQ_ERR_NULL, KQ_ERR_HISTORY_EMPTY (no step done), KQ_ERR_SIZE (k).  Cost: a copy. */
 KQ_NODISCARD kq_status kq_smoothed_measurement_noise_f32(const kq_history_f32 *h, int k, float *mean,
     float *variance);
 KQ_NODISCARD kq_status kq_smoothed_measurement_noise_f64(const kq_history_f64 *h, int k, double *mean,
@@ -152,17 +158,12 @@ KQ_NODISCARD kq_status kq_smoothed_measurement_noise_f64(const kq_history_f64 *h
  *            error its readings are NaN.  Never a filter with memory: it would lose it
  * Readings of a view: kq_mean, kq_mean_low, kq_sigma, kq_covariance, kq_measurement, kq_innovation, kq_gain,
  * kq_forecast, kq_filter_copy; kq_events gives the events of smoothing.  Its NIS and likelihoods are NaN.  Calls that
- * move a filter answer KQ_ERR_NOT_READY.
- * Cost: no arithmetic, no copy.
+ * move a filter answer KQ_ERR_NOT_READY.  Cost: no arithmetic, no copy.
  * KQ_ERR_NULL, KQ_ERR_SIZE (t), KQ_ERR_NOT_READY (step t is not smoothed). */
 KQ_NODISCARD kq_status kq_smoothed_f32(const kq_history_f32 *h, size_t t, kq_filter_f32 *view);
 KQ_NODISCARD kq_status kq_smoothed_f64(const kq_history_f64 *h, size_t t, kq_filter_f64 *view);
 
-/* ------------------------------------------------------------------ q31, as f32
- *
- * Accuracy: as the filter; about 2^-25 of the filtered sigma is added.
- * KQ_EVENT_SATURATED (in the views): a smoothed mean saturated, or data contradict the model by 32768 sigma.
- */
+/* ------------------------------------------------------------------ q31, as f32 */
 
 /** One step: 56, 140, 424 bytes at (n, m) = (2, 1), (4, 2), (9, 3). */
 #define KQ_PRIVATE_HISTORY_STEP_LEN_Q31(n, m) \
@@ -175,7 +176,6 @@ KQ_NODISCARD kq_status kq_smoothed_f64(const kq_history_f64 *h, size_t t, kq_fil
     ((kq_length)(steps)*KQ_PRIVATE_HISTORY_STEP_LEN_Q31(n, m) + \
         (kq_length)(changes)*KQ_PRIVATE_HISTORY_CHANGE_LEN_Q31 + KQ_PRIVATE_HISTORY_WORKSPACE_LEN_Q31(n))
 
-/* The fields are the library's. */
 typedef struct kq_history_q31 {
     struct kq_attached_q31 attached; uint8_t states, phase; uint16_t records;
     uint32_t steps, step, fingerprint; size_t length, used; int32_t *memory; const kq_process_q31 *process;
@@ -188,8 +188,13 @@ extern const struct kq_hooks_q31 kq_history_hooks_q31;
     static kq_history_q31 name = { {&kq_history_hooks_q31}, n, 0, 0, 0, 0, 0, KQ_HISTORY_LEN_Q31(n, m, \
         steps, changes), 0, name##_memory, NULL, NULL, 0, NULL}
 
+/** As kq_history_assign_f32. */
 KQ_NODISCARD kq_status kq_history_assign_q31(kq_history_q31 *h, int n, int32_t *memory, size_t length);
+/** As kq_history_steps_f32. */
 size_t kq_history_steps_q31(const kq_history_q31 *h);
+/** As kq_smooth_f32 and kq_smooth_states_f32.
+ * KQ_EVENT_SATURATED (in the views): a smoothed mean saturated, or data contradict the model by 32768 sigma.
+ * Accuracy: as the filter; about 2^-25 of the filtered sigma is added. */
 KQ_NODISCARD kq_status kq_smooth_q31(kq_history_q31 *h);
 KQ_NODISCARD kq_status kq_smooth_states_q31(kq_history_q31 *h);
 
@@ -200,13 +205,15 @@ typedef struct {
     kq_scaled_q31 *noise_covariance; /* n x n */
 } kq_smooth_extras_q31;
 
+/** As kq_smooth_step_f32.  KQ_EVENT_SATURATED: as kq_smooth_q31. */
 KQ_NODISCARD kq_status kq_smooth_step_q31(kq_history_q31 *h, const kq_process_q31 *p,
     const kq_smooth_extras_q31 *extras);
 
-/** In units of the measurement noise's standard deviation, as f32. */
+/** As kq_smoothed_measurement_noise_f32, in units of the measurement noise's standard deviation. */
 KQ_NODISCARD kq_status kq_smoothed_measurement_noise_q31(const kq_history_q31 *h, int k, kq_scaled_q31 *mean,
     kq_scaled_q31 *variance);
 
+/** As kq_smoothed_f32. */
 KQ_NODISCARD kq_status kq_smoothed_q31(const kq_history_q31 *h, size_t t, kq_filter_q31 *view);
 
 #ifdef __cplusplus

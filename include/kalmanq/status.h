@@ -58,7 +58,9 @@ typedef enum {
     KQ_STATUS_IS_INT = INT_MAX
 } kq_status;
 
-/** The status in words, for a log: static storage, never NULL. */
+/** The status in words, for a log.
+ *   status   any number
+ * A static text, never NULL. */
 const char *kq_status_text(kq_status status);
 
 /** Sticky event bits: kq_events_<T> reads a filter's, kq_events_clear_<T> clears them.  Smoothing sets them in its

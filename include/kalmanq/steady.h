@@ -44,9 +44,10 @@ typedef struct {
 } kq_steady_solution_f64;
 
 /** Solves the equation.
- *   p, s     read; R may be correlated, singular or 0
- *   memory   scratch, KQ_STEADY_SOLVE_LEN_<T>(n, m) words
- *   length   words at memory
+ *   p        read
+ *   s        read; R may be correlated, singular or 0
+ *   memory   `length` words, scratch
+ *   length   KQ_STEADY_SOLVE_LEN_<T>(n, m) or more
  *   out      read; its arrays are written
  * P- is positive semi-definite by construction.
  * Accuracy: about eps / (1 - rho), relative to sqrt(P_ii P_jj), rho the largest |eigenvalue| of A (I - K H).  A mode
@@ -94,19 +95,25 @@ typedef struct {
     static double name##_memory[KQ_STEADY_LEN_F64(n)]; \
     static kq_steady_f64 name = {n, m, 0, KQ_STEADY_LEN_F64(n), 0, name##_memory, NULL, 0, NULL, NULL}
 
-/** Sets sizes and memory at run time: n, m in 1..16.  `length` words at memory, KQ_STEADY_LEN_<T>(n), yours while in
- * use.  KQ_ERR_NULL, KQ_ERR_SIZE, KQ_ERR_MEMORY. */
+/** Sets sizes and memory at run time.
+ *   st       written
+ *   n        1..16 states
+ *   m        1..16 components
+ *   memory   `length` words, yours while in use
+ *   length   KQ_STEADY_LEN_<T>(n) or more
+ * KQ_ERR_NULL, KQ_ERR_SIZE, KQ_ERR_MEMORY. */
 KQ_NODISCARD kq_status kq_steady_assign_f32(kq_steady_f32 *st, int n, int m, float *memory, size_t length);
 KQ_NODISCARD kq_status kq_steady_assign_f64(kq_steady_f64 *st, int n, int m, double *memory, size_t length);
 
 /** Sets the model, the mean and the gains.
  *   st       has sizes and memory; written
- *   p, s     kept by reference.  You must not change them; after a change call this again
+ *   p        kept by reference.  You must not change it; after a change call this again
+ *   s        likewise
  *   x0       n; copied
  *   gains    count x n x m, kept by reference, may be in flash.  Update t takes gain t, later ones the last
  *   count    1 .. KQ_COUNT_MAX; 1: the steady gain only
  * KQ_ERR_NULL, KQ_ERR_SIZE (count, or never assigned), KQ_ERR_MEMORY, KQ_ERR_NOT_READY (p, s), KQ_ERR_MISMATCH
- * (sizes; s takes innovations), KQ_ERR_NOT_FINITE. */
+ * (sizes; s takes innovations), KQ_ERR_NOT_FINITE.  Cost: a comparison for each number. */
 KQ_NODISCARD kq_status kq_steady_init_f32(kq_steady_f32 *st, const kq_process_f32 *p, const kq_sensor_f32 *s,
     const float *x0, const float *gains, size_t count);
 KQ_NODISCARD kq_status kq_steady_init_f64(kq_steady_f64 *st, const kq_process_f64 *p, const kq_sensor_f64 *s,
@@ -132,14 +139,18 @@ KQ_NODISCARD kq_status kq_steady_update_f64(kq_steady_f64 *st, const double *z);
 KQ_NODISCARD kq_status kq_steady_step_f32(kq_steady_f32 *st, const float *u, const float *z);
 KQ_NODISCARD kq_status kq_steady_step_f64(kq_steady_f64 *st, const double *u, const double *z);
 
-/** x_i, in the state's unit.  NaN where st or i is bad. */
+/** x_i, in the state's unit.
+ *   st       read
+ *   i        0 .. n-1
+ * NaN if st or i is bad. */
 float kq_steady_mean_f32(const kq_steady_f32 *st, int i);
 double kq_steady_mean_f64(const kq_steady_f64 *st, int i);
 
 /** e = z - H x.  Call it before the update.
  *   st       read
- *   z, e     m, read; m, written, may be z
- * KQ_ERR_NULL, KQ_ERR_NOT_READY, KQ_ERR_NOT_FINITE (z, or e overflows). */
+ *   z        m, in the sensor's units
+ *   e        m, written; may be z
+ * KQ_ERR_NULL, KQ_ERR_NOT_READY, KQ_ERR_NOT_FINITE (z, or e overflows).  Cost: m n multiplications. */
 KQ_NODISCARD kq_status kq_steady_innovation_f32(const kq_steady_f32 *st, const float *z, float *e);
 KQ_NODISCARD kq_status kq_steady_innovation_f64(const kq_steady_f64 *st, const double *z, double *e);
 
@@ -162,7 +173,6 @@ KQ_NODISCARD kq_status kq_steady_innovation_f64(const kq_steady_f64 *st, const d
 #define KQ_FREEZE_LEN_F32(n) KQ_TRIANGLE(n)
 #define KQ_FREEZE_LEN_F64(n) KQ_TRIANGLE(n)
 
-/* The fields are the library's. */
 typedef struct {
     struct kq_attached_f32 attached; uint8_t states, components;
     uint8_t bits, phase; /* 0: not initialised; moving, steady, keeping the gain, frozen */
@@ -191,8 +201,14 @@ extern const struct kq_hooks_f64 kq_freeze_hooks_f64;
     static kq_freeze_f64 name = { {&kq_freeze_hooks_f64}, n, m, 0, 0, KQ_FREEZE_LEN_F64(n), name##_memory, \
         name##_gain, NULL, 0, NULL, NULL, NULL}
 
-/** Sets sizes and memory at run time: n, m in 1..16.  `length` words at memory, KQ_FREEZE_LEN_<T>(n), yours while in
- * use.  gain: n x m numbers, yours too.  KQ_ERR_NULL, KQ_ERR_SIZE, KQ_ERR_MEMORY. */
+/** Sets sizes and memory at run time.
+ *   w        written
+ *   n        1..16 states
+ *   m        1..16 components
+ *   memory   `length` words, yours while in use
+ *   length   KQ_FREEZE_LEN_<T>(n) or more
+ *   gain     n x m numbers, yours while in use
+ * KQ_ERR_NULL, KQ_ERR_SIZE, KQ_ERR_MEMORY. */
 KQ_NODISCARD kq_status kq_freeze_assign_f32(kq_freeze_f32 *w, int n, int m, float *memory, size_t length,
     float *gain);
 KQ_NODISCARD kq_status kq_freeze_assign_f64(kq_freeze_f64 *w, int n, int m, double *memory, size_t length,
@@ -214,12 +230,14 @@ KQ_NODISCARD kq_status kq_freeze_init_f64(kq_freeze_f64 *w, int bits);
  * kq_gain before it freezes.  kq_step also answers KQ_ERR_MISMATCH (a sensor of other than m components).
  */
 
-/** 1 if the last step was frozen.  0 for NULL. */
+/** 1 if the last step was frozen.
+ *   w        read; 0 for NULL */
 int kq_freeze_is_active_f32(const kq_freeze_f32 *w);
 int kq_freeze_is_active_f64(const kq_freeze_f64 *w);
 
 /** Ends the frozen phase: the next steps are full until the filter is steady again.  Call it after a sensor has got
- * new numbers.  KQ_ERR_NULL, KQ_ERR_NOT_READY. */
+ * new numbers.  KQ_ERR_NULL, KQ_ERR_NOT_READY.
+ *   w        changed */
 KQ_NODISCARD kq_status kq_freeze_release_f32(kq_freeze_f32 *w);
 KQ_NODISCARD kq_status kq_freeze_release_f64(kq_freeze_f64 *w);
 
@@ -232,7 +250,6 @@ KQ_NODISCARD kq_status kq_freeze_release_f64(kq_freeze_f64 *w);
 /** Length of the memory, in words: the mean in 32 + 24 bits. */
 #define KQ_STEADY_LEN_Q31(n) (2 * (n))
 
-/* The fields are the library's. */
 typedef struct {
     uint8_t states, components, events, length; uint16_t plain; int32_t *memory; const kq_scaled_q31 *gain;
     size_t left; const kq_process_q31 *process; const kq_sensor_q31 *sensor;
@@ -242,6 +259,7 @@ typedef struct {
     static int32_t name##_memory[KQ_STEADY_LEN_Q31(n)]; \
     static kq_steady_q31 name = {n, m, 0, KQ_STEADY_LEN_Q31(n), 0, name##_memory, NULL, 0, NULL, NULL}
 
+/** As kq_steady_assign_f32. */
 KQ_NODISCARD kq_status kq_steady_assign_q31(kq_steady_q31 *st, int n, int m, int32_t *memory, size_t length);
 
 /** As kq_steady_init_f32.  KQ_ERR_RANGE (x0 outside its declared range), KQ_ERR_COEFFICIENT (a gain that is not
@@ -257,20 +275,21 @@ KQ_NODISCARD kq_status kq_steady_predict_q31(kq_steady_q31 *st, const int32_t *u
 KQ_NODISCARD kq_status kq_steady_update_q31(kq_steady_q31 *st, const int32_t *z);
 KQ_NODISCARD kq_status kq_steady_step_q31(kq_steady_q31 *st, const int32_t *u, const int32_t *z);
 
-/** The events, KQ_EVENT_... (0 for NULL); and their end. */
+/** Reads and clears the events, KQ_EVENT_...
+ *   st       read; kq_steady_events_clear changes it.  0 for NULL */
 unsigned kq_steady_events_q31(const kq_steady_q31 *st);
 void kq_steady_events_clear_q31(kq_steady_q31 *st);
 
-/** x_i rounded to a raw value, and what the rounding left, in 2^-24 of a raw value (kq_mean_q31). */
+/** As kq_steady_mean_f32: x_i rounded to a raw value, and what the rounding left, in 2^-24 of a raw value.
+ * KQ_NOT_A_VALUE_Q31 if st or i is bad. */
 int32_t kq_steady_mean_q31(const kq_steady_q31 *st, int i);
 int32_t kq_steady_mean_low_q31(const kq_steady_q31 *st, int i);
 
-/** e as raw values of the measurement, saturated at +-(2^31 - 1). */
+/** As kq_steady_innovation_f32: e in raw values of the measurement, saturated at +-(2^31 - 1).  KQ_ERR_RANGE (z). */
 KQ_NODISCARD kq_status kq_steady_innovation_q31(const kq_steady_q31 *st, const int32_t *z, int32_t *e);
 
 #define KQ_FREEZE_LEN_Q31(n) KQ_ROOT_LEN_Q31(n)
 
-/* The fields are the library's. */
 typedef struct {
     struct kq_attached_q31 attached; uint8_t states, components, bits, phase; uint16_t length;
     int32_t *memory; kq_scaled_q31 *gain; const kq_process_q31 *process; uint32_t fingerprint;
@@ -284,6 +303,7 @@ extern const struct kq_hooks_q31 kq_freeze_hooks_q31;
     static kq_freeze_q31 name = { {&kq_freeze_hooks_q31}, n, m, 0, 0, KQ_FREEZE_LEN_Q31(n), name##_memory, \
         name##_gain, NULL, 0, NULL, NULL, NULL}
 
+/** As kq_freeze_assign_f32, kq_freeze_init_f32, kq_freeze_is_active_f32 and kq_freeze_release_f32. */
 KQ_NODISCARD kq_status kq_freeze_assign_q31(kq_freeze_q31 *w, int n, int m, int32_t *memory, size_t length,
     kq_scaled_q31 *gain);
 KQ_NODISCARD kq_status kq_freeze_init_q31(kq_freeze_q31 *w, int bits);

@@ -21,6 +21,7 @@ int main(void)
     static const float z[] = {511, 514, 509, 512, 510};
     kq_status status = start();
     for (int i = 0; i < 5 && !status; i++) status = kq_step_f32(&level, &drift, NULL, &gauge, &z[i]);
+    if (status) printf("%s\n", kq_status_text(status));
     printf("%.2f +- %.2f\n", (double)kq_mean_f32(&level, 0), (double)kq_sigma_f32(&level, 0));
     return status != KQ_OK;
 }

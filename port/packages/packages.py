@@ -77,7 +77,7 @@ def platformio(to):
         "keywords": ["kalman", "filter", "smoother", "fixed-point"],
         "repository": {"type": "git", "url": URL}, "authors": [{"name": AUTHORS, "maintainer": True}],
         "headers": "kalmanq/kalmanq.h", "frameworks": "*", "platforms": "*",
-        "build": {"includeDir": "include", "srcDir": "src", "flags": ["-fno-math-errno"]}}, indent=2))
+        "build": {"includeDir": "include", "srcDir": "src", "flags": ["-fno-math-errno", "-ffp-contract=off", "-lm"]}}, indent=2))
 
 
 def zephyr(to):

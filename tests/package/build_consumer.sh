@@ -16,9 +16,9 @@ pkg_config)
     PKG_CONFIG_PATH="$work/prefix/lib/pkgconfig"
     export PKG_CONFIG_PATH
     # shellcheck disable=SC2046
-    cc -std=c11 "$consumer/main.c" $(pkg-config --define-prefix --cflags --libs kalmanq) -o "$work/consumer"
+    cc -std=c11 "$consumer/main.c" $(pkg-config --cflags --libs kalmanq) -o "$work/consumer"
     # shellcheck disable=SC2046
-    cc -std=c11 -O2 "$consumer/fixed_size.c" $(pkg-config --define-prefix --cflags --libs kalmanq) \
+    cc -std=c11 -O2 "$consumer/fixed_size.c" $(pkg-config --cflags --libs kalmanq) \
         -o "$work/fixed_size"
     "$work/fixed_size"
     ;;
@@ -34,6 +34,13 @@ top_level) # the first thing one tries, on a machine that has a C compiler and n
 plain)
     cc -std=c11 -O2 -I"$source/include" "$consumer/main.c" "$source"/src/*.c -lm \
         -o "$work/consumer"
+    # the few files and flags that the README names
+    row=$(grep '^| anything else' "$source/README.md")
+    files=$(echo "$row" | grep -o 'src/kq_[a-z0-9_]*[.]c')
+    flags=$(echo "$row" | grep -o -- '[ `]-[IOf][^ `]*' | tr -d '`')
+    # shellcheck disable=SC2086
+    (cd "$source" && cc $flags port/packages/first.c $files -Wl,--gc-sections -lm -o "$work/first")
+    [ "$("$work/first")" = "511.19 +- 0.90" ]
     ;;
 *)
     [ "$way" = find_package ] && install_library
