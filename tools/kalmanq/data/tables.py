@@ -191,7 +191,8 @@ class Table:
     def _refuse_width(self, row: list[str], line: int) -> None:
         fields = "1 field" if len(row) == 1 else f"{len(row)} fields"
         is_decimal = any(has_decimal_comma([f"{whole},{part}"]) for whole, part in zip(row, row[1:]))
-        hint = "; if its comma is a decimal one: --decimal ," if len(row) > self._width and is_decimal else ""
+        hint = "" if len(row) > self._width else ": fill it in, or leave the row out"
+        hint = "; if its comma is a decimal one: --decimal ," if len(row) > self._width and is_decimal else hint
         raise TableError(self.source, f"{fields}, not {self._width}{hint}", line)
 
     def _block(self, block: list[list[str]]) -> Block:
@@ -318,7 +319,7 @@ def controls_in(block: Block, controls: Sequence[Quantity], data: Any) -> np.nda
     if np.any(np.isnan(u)):
         row, column = map(int, np.argwhere(np.isnan(u))[0])
         source = source_of(data[0] if isinstance(data, (list, tuple)) else data)
-        raise TableError(source, "a control is missing", block.line(row), controls[column].name)
+        raise TableError(source, "a control is missing: fill it in, or leave the row out; only measurements may be missing", block.line(row), controls[column].name)
     return u
 
 
