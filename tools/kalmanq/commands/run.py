@@ -49,7 +49,7 @@ class Options:
     lag: Optional[int] = typer.Option(None, "--lag", metavar="L", min=0, help="The state L rows ago, too.")
     forecast: int = typer.Option(0, "--forecast", metavar="K", min=0, max=10_000, help="Rows of dt ahead of the last one; the last control stays.")
     robust: Optional[choices("Loss", LOSSES)] = typer.Option(None, "--robust", help="For outliers (gate, huber, student) or jumps.")
-    way: Optional[choices("Way", WAYS)] = typer.Option(None, "--as", help="Of f32 and q31: to the bit the C file that design writes in that way.")
+    way: Optional[choices("Way", WAYS)] = typer.Option(None, "--as", help="f32 and q31: to the bit what the C file of `design --way` computes.")
     compiled: bool = COMPILED
     method: Optional[choices("NonlinearMethod", METHODS)] = typer.Option(None, "--method", help="Of a nonlinear model; extended if left out.")
     iterate: Optional[int] = typer.Option(None, "--iterate", metavar="N", min=1, max=1000, help="Of iterated and posterior: linearise each update so often; 4 if left out.")
