@@ -51,6 +51,17 @@ def test_run_writes_what_the_twin_says(arithmetic, tmp_path):
     assert plot.read_bytes()[:8] == PNG
 
 
+@pytest.mark.parametrize("more", [(), ("--compiled", "--arith", "f32")])
+def test_a_forecast_leaves_the_last_control_as_it_is(more, tmp_path):
+    model, head = EXAMPLES / "cart.toml", "range,push\n0.1,0\n0.2,1\n0.1,3\n"
+    told = []
+    for name, rows, ahead in (("a.csv", "", 4), ("b.csv", ",3\n" * 4, 0)):
+        (tmp_path / name).write_text(head + rows, encoding="utf-8")
+        told.append(json.loads(kalmanq("run", model, tmp_path / name, "--json", "--forecast", ahead, *more).stdout))
+    assert len(told[0]["forecast"]) == 4 and told[0]["mean"] != told[1]["mean"]
+    assert told[0]["forecast"][-1]["mean"] == told[1]["mean"] and told[0]["forecast"][-1]["covariance"] == told[1]["covariance"]
+
+
 def test_run_in_blocks_is_run_at_once(tmp_path):
     data, out = tmp_path / "data.csv", tmp_path / "out.csv"
     assert kalmanq("simulate", EXAMPLES / "track.toml", "-n", 70000, "--seed", 3, "--out", data).returncode == 0
@@ -215,6 +226,7 @@ def test_help_reads_well():
 
 def test_doctor_says_what_is_missing_and_its_cure(tmp_path):
     there = {one["name"]: one for one in json.loads(kalmanq("doctor", "--json").stdout)}
+    assert kalmanq("--version").stdout.startswith("kalmanq") and there["kalmanq"]["version"]
     assert re.match(r"\d+\.\d+", there["numpy"]["version"]) and there["simavr"]["cure"] == "apt install simavr"
     (tmp_path / "avr-gcc").write_text("#!/bin/sh\necho 'avr-gcc (GCC 12.3) 5.4.0'\n")
     (tmp_path / "avr-gcc").chmod(0o755)

@@ -1,6 +1,7 @@
 """Options of kalmanq compile: each beside another way to the same numbers."""
 
 import ctypes
+import re
 import subprocess
 from itertools import product
 
@@ -9,7 +10,7 @@ import pytest
 
 from compiled_models import kinematic
 from driven import doubles, in_words, library
-from kalmanq import Model
+from kalmanq import Model, Quantity
 from kalmanq.compiler import record
 from kalmanq.compiler.emit import PREDICTS, UPDATES
 from kalmanq.compiler.host import Host, compiler
@@ -405,3 +406,12 @@ int flow(const flt_filter *f) { return flt_mean_flow(f); }
     assert (called.level(f), called.flow(f)) == (12345, -12345)
     called.start_at(f, 2**31 - 1, 2**31 - 1)
     assert 0 < called.level(f) <= 2**31 - 1 and called.flow(f) == -called.level(f)
+
+
+def test_the_end_of_a_control_s_range_is_a_raw_value():
+    for span, fraction in ((1.0, 30), (0.5, 31), (0.75, 31), (4.0, 28), (50.0, 25)):
+        model = Model([[1.0]], [[1.0]], 0.01, 1e-4, B=[0.1], P0=[1.0], controls=[Quantity("on", range=span)])
+        header = compiled(model, "flt", Options("q31")).header
+        found = int(re.search(r"FLT_U_ON_FRACTION = (\d+)", header).group(1))
+        assert found == fraction and span * 2**found <= 2**31 - 1
+        assert "u: the controls since the last sample" in header

@@ -50,7 +50,12 @@ LEVEL = '[model]\nA = [[1.0]]\nH = [[1.0]]\nQ = [[1.0]]\nR = [[1.0]]\nP0 = [[1.0
     (LEVEL.replace("[model]", ""), "line 2: A: is a key of [model]: put a line [model] before it"),
     ("[model]\nA = [[1.0\n", "line "),
     (LEVEL.replace("A = [[1.0]]", "A = [[1.0, 2.0]]"), "line 2: A: is 1 x 2, not square"),
-    (LEVEL.replace("R = [[1.0]]", "R = [[-1.0]]"), "line 5: R: has a negative variance"),
+    (LEVEL.replace("R = [[1.0]]", "R = [[-1.0]]"), "line 5: R: has a negative variance: R[0,0] = -1"),
+    (LEVEL.replace("Q = [[1.0]]", "Q = one"), "line 4: Invalid value: Q = one"),
+    (LEVEL + "B = [[1.0], [2.0]]\n[controls]\nnames = ['push']\n", "line 7: B: is 2 x 1: it has a row for each of 1 states"),
+    (LEVEL.replace("H = [[1.0]]", "H = [[1.0, 0.0]]") + "[measurements]\nnames = ['a', 'b']\n", "line 3: H: is 1 x 2: it has a column for each of 1 states"),
+    ("[model]\nF = [[0.0, 1.0]]\nQc = [1, 1]\ndt = 1\nH = [1, 0]\nR = 1\nP0 = [1, 1]\n[states]\nnames = ['a', 'b']\n", "line 2: F: is 1 x 2, not square"),
+    ("[model]\nF = [[0, -1], [0, 0]]\nQc = [[1, 9], [9, 1]]\ndt = 1\nH = [1, 0]\nR = 1\nP0 = [1, 1]\n", "line 3: Qc: is no covariance"),
     (LEVEL.replace("Q = [[1.0]]", 'Q = "one"'), "line 4: Q: is not an array of numbers"),
     (LEVEL.replace("Q = [[1.0]]", "Q = [[nan]]"), "line 4: Q: has an entry that is not finite"),
     (LEVEL.replace("Q = [[1.0]]", "Q = [[1.0], 2]"), "line 4: Q: is not an array"),
@@ -76,6 +81,13 @@ def test_what_is_wrong_is_one_line(text, said, tmp_path):
         model_file.read(path)
     assert said in str(refused.value) and "\n" not in str(refused.value)
     assert str(refused.value).startswith(f"{path}: ")
+
+
+def test_data_in_the_place_of_the_model(tmp_path):
+    path = tmp_path / "data.csv"
+    path.write_text("t,level\n1,2\n", encoding="utf-8")
+    with pytest.raises(ModelFileError, match="line 1: .*: t,level; the model file comes first, then the data"):
+        model_file.read(path)
 
 
 def test_files_that_are_none(tmp_path):

@@ -242,7 +242,7 @@ OF_FILE = {  # a change of AT_TIMES
     "line 3: f: dt has a default, and another function takes dt: leave the default out": ("f(x, dt)", "f(x, dt=1.0)"),
     "line 3: f: its arguments are x, t, u, or fewer of the last ones, and dt by its name": ("f(x, dt)", "f(x, t, u, v, dt)"),
     "line 4: Q: is not symmetric, at x = (": ("[dt**2/2, dt]]", "[dt, dt]]"),
-    "line 4: Q: has a negative variance, at x = (": ("dt**2/2, dt]]", "dt**2/2, -dt]]"),
+    "line 4: Q: has a negative variance: Q[1,1] = -1, at x = (": ("dt**2/2, dt]]", "dt**2/2, -dt]]"),
     "line 4: Q: is no covariance: it is not positive semidefinite, at x = (": ("dt**3/3", "dt**3/5"),
     "line 4: Q: is 1 x 3, not 2 x 2, nor 2 variances, at x = (": ("[[dt**3/3, dt**2/2], [dt**2/2, dt]]", "[[1, dt, 1]]"),
     "line 4: Q: has an entry that is not finite, at x = (": ("[dt**2/2, dt]]", "[dt**2/2, float('inf')]]"),
@@ -252,7 +252,7 @@ OF_FILE = {  # a change of AT_TIMES
 }
 OF_DATA = {  # times in ms; what is said
     "0,20,10,30": "data.csv: row 4, column t [ms]: the time goes back, from 20 to 10: --sort sorts the rows",
-    "0,20,20,30": "data.csv: row 4, column t [ms]: 20 is the time of the row before, too: join the two, or leave one out",
+    "0,20,20,30": "data.csv: row 4, column t [ms]: 20 is the time of the row before, too: join the two rows, or leave one out",
     "0,20,,30": "data.csv: row 4, column t [ms]: the time is missing",
 }
 

@@ -27,11 +27,13 @@ def test_five_minutes(tmp_path):
     kalmanq.chmod(0o755)
     program = re.search(r"^```c\n(.*?)^```\n+```text\n(.*?)^```", (ROOT / "README.md").read_text(encoding="utf-8"), re.S | re.M)
     (tmp_path / "cart.c").write_text(program.group(1))
-    lines = "".join(BLOCKS).replace("pip install -v './tools[all]'\n", "")
+    has_riscv = all(map(shutil.which, ("riscv64-unknown-elf-gcc", "qemu-system-riscv32")))
+    blocks = [one for one in BLOCKS if has_riscv or "riscv" not in one]
+    lines = "".join(blocks).replace("pip install -v './tools[all]'\n", "")
     done = subprocess.run(["bash", "-euc", lines], cwd=tmp_path, capture_output=True, text=True, timeout=300,
                           env={**os.environ, "PATH": f"{kalmanq.parent}:{os.environ['PATH']}"})
     assert done.returncode == 0, done.stderr
-    assert done.stdout.count("walk: 0 wrong") == 2 and done.stdout.endswith(program.group(2)) and (tmp_path / "my.png").read_bytes()[1:4] == b"PNG"
+    assert (done.stdout + done.stderr).count("walk: 0 wrong") == 2 + has_riscv and done.stdout.endswith(program.group(2)) and (tmp_path / "my.png").read_bytes()[1:4] == b"PNG"
 
 
 def test_made_pages_have_every_header_command_and_message_and_each_message_its_cure():

@@ -217,6 +217,49 @@ def test_days_are_not_taken_for_a_dt_of_1_without_a_word(tmp_path):
     assert "the median step of column date is 86400 s, dt is 1: times are in seconds here" in done.stderr
 
 
+def read_and_told(path, layout=None, dt=1.0):
+    """The times of all rows, and the warnings"""
+    with warnings.catch_warnings(record=True) as told:
+        warnings.simplefilter("always")
+        block, = tables.read(Source(path, layout or Layout()), ["pos"], dt=dt, cure="")
+    return block.times, [str(one.message) for one in told]
+
+
+@pytest.mark.parametrize("unit", ["s", "us"])
+def test_a_unit_that_is_wrong_by_a_thousand_is_warned_of(unit, tmp_path):
+    path = written(tmp_path, data_of(f"t [{unit}]", [str(1000 * k) for k in range(20)]))
+    _, told = read_and_told(path)
+    assert len(told) == 1 and "--time 't [ms]' says another unit of the column" in told[0]
+    assert not read_and_told(path, Layout(time="t [ms]"))[1]
+
+
+@pytest.mark.parametrize("head, per_second", [("millis", 1000), ("millis()", 1000), ("ms", 1000), ("uptime_ms", 1000), ("micros", 1e6),
+                                              ("elapsed", 1), ("seconds", 1), ("ts", 1), ("clock,date", None), ("Datum,Uhrzeit", None)])
+def test_names_that_loggers_give_are_times(head, per_second, tmp_path):
+    steps = np.cumsum([0, *([1] * 9), 5, *([1] * 9)])
+    parts = {"date": "2026-03-01", "Datum": "2026-03-01"}
+    cells = [",".join(parts.get(one, f"9:00:{k:02}") for one in head.split(",")) if per_second is None else f"{k * per_second:.0f}" for k in steps]
+    times, told = read_and_told(written(tmp_path, data_of(head, cells)))
+    assert times.tolist() == steps.tolist() and not told
+
+
+def test_a_clock_goes_on_over_midnight_where_a_date_is_beside_it(tmp_path):
+    at = ["2026-02-28,23:59:58", "2026-02-28,23:59:59", "2026-03-01,0:00:00", "2026-03-01,00:00:01"]
+    assert read_and_told(written(tmp_path, data_of("date,time", at)))[0].tolist() == [0, 1, 2, 3]
+
+
+def test_a_column_that_rises_like_a_clock_and_is_not_taken_is_warned_of(tmp_path):
+    cells = [f"{0.1 * k + (1 if k > 12 else 0):.3f}" for k in range(20)]
+    for head, at, lines in (("sample", cells, 1), ("step", cells, 0), ("sample", list(map(str, range(20))), 0),
+                            ("x_true", cells, 0), ("sample", ["ok"] * 20, 0), ("sample", cells[::-1], 0)):
+        times, told = read_and_told(written(tmp_path, data_of(head, at)), dt=0.1)
+        assert times is None and len(told) == lines, (head, told)
+    done = kalmanq("run", cart(tmp_path), written(tmp_path, data_of("sample", cells)))
+    assert done.returncode == 0 and done.stderr.count("\n") == 1 and "column sample rises like a clock" in done.stderr
+    for layout in (Layout(time="none"), Layout(time="sample [s]")):
+        assert not read_and_told(written(tmp_path, data_of("sample", cells)), layout, 0.1)[1]
+
+
 def test_a_model_of_steps_is_told_of_the_cure(tmp_path):
     model, data = written(tmp_path, STEPS, "steps.toml"), written(tmp_path, data_of("t", in_seconds()))
     done = kalmanq("run", model, data)

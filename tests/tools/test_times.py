@@ -404,7 +404,7 @@ def test_a_qc_of_fewer_noises_keeps_its_rank():
 def test_what_is_not_fitted_at_irregular_times(tmp_path):
     times, z = drawn_at_random_times(1)
     two, gm = cart(Qc=[0.1, 0.5]), built("temperature", (20, 0.5, 0.04), tmp_path)
-    for given, said in ((dict(free=["A"]), "A of records at irregular times is not fitted, .*leave it out of --free"),
+    for given, said in ((dict(free=["A"]), "A of records at irregular times is not fitted: leave it out of --free"),
                         (dict(model=two, method="em"), r"^EM has no best Qc, .*: take maximum likelihood \(ml\), or --q-form multiple"),
                         (dict(free=["F"], method="em"), "^EM of a model in continuous time estimates Qc and R, not F"),
                         (dict(model=two, method="em", Q_form="diagonal", held={"Q": np.eye(2)}), "EM holds no entries"),
@@ -413,7 +413,7 @@ def test_what_is_not_fitted_at_irregular_times(tmp_path):
                         (dict(model=gm, free=["time_constant", "x0"]), "^x0 cannot be free beside parameters of the builder: time_constant, "),
                         (dict(model=gm, free=["time_constant[1]"]), "time_constant has 1 number$"), (dict(model=gm, free=["sigma[a]"]), "is not there"),
                         (dict(model=gm, free=["sigma"], R_form="multiple"), "^parameters of a builder are free each by itself"),
-                        (dict(model=gm, free=["dt"]), "time_constant, sigma, noise of its builder are"),
+                        (dict(model=gm, free=["dt"]), "and time_constant, sigma, noise of its builder;"),
                         (dict(model=built("mast", (1.7, 0, 1, 1), tmp_path), free=["damping"]), "^damping is not above 0, and its logarithm")):
         with pytest.raises(KalmanqError, match=said):
             fit(given.pop("model", cart()), [z], given.pop("free", ["Q"]), times=given.pop("times", [times]), **given)

@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import signal
 import sys
-from importlib import import_module
+from importlib import import_module, metadata
+from pathlib import Path
 from typing import Any
 
 import typer
@@ -36,8 +37,17 @@ app = typer.Typer(cls=Commands, help=__doc__, no_args_is_help=True, pretty_excep
                   epilog=f"Example: {COMMANDS['run'].example}")
 
 
+def _tell_version(is_asked: bool) -> None:
+    if is_asked:
+        try:
+            print(f"kalmanq {metadata.version('kalmanq')}")
+        except metadata.PackageNotFoundError:
+            print("kalmanq, not installed: from the source in", Path(__file__).resolve().parents[1])
+        raise typer.Exit
+
+
 @app.callback()
-def _no_options() -> None:
+def _options(_version: bool = typer.Option(False, "--version", callback=_tell_version, is_eager=True, help="Show the version and exit.")) -> None:
     """typer wants a function where it does not know of the commands"""
 
 

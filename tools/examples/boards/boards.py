@@ -18,7 +18,10 @@ import tempfile
 from pathlib import Path
 from typing import Sequence
 
-import numpy as np
+try:
+    import numpy as np
+except ImportError:
+    sys.exit("boards: NumPy is not there: run it by the Python that has kalmanq, as after pip install './tools[all]'")
 
 from costs import costs
 from examples import EXAMPLES, HERE
@@ -112,7 +115,7 @@ def jobs(names: Sequence[str], given: argparse.Namespace, work: Path) -> list[Jo
     made = []
     for name in names or EXAMPLES:
         if name not in EXAMPLES:
-            raise BoardError(f"{name}: is no example; there are {', '.join(EXAMPLES)}")
+            raise BoardError(f"{name}: is no example; there are {', '.join(EXAMPLES)}; tools/docs/start.md has the commands for a program of yours")
         example = EXAMPLES[name]
         ways = list(example.ways) if given.ways or given.what == "costs" else list(example.ways)[:1]
         for core in example.boards:

@@ -13,7 +13,7 @@ from rich.console import Console
 
 from kalmanq.commands import compile_equations, compile_proven
 from kalmanq.commands.messages import print_json, tell_written
-from kalmanq.commands.options import JSON, MODEL, choices, command_of
+from kalmanq.commands.options import ANY_MODEL, JSON, choices, command_of
 from kalmanq.compiler import costs, report
 from kalmanq.compiler.host import Host
 from kalmanq.compiler.offers import cheaper
@@ -31,7 +31,7 @@ FORMS = ("factor", *compile_proven.KINDS)
 
 @dataclass(frozen=True)
 class Options:
-    model: Path = MODEL
+    model: Path = ANY_MODEL
     out: Path = typer.Option(..., "-o", "--out", metavar="NAME.c", help="NAME.h, NAME_test.c and NAME_report.txt go beside it.")
     arithmetic: choices("Compiled", ARITHMETICS) = typer.Option("f32", "--arith", help="The numbers that the chip will have.")
     gate: Optional[float] = typer.Option(None, "--gate", metavar="K", help="Refuse a measurement that is more than K sigma off.")

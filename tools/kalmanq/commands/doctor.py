@@ -39,7 +39,7 @@ class Found:
         return "missing" if self.version is None else self.version
 
 
-MODULES = {"numpy": "all commands", "scipy": "fit, design, report, compare, simulate --runs", "matplotlib": "--plot, report",
+MODULES = {"kalmanq": "all commands", "numpy": "all commands", "scipy": "fit, design, report, compare, simulate --runs", "matplotlib": "--plot, report",
            "PIL": "--plot, report", "kalmanq_studies": "examples, gallery, study"}
 SOURCES = {"PIL": "pillow", "kalmanq_studies": "kalmanq-studies"}
 PROGRAMS = (  # what serves the C that design and compile write: on a chip, and on an emulated one

@@ -33,7 +33,7 @@ ChipArithmetic = choices("ChipArithmetic", (name for name in ARITHMETICS if name
 MODEL = typer.Argument(..., metavar="MODEL", help="A model file (TOML).")
 ANY_MODEL = typer.Argument(..., metavar="MODEL", help="A model file (TOML); or a nonlinear one (.py), which is executed.")
 DATA = typer.Argument(..., metavar="DATA.csv", help="Measurements and controls, by name; empty: missing; - is the standard input.")
-DATAS = typer.Argument(..., metavar="DATA.csv...", help="As DATA.csv; several are joined by their times.")
+DATAS = typer.Argument(..., metavar="DATA.csv...", help="Measurements and controls, by name, in one file or several, which are joined by their times; - is the standard input.")
 JSON = typer.Option(False, "--json", help="Print what came out for machines.")
 ARITHMETIC = typer.Option("f64", "--arith", help="The numbers that the chip will have.")
 COMPILED = typer.Option(False, "--compiled", help="Through the C that kalmanq compile writes, on this machine.")

@@ -47,9 +47,9 @@ class Options:
     arithmetic: Arithmetic = ARITHMETIC
     smooth: bool = typer.Option(False, "--smooth", help="Each row given all rows, too.")
     lag: Optional[int] = typer.Option(None, "--lag", metavar="L", min=0, help="The state L rows ago, too.")
-    forecast: int = typer.Option(0, "--forecast", metavar="K", min=0, max=10_000, help="Rows ahead of the last one.")
+    forecast: int = typer.Option(0, "--forecast", metavar="K", min=0, max=10_000, help="Rows of dt ahead of the last one; the last control stays.")
     robust: Optional[choices("Loss", LOSSES)] = typer.Option(None, "--robust", help="For outliers (gate, huber, student) or jumps.")
-    way: Optional[choices("Way", WAYS)] = typer.Option(None, "--as", help="Of f32 and q31: to the bit the C file that design writes in that way.")
+    way: Optional[choices("Way", WAYS)] = typer.Option(None, "--as", help="f32 and q31: to the bit what the C file of `design --way` computes.")
     compiled: bool = COMPILED
     method: Optional[choices("NonlinearMethod", METHODS)] = typer.Option(None, "--method", help="Of a nonlinear model; extended if left out.")
     iterate: Optional[int] = typer.Option(None, "--iterate", metavar="N", min=1, max=1000, help="Of iterated and posterior: linearise each update so often; 4 if left out.")
@@ -76,7 +76,8 @@ def _refuse(options: Options, model: AnyModel) -> None:
         for name, is_given in (("--lag", options.lag is not None), ("--forecast", options.forecast > 0),
                                ("--robust", options.robust is not None), ("--as", options.way is not None)):
             if is_given:
-                raise KalmanqError(f"{name}: of a linear model (TOML), not of a nonlinear one")
+                cure = ": rows with times and controls, and no measurements, are a forecast" if name == "--forecast" else ""
+                raise KalmanqError(f"{name}: of a linear model (TOML), not of a nonlinear one{cure}")
         if options.iterate is not None and options.method not in ("iterated", "posterior"):
             raise KalmanqError("--iterate: of --method iterated and posterior; --passes are a smoother's")
         if options.compiled and options.method not in (None, "extended", "iterated"):
@@ -126,6 +127,7 @@ class _FileRun:
         self.nis = self.log_likelihood = 0.0
         self.times: Optional[np.ndarray] = None  # of the block at work
         self.last_time: Optional[float] = None
+        self.last_control: Optional[np.ndarray] = None  # 1 x l
         self.kept: list[tuple[np.ndarray, Run, Optional[np.ndarray]]] = []  # for the picture: measurements, what was made of them, times
 
     def perform(self, console: Console) -> None:
@@ -143,7 +145,7 @@ class _FileRun:
                     write(columns.values())
             if not self.rows:
                 raise KalmanqError("no rows")
-            ahead = [self.last.forecast(k) for k in range(1, options.forecast + 1)]
+            ahead = [self._ahead(k) for k in range(1, options.forecast + 1)]
             if options.plot:
                 self._plot(ahead)
         self._tell(ahead, console)
@@ -152,6 +154,10 @@ class _FileRun:
     def last(self) -> Any:
         """The filter at the last row"""
         return self.filter.last if isinstance(self.filter, NonlinearSmoother) else self.filter
+
+    def _ahead(self, steps: int) -> Any:
+        """The last control stays as it is."""
+        return self.last.forecast(steps, None if self.last_control is None else np.repeat(self.last_control, steps, axis=0))
 
     def _filtered(self, stack: ExitStack) -> Iterator[tuple[int, np.ndarray, Run]]:
         """The first row's number, measurements, and what was made of them, in blocks"""
@@ -196,6 +202,7 @@ class _FileRun:
         for block in blocks:
             self._look_at_times(block.times)
             z, u = tables.split(block, model, options.data)
+            self.last_control = None if u is None else u[-1:]
             yield first, block, z, u
             first += len(z)
 
@@ -246,6 +253,10 @@ class _FileRun:
         picture = pictures.draw_run(whole, np.vstack(z), band, None if times[0] is None else np.concatenate(times))
         pictures.save(picture, self.options.plot, [*self.options.data, self.options.model])
 
+    def _distance(self, rows: int) -> str:
+        of = self.model.continuous
+        return f"in {rows} rows" if of is None else f"in {rows * of.dt:.6g} {of.unit}"
+
     def _event_names(self) -> list[str]:
         return self.filter.event_names if self.options.compiled else names_of(self.events)
 
@@ -271,7 +282,7 @@ class _FileRun:
         if options.json:
             return print_json(told)
         arithmetic = ", ".join(filter(None, (options.arithmetic, told.get("method"), told["way"])))
-        made = table("state", "mean", "sigma", *(["in %d rows" % len(ahead), "sigma "] if ahead else []),
+        made = table("state", "mean", "sigma", *([self._distance(len(ahead)), "sigma "] if ahead else []),
                      title=f"{self.model.name}: after {self.rows} rows, {arithmetic}")
         has_errors = self.is_nonlinear and self.model.has_errors
         for i, one in enumerate(self.model.carried if has_errors else ()):

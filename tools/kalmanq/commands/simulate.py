@@ -99,8 +99,9 @@ def _told(sensors: Sequence[Sensor], step: Optional[float], z: np.ndarray, times
             raise KalmanqError(f"{sensor.name} has a column of times (`measured`), which is not drawn: leave `measured` out of the model")
         late = sensor.delay / (step or np.inf)
         rows = round(late)
+        of_dt = f" = {step:g}" if step else ""
         if sensor.delay and (step is None or times is not None or abs(late - rows) > 1e-6):
-            raise KalmanqError(f"the delay of {sensor.name} is in rows here: a multiple of dt, and without --at")
+            raise KalmanqError(f"the delay of {sensor.name}, {sensor.delay:g}, is in rows here: a multiple of dt{of_dt}, and without --at")
         if rows:
             z[rows:, own], z[:rows, own] = z[:-rows, own].copy(), np.nan
     return z

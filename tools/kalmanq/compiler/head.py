@@ -88,7 +88,7 @@ class Header:
         z, u = self.c.z, self.c.u
         lines = [
             *self._starts(), "/** To the next sample.  A sample that is missing is a predict without an update; any number may be",
-            " *  missing. */", f"void {self.name}_predict({self.filter}{u});", "",
+            f" *  missing.{'  u: the controls since the last sample.' if self.given.inputs else ''} */", f"void {self.name}_predict({self.filter}{u});", "",
             "/** Takes a sample.  Returns a bit for each component that it took; it refuses NaN, infinity and what is",
             f" *  outside its range, with {self.given.upper}_REFUSED.  A second update is one more measurement. */",
             f"unsigned {self.name}_update({self.filter}, {z});", ""]

@@ -112,8 +112,8 @@ def _covariance(model: Model, arithmetic: str, factor: Offer) -> list[Offer]:
 def _gaps(model: Model) -> str:
     gaps = model.gaps
     between = f" with {gaps.min_run} full ones between them" if gaps.min_run else " that begin settled"
-    return (f"gaps of at most {gaps.max_gap} samples{between if gaps.max_gap else ''}" if gaps.max_gap else
-            "samples of which none is missing") + ", and none in part"
+    return f"gaps of at most {gaps.max_gap} samples{between}, and none in part" if gaps.max_gap else \
+        "complete samples alone, as the model declares no [gaps]"
 
 
 def cheaper(product: Product) -> Optional[str]:

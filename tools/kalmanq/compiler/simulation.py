@@ -129,10 +129,10 @@ class CompiledFilter:
         S = model.H @ P @ model.H.T + model.R
         scored(run, z - x @ model.H.T - (0.0 if model.d is None else model.d), S, ran)
 
-    def forecast(self, steps: int) -> Ahead:
-        """So many rows ahead without measurements and controls.  No row can be run after it."""
+    def forecast(self, steps: int, u: Optional[np.ndarray] = None) -> Ahead:
+        """So many rows ahead without measurements; u: steps x l.  No row can be run after it."""
         while len(self._ahead) < steps:
-            self.left = self._rest()
+            self.left = self._rest() if u is None else controls_of(u[len(self._ahead)][None], self.model, 1)[0]
             ran = self._ran(np.full((1, self.model.m), np.nan), None)
             self.begins = False
             self._ahead.append(Ahead(ran.mean[-1], ran.covariance[-1]))

@@ -164,7 +164,8 @@ def _fraction(one: Quantity, bits: int, span: float) -> int:
         if one.range and one.range * 2.0 ** one.fraction >= 2.0 ** 31:
             raise KalmanqError(f"{one.name}: {one.range:g} does not fit Q{31 - one.fraction}.{one.fraction}")
         return one.fraction
-    return min(most, bits - up(span))
+    made = min(most, bits - up(span))
+    return made - (bool(one.range) and one.range * 2.0 ** made >= 2.0 ** 31)  # its end is a raw value, too: 2^31 is none
 
 
 def _read(one: Quantity, end: int, x: int) -> int:

@@ -17,6 +17,7 @@ from kalmanq.errors import KalmanqError
 
 SEPARATORS = {",": "','", ";": "';'", "\t": "a tab"}
 MISSING = ("", "na", "n/a", "#n/a", "<na>", "nan", "null", "none")  # in any letters
+SHOWN = 60  # letters of a row
 HEAD = 4096  # bytes that tell how the text is written
 
 
@@ -218,13 +219,16 @@ def place_of(source: Source, cells: Sequence[str], name: str, unit: str, line: i
     column, found = source.layout.rename.get(name, name), places_of(source, cells, name)
     if len(found) > 1:
         raise TableError(source, f"the column {column} is there twice", line)
+    if not found and any(_float(cell) is not None for cell in cells):
+        raise TableError(source, f"there is no header: {', '.join(cells)[:SHOWN]} are no names; the first row has the names of the columns, "
+                         f"{column} among them", line)
     if not found:
         raise TableError(source, f"there is no column {column}; there are {', '.join(cells)}"
                          + ("" if name in source.layout.rename else f" (--rename {name}=... says which it is)"), line)
     own = unit_of(cells[found[0]]) if cells[found[0]] != column else ""
     if own and unit and own != unit:
         raise TableError(source, f"{cells[found[0]]} is in {own}, the model has {name} in {unit}: convert it, or "
-                         f"--rename '{name}={cells[found[0]]}' if that is one unit", line)
+                         f"--rename '{name}={cells[found[0]]}' if the heading alone is wrong", line)
     return found[0]
 
 

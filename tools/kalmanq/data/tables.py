@@ -18,7 +18,7 @@ from kalmanq.data.files import whole
 from kalmanq.data.layouts import (
     AnySource, Numbers, Source, TableError, has_decimal_comma, opened, place_of, places_of, separator_of, source_of)
 from kalmanq.data.time_columns import TimeColumn, judge_units
-from kalmanq.data.times import Times, time_column
+from kalmanq.data.times import CLOCK, Times, date_and_clock, place_of_clock, time_column, unnamed_times
 from kalmanq.errors import KalmanqError, KalmanqWarning
 from kalmanq.model import Model, Quantity
 
@@ -103,6 +103,9 @@ class Table:
             self._places += [place_of(source, cells, name, "", self._line) for name in optional]
         stamped = {name: place_of(source, cells, name, "", self._line) for name in stamps if name in cells}
         place = time_column(source, cells, [*self._places, *stamped.values()], [one.name for one in wanted] if dt is None or cure else ())
+        self._clock = None if place is None or source.layout.time else place_of_clock(cells, place)
+        place = self._clock[0] if self._clock else place
+        self._unnamed = cells if place is None and dt is not None and is_alone and not source.layout.time else None
         self.times = None if dt is None or place is None else TimeColumn(source, cells[place], place, dt)
         self._stamps = {name: TimeColumn(source, name, where, dt) for name, where in stamped.items()} if self.times else {}
         self._judged = None if place is None or self.times and not cure else Times(cells[place], place)
@@ -188,7 +191,8 @@ class Table:
     def _refuse_width(self, row: list[str], line: int) -> None:
         fields = "1 field" if len(row) == 1 else f"{len(row)} fields"
         is_decimal = any(has_decimal_comma([f"{whole},{part}"]) for whole, part in zip(row, row[1:]))
-        hint = "; if its comma is a decimal one: --decimal ," if len(row) > self._width and is_decimal else ""
+        hint = "" if len(row) > self._width else ": fill it in, or leave the row out"
+        hint = "; if its comma is a decimal one: --decimal ," if len(row) > self._width and is_decimal else hint
         raise TableError(self.source, f"{fields}, not {self._width}{hint}", line)
 
     def _block(self, block: list[list[str]]) -> Block:
@@ -196,7 +200,7 @@ class Table:
         self._numbers.look(columns)
         made = {one.name: self._values(one, cells) for one, cells in zip(self._wanted, columns)}
         column = self.times or self._judged
-        cells = [row[column.place].strip() for row in block] if column else []
+        cells = self._cells_of_times(column.place, block) if column else []
         times = self.times.read(cells, self._line) if self.times else None
         for name, one in self._stamps.items():
             made[name] = one.stamps([row[one.place].strip() for row in block], self._line, self.times)
@@ -204,8 +208,27 @@ class Table:
             judge_units([self.times])
         if self._judged:
             self._judged.look(cells, self._line)
+        if self._unnamed:
+            self._warn_of_unnamed_times(self._unnamed, block)
         first, self._line = self._line, self._line + len(block)
         return Block(first, made, times)
+
+    def _cells_of_times(self, place: int, block: list[list[str]]) -> list[str]:
+        cells = [row[place].strip() for row in block]
+        if self._clock is None:
+            return cells
+        clocks = [row[self._clock[1]].strip() for row in block]
+        if not CLOCK.fullmatch(clocks[0]):
+            self._clock = None  # of seconds, say: the date has all
+            return cells
+        return [date_and_clock(*both) for both in zip(cells, clocks)]
+
+    def _warn_of_unnamed_times(self, header: list[str], block: list[list[str]]) -> None:
+        self._unnamed = None
+        name = unnamed_times(header, block, self._places)
+        if name is not None:
+            warnings.warn(f"{self.source}: column {name} rises like a clock, and each row is taken for one step of dt: --time "
+                          f"'{name} [ms]', or [s], takes it for times; --time none says that rows are steps", KalmanqWarning, stacklevel=2)
 
     def _values(self, one: Quantity, cells: list[str]) -> np.ndarray:
         try:
@@ -296,7 +319,7 @@ def controls_in(block: Block, controls: Sequence[Quantity], data: Any) -> np.nda
     if np.any(np.isnan(u)):
         row, column = map(int, np.argwhere(np.isnan(u))[0])
         source = source_of(data[0] if isinstance(data, (list, tuple)) else data)
-        raise TableError(source, "a control is missing", block.line(row), controls[column].name)
+        raise TableError(source, "a control is missing: fill it in, or leave the row out; only measurements may be missing", block.line(row), controls[column].name)
     return u
 
 

@@ -20,9 +20,11 @@ DATE = re.compile(r"\d{4}-\d\d-\d\d.*")
 DECIMAL = re.compile(r"\d+(\.\d*)?")
 PER_SECOND = {"s": 1.0, "sec": 1.0, "second": 1.0, "seconds": 1.0, "ms": 1e3, "us": 1e6, "\u00b5s": 1e6, "\u03bcs": 1e6, "ns": 1e9,
               "min": 1 / 60, "h": 1 / 3600, **{name: 1 / UNITS[name] for name in ("day", "week", "year")}}
+SPELT = {"millis": "ms", "micros": "us"}
+UNITS_ALONE = ("ms", "seconds")  # a whole name that is a unit; "h" or "year" may be something else
 EPOCH = ((1e17, 1e9), (1e14, 1e6), (1e11, 1e3))  # such a number is of nanoseconds, ... since 1970
 UNIT_KNOWN = 30.0  # a median step within this of dt, either way, is in the unit that was taken
-FAR = 1000.0  # of dt, either way: dt may be in another unit
+FAR = 300.0  # of dt, either way: one of them may be in another unit
 
 
 @dataclass(frozen=True)
@@ -46,8 +48,9 @@ class TimeColumn:
         self.source, self.name, self.place, self.dt = source, name, place, dt
         self.origin: Optional[Origin] = None
         self.step = np.nan
-        said = unit_of(source.layout.time or "") or unit_of(name) or re.split("[ _]", name)[-1]
-        self.unit = said if said in PER_SECOND and said != name else ""
+        said = unit_of(source.layout.time or "") or unit_of(name) or re.split("[ _]", without_unit(name))[-1]
+        said = SPELT.get(said.lower(), said)
+        self.unit = said if said in PER_SECOND and (said != name or name in UNITS_ALONE) else ""
         self.kind, self._zone = "", ""
         self._per_second, self._base = 1.0, 0
         self._last: Optional[tuple[float, str]] = None
@@ -174,7 +177,7 @@ class TimeColumn:
         k = int(back[0])
         time, before = (made[k - 1], cells[k - 1]) if k else (last, said)
         if made[k] == time:
-            raise TableError(self.source, f"{cells[k]} is the time of the row before, too: join the two, or leave one out",
+            raise TableError(self.source, f"{cells[k]} is the time of the row before, too: join the two rows, or leave one out; or --time says which other column has the times",
                              line + k, self.name)
         clock = ", but a clock that begins anew needs a date" if self.kind == "clocks" else ""
         raise TableError(self.source, f"the time goes back, from {before} to {cells[k]}: --sort sorts the rows{clock}",
@@ -191,8 +194,9 @@ def judge_units(columns: Sequence[TimeColumn]) -> None:
             raise TableError(one.source, f"column {one.name}: the unit of the times is not certain: as seconds, the median step is "
                              f"{one.step:.6g}, dt is {one.dt:g}: --time '{name} [ms]' says it, or [s], or a header {name} [ms]")
         if ratio > FAR or ratio < 1 / FAR:
+            cure = f"; or --time '{name} [ms]' says another unit of the column" if one.kind == "numbers" else ""
             warnings.warn(f"{one.source}: the median step of column {one.name} is {one.step:.6g} s, dt is {one.dt:g}: times are in "
-                          "seconds here, and dt, F and Qc have to be, too", KalmanqWarning, stacklevel=2)
+                          f"seconds here, and dt, F and Qc have to be, too{cure}", KalmanqWarning, stacklevel=2)
 
 
 def _ahead_of_utc(zone: str) -> int:

@@ -40,8 +40,8 @@ class Flow:
         elif set(names) - {*ARRAYS, "Qc"}:
             name = next(one for one in names if one not in (*ARRAYS, "Qc"))
             more = f", and {', '.join(known)} of its builder" if known else ""
-            raise KalmanqError(f"{name} of records at irregular times is not fitted, Q (that is Qc), R, F, H, x0 and P0{more} are: leave it "
-                               "out of --free; --time none takes each row for a step of dt")
+            raise KalmanqError(f"{name} of records at irregular times is not fitted: leave it out of --free. Free are Q (that is Qc), R, F, H, "
+                               f"x0 and P0{more}; --time none takes each row for a step of dt")
         self.free = tuple(self.labels) or tuple(name for name in ARRAYS if name in names or name == "Q" and "Qc" in names)
         self.noises = {label for label, (name, _) in self.labels.items() if name in ("density", "sigma", "noise")}
 

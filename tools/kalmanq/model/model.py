@@ -145,6 +145,8 @@ class Model:
         A, Q, B_ = of.step(of.dt)
         if not all(np.all(np.isfinite(one)) for one in (A, Q)):
             raise ModelError("dt", "is so long that the model is not representable")
+        if np.any(np.diag(Q) < 0):
+            raise ModelError("Qc", "is no covariance: over a step of dt it makes a negative variance; an entry [i,j] is at most sqrt([i,i] [j,j])")
         made = cls(A, H, R, Q, **_split(B_, c is not None), **more)
         made.continuous = of
         return made
@@ -304,7 +306,8 @@ def _covariance(name: str, given: ArrayLike, size: int) -> np.ndarray:
     if not np.array_equal(array, array.T) and not np.allclose(array, array.T, rtol=1e-12, atol=0):
         raise ModelError(name, "is not symmetric")
     if np.any(np.diag(array) < 0):
-        raise ModelError(name, "has a negative variance")
+        k = int(np.argmin(np.diag(array)))
+        raise ModelError(name, f"has a negative variance: {name}[{k},{k}] = {array[k, k]:g}")
     return _fixed((array + array.T) / 2)
 
 

@@ -34,6 +34,7 @@ MATRICES = ("A", "B", "c", "d", "H", "Q", "G", "R", "x0", "P0", "F", "L", "Qc", 
 ROWS_MAX = 100_000_000  # of a gap, or of a run
 FRACTION_MAX = 1000
 LARGEST, SHOWN = sys.float_info.max, 40
+TABLES = (".csv", ".tsv", ".txt", ".log")
 SECTIONS = {
     "model": (*MATRICES, "name", "builder", "time_unit"),
     "states": ("names", "units", "ranges", "fractions"),
@@ -77,7 +78,9 @@ def read(path: Path) -> Model:
         said = re.sub(r" \(at line (\d+), column \d+\)", "", str(problem))
         line = re.search(r"at line (\d+)", str(problem))
         number = line.group(1) if line else len(text.splitlines())  # "at end of document"
-        raise ModelFileError(f"{path}: line {number}: {said}") from None
+        shown = text.splitlines()[int(number) - 1].strip()[:SHOWN] if text.strip() else ""
+        hint = "; the model file comes first, then the data" if Path(path).suffix in TABLES else ""
+        raise ModelFileError(f"{path}: line {number}: {said}: {shown}{hint}") from None
     except RecursionError:
         raise ModelFileError(f"{path}: arrays are nested too deeply") from None
     except ValueError:  # Python's own limit
@@ -174,7 +177,7 @@ def _model(path: Path, given: Mapping[str, Any]) -> Model:
         if "P0" not in model:
             raise ModelError("P0", 'is missing from [model]: a matrix, variances, or "unknown"')
         made.update(_prior(model["P0"]))
-    count = len(np.atleast_2d(made["F" if "F" in made else "A"]))
+    count = _count_of_states(made)
     sensors = _sensors(given, made, count) if "sensors" in given else ()
     sizes = {"states": count, "measurements": _height(made["H"]),
              "controls": 0 if made.get("B") is None else _width(made["B"])}
@@ -188,6 +191,23 @@ def _model(path: Path, given: Mapping[str, Any]) -> Model:
     model = Model.of(**made, gaps=_gaps(given.get("gaps", {})), name=name)
     model.sensors, model.builder = tuple(sensors), given_to_builder
     return model
+
+
+def _count_of_states(made: Mapping[str, Any]) -> int:
+    """Of matrices that fit together, before names are counted"""
+    key = "F" if "F" in made else "A"
+    transition = np.atleast_2d(made[key])
+    if transition.ndim != 2 or len(transition) != transition.shape[1]:
+        raise ModelError(key, f"is {' x '.join(map(str, transition.shape))}, not square: a row and a column for each state")
+    _require_side("B", made.get("B"), 0, len(transition))
+    _require_side("H", made.get("H"), 1, len(transition))
+    return len(transition)
+
+
+def _require_side(key: str, matrix: Optional[np.ndarray], axis: int, states: int) -> None:
+    """A flat row or column is looked at with the others."""
+    if matrix is not None and matrix.ndim == 2 and matrix.shape[axis] != states:
+        raise ModelError(key, f"is {' x '.join(map(str, matrix.shape))}: it has a {('row', 'column')[axis]} for each of {states} states")
 
 
 def rebuilt(model: Model, given: Mapping[str, Any]) -> Model:
@@ -244,6 +264,7 @@ def _sensor(number: int, given: Mapping[str, Any], states: int) -> tuple[str, Mo
                 raise ModelError(key, "is missing from [[sensors]]")
         name = _typed(given["name"], str, "name", "a text")
         H, R = (_array(key, given[key]) for key in ("H", "R"))
+        _require_side("H", H, 1, states)
         size = _height(H)
         default = [name] if size == 1 else [f"{name}{k + 1}" for k in range(size)]
         said = {"names" if key == "measurements" else key: given[key] for key in ("measurements", "units", "ranges", "fractions")

@@ -107,7 +107,7 @@ class NonlinearModel:
         self.noises = _sensor_parts(sensors, h, R, H) if sensors else Noises({"": R})
         m = self.noises.measured(lambda: (np.array(numbers_of(x0), float).ravel(), 0, self.controls_at(0)), measurements)
         if (Q is None) == (G is None):
-            raise ModelError("Q", "give either Q or G, with Q = G G'")
+            raise ModelError("Q", "give either Q or G, with Q = G G'; a constant of yours needs another name than Q and G")
         varies = self.given.keys() & {"Q", "G"}
         self.frame = Model(np.eye(n), np.zeros((m, n)), self.noises.start, np.zeros((n, n)) if varies else Q, G=None if varies else G,
                            x0=x0 if nominal is None else np.zeros(n), P0=P0, states=states, measurements=measurements, name=name)
