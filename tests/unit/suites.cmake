@@ -5,8 +5,8 @@ set(KALMANQ_SUITES_f32 status lengths process sensor lean filter update forecast
     extended sigma_points diffuse_orders diffuse_rank)
 set(KALMANQ_SUITES_f64 ${KALMANQ_SUITES_f32})
 set(KALMANQ_SUITES_q31 inverse_q31 lengths prepare_q31 model_q31 lean filter_q31 refusals smoother smoother_q31
-    on_line delayed wide numbers laws diffuse_q31 least_squares consistency learning robust watch
-    steady_q31 freeze extended_q31 words_q31 diffuse_orders diffuse_rank)
+    on_line delayed wide numbers laws changed diffuse_q31 least_squares consistency learning robust watch
+    freeze extended_q31 words_q31 diffuse_orders diffuse_rank)
 set(KALMANQ_FIXED_f32 fixed)
 set(KALMANQ_FIXED_f64 fixed)
 set(KALMANQ_FIXED_q31 fixed)
