@@ -258,41 +258,6 @@ TEST(predict_keeps_increments_below_the_last_bit_of_the_mean)
 
 /* ------------------------------------------------------- mean, sigma, covariance, events */
 
-TEST(what_is_read_of_a_bad_filter_or_state_is_no_number)
-{
-    static const int bad[] = {-1, 2, 16, 256, INT_MAX, INT_MIN};
-    for (int k = 0; k < COUNT(bad); k++) {
-        ASSERT_NAN(K(mean)(&track, bad[k]));
-        ASSERT_NAN(K(mean_low)(&track, bad[k]));
-        ASSERT_NAN(K(sigma)(&track, bad[k]));
-    }
-    ASSERT_NAN(K(mean)(NULL, 0));
-    ASSERT_NAN(K(mean_low)(NULL, 0));
-    ASSERT_NAN(K(sigma)(NULL, 0));
-    ASSERT_NAN(K(mean)(&blank, 0));
-    ASSERT_NAN(K(mean_low)(&blank, 0));
-    ASSERT_NAN(K(sigma)(&blank, 0));
-}
-
-TEST(what_is_read_of_the_last_update_of_a_bad_filter_is_no_number)
-{
-    ASSERT_NAN(K(nis)(NULL));
-    ASSERT_NAN(K(log_likelihood)(NULL));
-    ASSERT_NAN(K(log_likelihood_last)(NULL));
-    TEST_ASSERT_EQUAL_INT(-1, K(taken)(NULL));
-    ASSERT_NAN(K(nis)(&blank));
-    ASSERT_NAN(K(log_likelihood)(&blank));
-    ASSERT_NAN(K(log_likelihood_last)(&blank));
-    TEST_ASSERT_EQUAL_INT(-1, K(taken)(&blank));
-}
-
-TEST(no_filter_has_no_events)
-{
-    TEST_ASSERT_EQUAL_HEX(0, K(events)(NULL));
-    K(events_clear)(NULL);
-    TEST_ASSERT_EQUAL_HEX(0, K(events)(&blank));
-}
-
 TEST(covariance_is_exactly_symmetric)
 {
     ASSERT_OK(K(predict)(&track, &motion, NULL));

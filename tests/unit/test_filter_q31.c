@@ -8,7 +8,6 @@ static sensor_model radar;
 static prior_model start;
 KQ_FILTER_Q31(track, 2);
 KQ_FILTER_Q31(twin, 2);
-KQ_FILTER_Q31(blank, 2);
 
 static const double range[] = {100, 10}, drive_range[] = {5}, measured_range[] = {100, 100, 100};
 static const double A[] = {1, 0.5, 0, 1}, B[] = {0.125, 0.5}, Q[] = {0.25, 0.125, 0.125, 0.5};
@@ -35,42 +34,6 @@ static void set_up(void)
 }
 
 /* ------------------------------------------------------- components without noise */
-
-TEST(a_redundant_noise_free_component_is_not_taken)
-{
-    static const double twice[] = {1, 0, 1, 0}, none[4];
-    put_sensor(&radar, 2, 2, range, measured_range, twice, none);
-    ASSERT_OK(kq_update_q31(&track, &radar.sensor, measured));
-    TEST_ASSERT_EQUAL_INT(1, kq_taken_q31(&track));
-    TEST_ASSERT_EQUAL_HEX(KQ_EVENT_REDUNDANT, kq_events_q31(&track));
-    ASSERT_WITHIN(1e-6, 3, mean_value(&track, 0));
-    kq_events_clear_q31(&track);
-    TEST_ASSERT_EQUAL_HEX(0, kq_events_q31(&track));
-}
-
-/* Constraints that hold at every step (test_update.c says what they are about) */
-TEST(noise_free_components_may_come_again)
-{
-    static const double C[] = {-1, 1, 0, 0, 0, -1, 1, -1, -1, 0, 0, 0}, large[] = {20, 20, 20, 20};
-    static const double h[] = {0, 0, 1, 0}, noise_of_h[] = {1. / 128}, zero[16] = {0}, z[] = {-1, 0, 0};
-    static const double P[] = {4, 0, 0, 0, 0, 4, 0, 0, 0, 0, 4, 0, 0, 0, 0, 4};
-    static sensor_model constraints, third;
-    static prior_model prior;
-    KQ_FILTER_Q31(four, 4);
-    put_sensor(&constraints, 4, 3, large, large, C, zero);
-    put_sensor(&third, 4, 1, large, large, h, noise_of_h);
-    put_prior(&prior, 4, large, zero, P);
-    ASSERT_OK(kq_filter_init_q31(&four, &prior.table, NULL));
-    for (int step = 1; step <= 40; step++) {
-        const int32_t none[3] = {0};
-        ASSERT_OK(kq_update_q31(&four, &constraints.sensor, none));
-        TEST_ASSERT_EQUAL_INT(step == 1 ? 3 : 0, kq_taken_q31(&four));
-        kq_events_clear_q31(&four);
-        ASSERT_OK(kq_update_q31(&four, &third.sensor, words_of(z, 1, third.measurement_format)));
-        const double variance = 1 / (0.5 + 128 * step);
-        ASSERT_WITHIN(1e-6, -128 * step * variance, mean_value(&four, 2));
-    }
-}
 
 /* Two components take most of what is unknown: what rounding has left of them is that of rows that
    were long, and no information in their sum. */
@@ -149,28 +112,6 @@ TEST(a_word_at_the_end_of_its_range_is_taken)
     ASSERT_OK(kq_predict_q31(&track, &motion.process, drive));
     ASSERT_REFUSED(KQ_ERR_RANGE, kq_forecast_q31(&track, &motion.process, second, 2, &twin));
     ASSERT_OK(kq_forecast_q31(&track, &motion.process, second, 1, &twin));
-}
-
-TEST(what_is_read_of_a_bad_filter_or_state_is_no_word)
-{
-    static const int bad[] = {-1, 2, 16, 256, INT_MAX, INT_MIN};
-    const kq_filter_q31 *const none[] = {NULL, &blank};
-    for (int k = 0; k < COUNT(bad); k++) {
-        TEST_ASSERT_EQUAL_INT32(KQ_NOT_A_VALUE_Q31, kq_mean_q31(&track, bad[k]));
-        TEST_ASSERT_EQUAL_INT32(KQ_NOT_A_VALUE_Q31, kq_mean_low_q31(&track, bad[k]));
-        TEST_ASSERT_EQUAL_INT32(KQ_NOT_A_VALUE_Q31, kq_sigma_q31(&track, bad[k]));
-    }
-    for (int k = 0; k < COUNT(none); k++) {
-        TEST_ASSERT_EQUAL_INT32(KQ_NOT_A_VALUE_Q31, kq_mean_q31(none[k], 0));
-        TEST_ASSERT_EQUAL_INT32(KQ_NOT_A_VALUE_Q31, kq_mean_low_q31(none[k], 0));
-        TEST_ASSERT_EQUAL_INT32(KQ_NOT_A_VALUE_Q31, kq_sigma_q31(none[k], 0));
-        TEST_ASSERT_TRUE(kq_nis_q31(none[k]) == KQ_NOT_A_SCORE_Q31);
-        TEST_ASSERT_TRUE(kq_log_likelihood_q31(none[k]) == KQ_NOT_A_SCORE_Q31);
-        TEST_ASSERT_TRUE(kq_log_likelihood_last_q31(none[k]) == KQ_NOT_A_SCORE_Q31);
-        TEST_ASSERT_EQUAL_INT(-1, kq_taken_q31(none[k]));
-        TEST_ASSERT_EQUAL_HEX(0, kq_events_q31(none[k]));
-    }
-    kq_events_clear_q31(NULL);
 }
 
 /* -------------------------------------------------------------------------- saturation */

@@ -7,9 +7,11 @@
 #ifdef KQ_TEST_Q31
 #define LIKE 0x1p-24
 #define LIKE_SCORES 1e-5
+#define LIKE_KNOWN 1e-6
 #else
 #define LIKE TOLERANCE
 #define LIKE_SCORES TOLERANCE
+#define LIKE_KNOWN 1e-4
 #endif
 
 enum { MISSING = 3 }; /* which of the words that are refused stands where nothing was measured */
@@ -20,6 +22,7 @@ static prior_model prior;
 S_FILTER(track, 2);
 S_FILTER(twin, 2);
 S_FILTER(ahead, 2);
+S_FILTER(blank, 2);
 S_HISTORY(tape, 2, 2, 4, 0);
 
 static const num A[] = {1, 0.5, -0.25, 1}, B[] = {0.125, 0.5}, Q[] = {0.25, 0.125, 0.125, 0.5};
@@ -273,6 +276,71 @@ TEST(a_component_present_must_be_a_number)
         ASSERT_REFUSED(NOT_A_NUMBER, S(update_subset)(&track, &radar.sensor, z, 3));
         ASSERT_REFUSED(NOT_A_NUMBER, S(update_subset)(&track, &radar.sensor, z, 1));
     }
+}
+
+/* ------------------------------------------------------------- components without noise */
+
+TEST(a_redundant_noise_free_component_is_not_taken)
+{
+    static const num twice[] = {1, 0.5, 1, 0.5}, none[4] = {0}, same[] = {3, 3};
+    put_sensor(&chosen, 2, 2, range, range, twice, none);
+    const word *seen = measured(&chosen.sensor, same);
+    ASSERT_OK(S(update)(&track, &chosen.sensor, seen));
+    TEST_ASSERT_EQUAL_HEX(KQ_EVENT_REDUNDANT, S(events)(&track));
+    TEST_ASSERT_EQUAL_INT(1, S(taken)(&track));
+    ASSERT_OK(S(update_subset)(&twin, &chosen.sensor, seen, 1));
+    ASSERT_SAME_BITS(track_memory, twin_memory);
+    TEST_ASSERT_EQUAL_HEX(0, S(events)(&twin));
+    ASSERT_OK(S(update)(&twin, &chosen.sensor, seen));
+    TEST_ASSERT_EQUAL_INT(0, S(taken)(&twin));
+    ASSERT_SAME_BITS(track_memory, twin_memory);
+    S(events_clear)(&twin);
+    TEST_ASSERT_EQUAL_HEX(0, S(events)(&twin));
+}
+
+/* Constraints that hold at every step: x0 = 0, x1 = x0, x2 = x1 + x3.  The last of them tells all of x1,
+   whose row was long; what rounding leaves of it must not be taken for knowledge of x2 the next time. */
+TEST(noise_free_components_may_come_again)
+{
+    static const num C[] = {-1, 1, 0, 0, 0, -1, 1, -1, -1, 0, 0, 0}, nothing[16] = {0}, wide[] = {20, 20, 20, 20};
+    static const num h[] = {0, 0, 1, 0}, noise_of_h[] = {1. / 128}, seen[] = {-1};
+    static const num P[] = {4, 0, 0, 0, 0, 4, 0, 0, 0, 0, 4, 0, 0, 0, 0, 4};
+    static sensor_model constraints, third;
+    static prior_model of_four;
+    S_FILTER(four, 4);
+    put_independent(&constraints, 4, 3, wide, wide, C, nothing);
+    put_sensor(&third, 4, 1, wide, wide, h, noise_of_h);
+    put_prior(&of_four, 4, wide, nothing, P);
+    ASSERT_OK(init_filter(&four, &of_four));
+    for (int step = 1; step <= 40; step++) {
+        ASSERT_OK(S(update)(&four, &constraints.sensor, measured(&constraints.sensor, nothing)));
+        TEST_ASSERT_EQUAL_INT(step == 1 ? 3 : 0, S(taken)(&four));
+        TEST_ASSERT_EQUAL_HEX(step == 1 ? 0 : KQ_EVENT_REDUNDANT, S(events)(&four) & ~(unsigned)KQ_EVENT_PRECISION);
+        S(events_clear)(&four);
+        ASSERT_OK(S(update)(&four, &third.sensor, measured(&third.sensor, seen)));
+        /* x2 has the variance 2 before, of x3's and its own */
+        const double variance = 1 / (0.5 + 128 * step);
+        ASSERT_WITHIN(LIKE_KNOWN, sqrt(variance), word_value(&of_four, S(sigma)(&four, 2), 2));
+        ASSERT_WITHIN(LIKE_KNOWN, -128 * step * variance, shown_mean(&four, &of_four, 2));
+    }
+}
+
+/* ---------------------------------------------------------------------------- readings */
+
+TEST(nothing_is_read_of_a_bad_filter_or_state)
+{
+    static const int bad[] = {-1, 2, 16, 256, INT_MAX, INT_MIN};
+    static const S(filter) *const none[] = {NULL, &blank};
+    for (int k = 0; k < COUNT(bad); k++) assert_nothing_shown(&track, bad[k]);
+    for (int k = 0; k < COUNT(none); k++) {
+        assert_nothing_shown(none[k], 0);
+        ASSERT_NO_SCORE(S(nis)(none[k]));
+        ASSERT_NO_SCORE(S(log_likelihood)(none[k]));
+        ASSERT_NO_SCORE(S(log_likelihood_last)(none[k]));
+        TEST_ASSERT_EQUAL_INT(-1, S(taken)(none[k]));
+        TEST_ASSERT_EQUAL_HEX(0, S(events)(none[k]));
+    }
+    S(events_clear)(NULL);
 }
 
 /* -------------------------------------------------------------------------------- step */

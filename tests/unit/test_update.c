@@ -253,22 +253,6 @@ TEST(small_terms_are_not_lost_after_a_hundred_years)
 
 static const num twice[] = {1, 0.5, 1, 0.5}, free_of_noise[] = {0, 0, 0, 0};
 
-/* Of two noise-free sensors of the same thing the second says nothing new. */
-TEST(a_redundant_noise_free_component_is_not_taken)
-{
-    const K(sensor) *s = sensor_of(twice, free_of_noise, 2);
-    z[1] = z[0];
-    ASSERT_OK(K(update)(&track, s, z));
-    TEST_ASSERT_EQUAL_HEX(KQ_EVENT_REDUNDANT, K(events)(&track));
-    TEST_ASSERT_EQUAL_INT(1, K(taken)(&track));
-    ASSERT_OK(K(update_subset)(&twin, s, z, 1));
-    ASSERT_SAME_STATE(&twin, &track, 2);
-    TEST_ASSERT_EQUAL_HEX(0, K(events)(&twin));
-    ASSERT_OK(K(update)(&twin, s, z));
-    TEST_ASSERT_EQUAL_INT(0, K(taken)(&twin));
-    ASSERT_SAME_STATE(&track, &twin, 2);
-}
-
 /* Three numbers of a few bits, whose sums are exact */
 static void put_direction(num *h, uint32_t *seed)
 {
@@ -340,32 +324,6 @@ TEST(multiples_of_one_noisy_component_are_left_out)
         TEST_ASSERT_EQUAL_HEX(KQ_EVENT_REDUNDANT, K(events)(&track));
         ASSERT_SAME_STATE(&twin, &track, 2);
         ASSERT_CLOSE(K(log_likelihood)(&twin), K(log_likelihood)(&track), 1);
-    }
-}
-
-/* Constraints that hold at every step: x0 = 0, x1 = x0, x2 = x1 + x3.  The last of them tells all of x1,
-   whose row was long; what rounding leaves of it must not be taken for knowledge of x2 the next time. */
-TEST(noise_free_components_may_come_again)
-{
-    SENSOR_DIAGONAL(constraints, 4, 3);
-    SENSOR_DIAGONAL(third, 4, 1);
-    FILTER(four, 4);
-    static const num C[] = {-1, 1, 0, 0, 0, -1, 1, -1, -1, 0, 0, 0}, nothing[4] = {0};
-    static const num h[] = {0, 0, 1, 0}, noise_of_h[] = {1. / 128}, measured[] = {-1};
-    static const num P[] = {4, 0, 0, 0, 0, 4, 0, 0, 0, 0, 4, 0, 0, 0, 0, 4};
-    ASSERT_OK(K(sensor_init_diagonal)(&constraints, C, nothing));
-    ASSERT_OK(K(sensor_init_diagonal)(&third, h, noise_of_h));
-    ASSERT_OK(K(filter_init)(&four, nothing, P));
-    for (int step = 1; step <= 40; step++) {
-        ASSERT_OK(K(update)(&four, &constraints, nothing));
-        TEST_ASSERT_EQUAL_INT(step == 1 ? 3 : 0, K(taken)(&four));
-        TEST_ASSERT_EQUAL_HEX(step == 1 ? 0 : KQ_EVENT_REDUNDANT, K(events)(&four));
-        K(events_clear)(&four);
-        ASSERT_OK(K(update)(&four, &third, measured));
-        /* x2 has the variance 2 before, of x3's and its own */
-        const double variance = 1 / (0.5 + 128 * step);
-        ASSERT_WITHIN(1e-4, sqrt(variance), (double)K(sigma)(&four, 2));
-        ASSERT_WITHIN(1e-4, -128 * step * variance, whole_mean(&four, 2));
     }
 }
 
