@@ -62,7 +62,7 @@ KQ_COLD static void process_set_transition(process *p, const scaled *A)
 /* The fingerprint of a process of noise c G; of c = 1: the source's own */
 static uint32_t scaled_fingerprint(const process *source, scaled c)
 {
-    if (scaled_is_unit(c)) return source->fingerprint;
+    if (scaled_bits(c) == scaled_bits(scaled_one)) return source->fingerprint;
     const uint32_t print = fingerprint_join(source->fingerprint, scaled_bits(c));
     return ((print ^ print >> 16) & ~process_mixed) | process_scaled;
 }

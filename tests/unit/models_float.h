@@ -101,6 +101,12 @@ static inline kq_status scale_noise(process_model *m, process_model *source, num
     return K(process_scale_noise)(&m->process, &source->process, q);
 }
 
+/* Smoothed with the noise of `source` times q[t], through `target` */
+static inline kq_status smooth_reweighted(K(history) *h, process_model *target, process_model *source, num nu, num *q)
+{
+    return K(smooth_reweighted)(h, &target->process, &source->process, nu, q);
+}
+
 /* Another A, another H: the arrays given */
 static inline kq_status change_transition(process_model *m, int n, const num *A)
 {

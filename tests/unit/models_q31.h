@@ -81,6 +81,13 @@ static inline kq_status scale_noise(process_model *m, process_model *source, kq_
     return kq_process_scale_noise_q31(&m->process, &source->process, m->noise_root, q);
 }
 
+/* Smoothed with the noise of `source` times q[t], through `target` */
+static inline kq_status smooth_reweighted(kq_history_q31 *h, process_model *target, process_model *source,
+                                          kq_scaled_q31 nu, kq_scaled_q31 *q)
+{
+    return kq_smooth_reweighted_q31(h, &target->process, &source->process, target->noise_root, nu, q);
+}
+
 /* Another A, in the model's own table; another H, in another one */
 static inline kq_status change_transition(process_model *m, int n, const double *A)
 {

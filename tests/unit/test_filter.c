@@ -258,41 +258,6 @@ TEST(predict_keeps_increments_below_the_last_bit_of_the_mean)
 
 /* ------------------------------------------------------- mean, sigma, covariance, events */
 
-TEST(what_is_read_of_a_bad_filter_or_state_is_no_number)
-{
-    static const int bad[] = {-1, 2, 16, 256, INT_MAX, INT_MIN};
-    for (int k = 0; k < COUNT(bad); k++) {
-        ASSERT_NAN(K(mean)(&track, bad[k]));
-        ASSERT_NAN(K(mean_low)(&track, bad[k]));
-        ASSERT_NAN(K(sigma)(&track, bad[k]));
-    }
-    ASSERT_NAN(K(mean)(NULL, 0));
-    ASSERT_NAN(K(mean_low)(NULL, 0));
-    ASSERT_NAN(K(sigma)(NULL, 0));
-    ASSERT_NAN(K(mean)(&blank, 0));
-    ASSERT_NAN(K(mean_low)(&blank, 0));
-    ASSERT_NAN(K(sigma)(&blank, 0));
-}
-
-TEST(what_is_read_of_the_last_update_of_a_bad_filter_is_no_number)
-{
-    ASSERT_NAN(K(nis)(NULL));
-    ASSERT_NAN(K(log_likelihood)(NULL));
-    ASSERT_NAN(K(log_likelihood_last)(NULL));
-    TEST_ASSERT_EQUAL_INT(-1, K(taken)(NULL));
-    ASSERT_NAN(K(nis)(&blank));
-    ASSERT_NAN(K(log_likelihood)(&blank));
-    ASSERT_NAN(K(log_likelihood_last)(&blank));
-    TEST_ASSERT_EQUAL_INT(-1, K(taken)(&blank));
-}
-
-TEST(no_filter_has_no_events)
-{
-    TEST_ASSERT_EQUAL_HEX(0, K(events)(NULL));
-    K(events_clear)(NULL);
-    TEST_ASSERT_EQUAL_HEX(0, K(events)(&blank));
-}
-
 TEST(covariance_is_exactly_symmetric)
 {
     ASSERT_OK(K(predict)(&track, &motion, NULL));
@@ -302,19 +267,6 @@ TEST(covariance_is_exactly_symmetric)
 }
 
 /* ------------------------------------------------------------------------- measurement */
-
-TEST(measurement_is_what_the_state_implies)
-{
-    textbook t;
-    textbook_init(&t, 2, x0, P0);
-    textbook_update(&t, H, R, z, 2);
-    ASSERT_OK(K(measurement)(&track, &radar, out, more));
-    ASSERT_CLOSE(1, out[0], 1);
-    ASSERT_CLOSE(0.5 * 1 - 2, out[1], 2);
-    TEST_ASSERT_TRUE(out[2] == 77);
-    for (int k = 0; k < 4; k++) ASSERT_CLOSE(t.S[k], more[k], 4);
-    TEST_ASSERT_EQUAL_MEMORY(&more[1], &more[2], sizeof(num));
-}
 
 TEST(measurement_gives_each_part_alone)
 {
@@ -328,23 +280,6 @@ TEST(measurement_gives_each_part_alone)
 }
 
 /* -------------------------------------------------------------------------- innovation */
-
-TEST(innovation_is_the_measurement_less_the_expected_one)
-{
-    ASSERT_OK(K(innovation)(&track, &radar, z, out));
-    ASSERT_CLOSE(3 - 1, out[0], 3);
-    ASSERT_CLOSE(1 - (0.5 * 1 - 2), out[1], 3);
-    TEST_ASSERT_TRUE(out[2] == 77);
-}
-
-TEST(innovation_may_overwrite_the_measurement)
-{
-    ASSERT_OK(K(innovation)(&track, &radar, z, out));
-    ASSERT_OK(K(innovation)(&track, &radar, z, z));
-    TEST_ASSERT_EQUAL_MEMORY(out, z, sizeof z);
-    z[1] = (num)NAN;
-    ASSERT_REFUSED(KQ_ERR_NOT_FINITE, K(innovation)(&track, &radar, z, z));
-}
 
 /* x = 1 + 2^-24 in f32 as in f64: a quarter of the way from 1 to 1 + 2^-22 */
 TEST(innovation_sees_the_whole_mean)
@@ -375,34 +310,6 @@ TEST(innovation_refuses_what_is_beyond_the_numbers)
 }
 
 /* -------------------------------------------------------------------------------- gain */
-
-static void assert_gain(const num *h, const num *C, int m)
-{
-    static num memory[KQ_SENSOR_LEN(3)];
-    static const num values[] = {3, 1, -1};
-    K(sensor) s;
-    textbook t;
-    num gain[6];
-    ASSERT_OK(K(sensor_assign)(&s, 2, m, memory, COUNT(memory)));
-    ASSERT_OK(K(sensor_init)(&s, h, C));
-    textbook_init(&t, 2, x0, P0);
-    textbook_update(&t, h, C, values, m);
-    ASSERT_OK_UNCHANGED(K(gain)(&track, &s, gain));
-    for (int k = 0; k < 2 * m; k++) ASSERT_CLOSE(t.K[k], gain[k], 2);
-}
-
-TEST(gain_is_that_of_the_next_update)
-{
-    static const num independent[] = {0.5, 0, 0, 1};
-    static const num h3[] = {1, 0, 0.5, 1, -1, 0.25};
-    static const num C3[] = {0.5, 0, 0, 0, 1, 0, 0, 0, 2};
-    static const num correlated3[] = {0.5, 0.25, -0.125, 0.25, 1, 0.5, -0.125, 0.5, 2};
-    assert_gain(H, R, 1);
-    assert_gain(H, independent, 2);
-    assert_gain(H, R, 2);
-    assert_gain(h3, C3, 3);
-    assert_gain(h3, correlated3, 3);
-}
 
 /* Two noise-free sensors of the same thing: K e moves the state to what both say. */
 TEST(gain_is_a_pseudo_inverse_for_redundant_noise_free_sensors)

@@ -1,30 +1,19 @@
-/* The filter in q31: against the one in double, what it refuses, how it saturates. */
+/* The filter in q31: what it refuses, how it saturates. */
 #include "q31.h"
 #include "reading.h"
 #include "unchanged.h"
 
 static process_model motion;
-static sensor_model radar, compass;
+static sensor_model radar;
 static prior_model start;
 KQ_FILTER_Q31(track, 2);
 KQ_FILTER_Q31(twin, 2);
-KQ_FILTER_Q31(blank, 2);
-
-/* the same in double */
-PROCESS(motion_f64, 2, 1);
-SENSOR(radar_f64, 2, 3);
-SENSOR(compass_f64, 2, 1);
-FILTER(track_f64, 2);
 
 static const double range[] = {100, 10}, drive_range[] = {5}, measured_range[] = {100, 100, 100};
 static const double A[] = {1, 0.5, 0, 1}, B[] = {0.125, 0.5}, Q[] = {0.25, 0.125, 0.125, 0.5};
 static const double H[] = {1, 0, 0.5, 1, -1, 0.25};
 static const double R[] = {0.5, 0.25, -0.125, 0.25, 1, 0.5, -0.125, 0.5, 2};
-static const double direction[] = {-1, 0.25}, variance[] = {0.125};
 static const double x0[] = {1, -2}, P0[] = {2, 0.5, 0.5, 1}, z[] = {3, 1, -1}, u[] = {4};
-
-/* a step is good to some units of 2^-30 */
-#define LIKE 0x1p-24
 
 static int32_t measured[3], drive[1], out[3], errors[3];
 static kq_scaled_q31 more[9];
@@ -33,185 +22,18 @@ static void set_up(void)
 {
     put_process(&motion, 2, 1, range, drive_range, A, B, Q);
     put_sensor(&radar, 2, 3, range, measured_range, H, R);
-    put_sensor(&compass, 2, 1, range, measured_range, direction, variance);
     put_prior(&start, 2, range, x0, P0);
     ASSERT_OK(kq_vector_prepare_q31(measured, z, 3, radar.measurement_format, NULL));
     ASSERT_OK(kq_vector_prepare_q31(drive, u, 1, motion.control_format, NULL));
     ASSERT_OK(kq_filter_assign_q31(&track, 2, track_memory, COUNT(track_memory)));
     ASSERT_OK(kq_filter_init_q31(&track, &start.table, NULL));
     ASSERT_OK(kq_filter_init_q31(&twin, &start.table, NULL));
-    ASSERT_OK(K(process_init)(&motion_f64, A, B, Q));
-    ASSERT_OK(K(sensor_init)(&radar_f64, H, R));
-    ASSERT_OK(K(sensor_init)(&compass_f64, direction, variance));
-    ASSERT_OK(K(filter_init)(&track_f64, x0, P0));
     watch_nothing();
     WATCH(motion), WATCH(radar), WATCH(start), WATCH(track), WATCH(track_memory), WATCH(twin);
     WATCH(twin_memory), WATCH(measured), WATCH(drive), WATCH(out), WATCH(errors), WATCH(more);
 }
 
-/* ------------------------------------------------------------ as the filter in double */
-
-static void assert_told(void)
-{
-    ASSERT_WITHIN(1e-6 * (1 + K(nis)(&track_f64)), K(nis)(&track_f64),
-                  score_value(kq_nis_q31(&track)));
-    ASSERT_WITHIN(1e-5, K(log_likelihood_last)(&track_f64),
-                  score_value(kq_log_likelihood_last_q31(&track)));
-    ASSERT_WITHIN(1e-4, K(log_likelihood)(&track_f64), score_value(kq_log_likelihood_q31(&track)));
-    TEST_ASSERT_EQUAL_INT(K(taken)(&track_f64), kq_taken_q31(&track));
-}
-
-/* Correlated and single, controls and none, several sensors in turn */
-TEST(a_run_is_that_of_the_filter_in_double)
-{
-    for (int step = 0; step < 200; step++) {
-        const double values[] = {0.5 * sin(step), cos(0.1 * step), -0.25}, push[] = {sin(step)};
-        const int32_t *words = words_of(values, 3, radar.measurement_format);
-        if (step % 2 == 0) {
-            ASSERT_OK(kq_update_q31(&track, &radar.sensor, words));
-            ASSERT_OK(K(update)(&track_f64, &radar_f64, values));
-            assert_told();
-        }
-        if (step % 3 == 0) {
-            words = words_of(values, 1, compass.measurement_format);
-            ASSERT_OK(kq_update_q31(&track, &compass.sensor, words));
-            ASSERT_OK(K(update)(&track_f64, &compass_f64, values));
-            assert_told();
-        }
-        ASSERT_LIKE(&track_f64, &track, LIKE);
-        words = words_of(push, 1, motion.control_format);
-        ASSERT_OK(kq_predict_q31(&track, &motion.process, step % 5 ? words : NULL));
-        ASSERT_OK(K(predict)(&track_f64, &motion_f64, step % 5 ? push : NULL));
-        ASSERT_LIKE(&track_f64, &track, LIKE);
-    }
-    TEST_ASSERT_EQUAL_HEX(0, kq_events_q31(&track));
-}
-
-TEST(correlated_components_may_be_missing)
-{
-    for (uint32_t present = 0; present < 8; present++) {
-        ASSERT_OK(kq_filter_init_q31(&track, &start.table, NULL));
-        ASSERT_OK(K(filter_init)(&track_f64, x0, P0));
-        for (int step = 0; step < 4; step++) {
-            ASSERT_OK(kq_update_subset_q31(&track, &radar.sensor, measured, present));
-            ASSERT_OK(K(update_subset)(&track_f64, &radar_f64, z, present));
-            ASSERT_LIKE(&track_f64, &track, LIKE);
-            assert_told();
-            ASSERT_OK(kq_predict_q31(&track, &motion.process, NULL));
-            ASSERT_OK(K(predict)(&track_f64, &motion_f64, NULL));
-        }
-    }
-}
-
-/* A component that is missing is not read, and bits beyond the components are ignored. */
-TEST(a_component_that_is_missing_is_not_read)
-{
-    static int32_t unread[3];
-    memcpy(unread, measured, sizeof unread);
-    unread[1] = INT32_MIN;
-    ASSERT_OK(kq_update_subset_q31(&track, &radar.sensor, unread, 5));
-    ASSERT_OK(kq_update_subset_q31(&twin, &radar.sensor, measured, ~UINT32_C(2)));
-    ASSERT_SAME_Q31(&twin, &track);
-}
-
-TEST(nothing_present_leaves_the_state)
-{
-    ASSERT_OK(kq_update_q31(&track, &radar.sensor, measured));
-    ASSERT_OK(kq_update_q31(&twin, &radar.sensor, measured));
-    ASSERT_OK(kq_update_subset_q31(&track, &radar.sensor, measured, 0));
-    TEST_ASSERT_EQUAL_MEMORY(twin_memory, track_memory, sizeof track_memory);
-    TEST_ASSERT_EQUAL_INT(0, kq_taken_q31(&track));
-    TEST_ASSERT_TRUE(kq_log_likelihood_q31(&track) == kq_log_likelihood_q31(&twin));
-}
-
-TEST(a_step_is_predict_and_update)
-{
-    ASSERT_OK(kq_step_q31(&track, &motion.process, drive, &radar.sensor, measured));
-    ASSERT_OK(kq_predict_q31(&twin, &motion.process, drive));
-    ASSERT_OK(kq_update_q31(&twin, &radar.sensor, measured));
-    ASSERT_SAME_Q31(&twin, &track);
-}
-
-TEST(a_forecast_is_its_predicts)
-{
-    static const int32_t pushes[] = {1000, -2000, 3000};
-    ASSERT_OK(kq_update_q31(&track, &radar.sensor, measured));
-    watched_store();
-    ASSERT_OK(kq_forecast_q31(&track, &motion.process, pushes, 0, &twin));
-    ASSERT_SAME_Q31(&track, &twin);
-    ASSERT_OK(kq_forecast_q31(&track, &motion.process, pushes, 3, &twin));
-    for (int k = 0; k < 3; k++) ASSERT_OK(kq_predict_q31(&track, &motion.process, &pushes[k]));
-    ASSERT_SAME_Q31(&track, &twin);
-    ASSERT_OK(kq_forecast_q31(&track, &motion.process, NULL, 2, &twin));
-    for (int k = 0; k < 2; k++) ASSERT_OK(kq_predict_q31(&track, &motion.process, NULL));
-    ASSERT_SAME_Q31(&track, &twin);
-}
-
-TEST(gain_and_measurement_are_those_in_double)
-{
-    double gain[6], S[9], implied[3], e[3];
-    ASSERT_OK(kq_predict_q31(&track, &motion.process, drive));
-    ASSERT_OK(K(predict)(&track_f64, &motion_f64, u));
-    ASSERT_OK(K(gain)(&track_f64, &radar_f64, gain));
-    ASSERT_OK(K(measurement)(&track_f64, &radar_f64, implied, S));
-    ASSERT_OK(K(innovation)(&track_f64, &radar_f64, z, e));
-    ASSERT_OK_UNCHANGED(kq_gain_q31(&track, &radar.sensor, (kq_scaled_q31[6]){{0, 0}}));
-    ASSERT_OK(kq_gain_q31(&track, &radar.sensor, more));
-    for (int k = 0; k < 6; k++) {
-        const int shift =
-            start.state_format[k / 3].fraction - radar.measurement_format[k % 3].fraction;
-        ASSERT_WITHIN(LIKE, gain[k], value_of(more[k], shift));
-    }
-    ASSERT_OK(kq_measurement_q31(&track, &radar.sensor, out, more));
-    ASSERT_OK(kq_innovation_q31(&track, &radar.sensor, measured, errors));
-    for (int c = 0; c < 3; c++) {
-        const int fraction = radar.measurement_format[c].fraction;
-        ASSERT_WITHIN(LIKE, implied[c], ldexp(out[c], -fraction));
-        ASSERT_WITHIN(LIKE, e[c], ldexp(errors[c], -fraction));
-        for (int d = 0; d < 3; d++) {
-            const int both = fraction + radar.measurement_format[d].fraction;
-            ASSERT_WITHIN(8 * LIKE, S[3 * c + d], value_of(more[3 * c + d], both));
-        }
-    }
-    ASSERT_OK(kq_innovation_q31(&track, &radar.sensor, measured, measured)); /* in place */
-    TEST_ASSERT_EQUAL_MEMORY(errors, measured, sizeof errors);
-}
-
-TEST(a_redundant_noise_free_component_is_not_taken)
-{
-    static const double twice[] = {1, 0, 1, 0}, none[4];
-    put_sensor(&radar, 2, 2, range, measured_range, twice, none);
-    ASSERT_OK(kq_update_q31(&track, &radar.sensor, measured));
-    TEST_ASSERT_EQUAL_INT(1, kq_taken_q31(&track));
-    TEST_ASSERT_EQUAL_HEX(KQ_EVENT_REDUNDANT, kq_events_q31(&track));
-    ASSERT_WITHIN(1e-6, 3, mean_value(&track, 0));
-    kq_events_clear_q31(&track);
-    TEST_ASSERT_EQUAL_HEX(0, kq_events_q31(&track));
-}
-
-/* Constraints that hold at every step (test_update.c says what they are about) */
-TEST(noise_free_components_may_come_again)
-{
-    static const double C[] = {-1, 1, 0, 0, 0, -1, 1, -1, -1, 0, 0, 0}, large[] = {20, 20, 20, 20};
-    static const double h[] = {0, 0, 1, 0}, noise_of_h[] = {1. / 128}, zero[16] = {0}, z[] = {-1, 0, 0};
-    static const double P[] = {4, 0, 0, 0, 0, 4, 0, 0, 0, 0, 4, 0, 0, 0, 0, 4};
-    static sensor_model constraints, third;
-    static prior_model prior;
-    KQ_FILTER_Q31(four, 4);
-    put_sensor(&constraints, 4, 3, large, large, C, zero);
-    put_sensor(&third, 4, 1, large, large, h, noise_of_h);
-    put_prior(&prior, 4, large, zero, P);
-    ASSERT_OK(kq_filter_init_q31(&four, &prior.table, NULL));
-    for (int step = 1; step <= 40; step++) {
-        const int32_t none[3] = {0};
-        ASSERT_OK(kq_update_q31(&four, &constraints.sensor, none));
-        TEST_ASSERT_EQUAL_INT(step == 1 ? 3 : 0, kq_taken_q31(&four));
-        kq_events_clear_q31(&four);
-        ASSERT_OK(kq_update_q31(&four, &third.sensor, words_of(z, 1, third.measurement_format)));
-        const double variance = 1 / (0.5 + 128 * step);
-        ASSERT_WITHIN(1e-6, -128 * step * variance, mean_value(&four, 2));
-    }
-}
+/* ------------------------------------------------------- components without noise */
 
 /* Two components take most of what is unknown: what rounding has left of them is that of rows that
    were long, and no information in their sum. */
@@ -290,28 +112,6 @@ TEST(a_word_at_the_end_of_its_range_is_taken)
     ASSERT_OK(kq_predict_q31(&track, &motion.process, drive));
     ASSERT_REFUSED(KQ_ERR_RANGE, kq_forecast_q31(&track, &motion.process, second, 2, &twin));
     ASSERT_OK(kq_forecast_q31(&track, &motion.process, second, 1, &twin));
-}
-
-TEST(what_is_read_of_a_bad_filter_or_state_is_no_word)
-{
-    static const int bad[] = {-1, 2, 16, 256, INT_MAX, INT_MIN};
-    const kq_filter_q31 *const none[] = {NULL, &blank};
-    for (int k = 0; k < COUNT(bad); k++) {
-        TEST_ASSERT_EQUAL_INT32(KQ_NOT_A_VALUE_Q31, kq_mean_q31(&track, bad[k]));
-        TEST_ASSERT_EQUAL_INT32(KQ_NOT_A_VALUE_Q31, kq_mean_low_q31(&track, bad[k]));
-        TEST_ASSERT_EQUAL_INT32(KQ_NOT_A_VALUE_Q31, kq_sigma_q31(&track, bad[k]));
-    }
-    for (int k = 0; k < COUNT(none); k++) {
-        TEST_ASSERT_EQUAL_INT32(KQ_NOT_A_VALUE_Q31, kq_mean_q31(none[k], 0));
-        TEST_ASSERT_EQUAL_INT32(KQ_NOT_A_VALUE_Q31, kq_mean_low_q31(none[k], 0));
-        TEST_ASSERT_EQUAL_INT32(KQ_NOT_A_VALUE_Q31, kq_sigma_q31(none[k], 0));
-        TEST_ASSERT_TRUE(kq_nis_q31(none[k]) == KQ_NOT_A_SCORE_Q31);
-        TEST_ASSERT_TRUE(kq_log_likelihood_q31(none[k]) == KQ_NOT_A_SCORE_Q31);
-        TEST_ASSERT_TRUE(kq_log_likelihood_last_q31(none[k]) == KQ_NOT_A_SCORE_Q31);
-        TEST_ASSERT_EQUAL_INT(-1, kq_taken_q31(none[k]));
-        TEST_ASSERT_EQUAL_HEX(0, kq_events_q31(none[k]));
-    }
-    kq_events_clear_q31(NULL);
 }
 
 /* -------------------------------------------------------------------------- saturation */

@@ -1,5 +1,5 @@
-/* The filter of gains that are given, and the one that freezes its gain once it is steady, in all arithmetics; the
-   equation of the steady state is test_steady.c's. */
+/* The filter of gains that are given, and the one that freezes its gain once it is steady; the equation of the steady
+   state is test_steady.c's. */
 #include "models.h"
 #include "unchanged.h"
 
@@ -17,6 +17,11 @@ enum { N = 2, M = 2, GAINS = 30, RUN = 200 };
 #define ROUNDING_OF_STEPS (256 * EPS)
 #endif
 #define SETTLED ldexp(1, -BITS)
+#ifdef KQ_TEST_F32
+#define SOLVE_LEN KQ_STEADY_SOLVE_LEN_F32
+#else
+#define SOLVE_LEN KQ_STEADY_SOLVE_LEN_F64
+#endif
 
 static process_model motion;
 static sensor_model radar;
@@ -27,6 +32,8 @@ S_FILTER(blank, N);
 S_HISTORY(tape, N, M, RUN, 0);
 S_STEADY(steady, N, M);
 S_STEADY(blank_steady, N, M);
+PROCESS(exact_motion, N, 1); /* what the equation is solved for */
+SENSOR(exact_radar, N, M);
 S_FREEZE(lazy, N, M);
 S_FREEZE(blank_lazy, N, M);
 
@@ -35,9 +42,9 @@ static const num B[] = {1, 0.5}, H[] = {1, 0, 0, 1}, x0[] = {1, -2};
 static const num P0[] = {4, 1, 1, 3}, Q[] = {N(0.3), 0, 0, N(0.3)}, R[] = {0.5, 0.25, 0.25, 0.75};
 static const num range[] = {100, 100, 100}, drive_range[] = {10}, measured_range[] = {200, 200};
 
-static entry gains[GAINS * N * M];
+static entry gains[GAINS * N * M], one_gain[N * M];
 static word u[1], z[M];
-static num exact_z[M];
+static num exact_u[1], exact_z[M];
 static uint32_t seed;
 
 /* -1 .. 1 in steps that no rounding changes */
@@ -49,8 +56,8 @@ static num draw(void)
 
 static void draw_step(void)
 {
-    const num push = draw();
-    memcpy(u, driven(&motion.process, &push, 1), sizeof u);
+    exact_u[0] = draw();
+    memcpy(u, driven(&motion.process, exact_u, 1), sizeof u);
     for (int c = 0; c < M; c++) exact_z[c] = 3 * draw();
     memcpy(z, measured(&radar.sensor, exact_z), sizeof z);
 }
@@ -86,12 +93,70 @@ static void set_up(void)
     watch_nothing();
 }
 
+#ifdef KQ_TEST_Q31
 static double mean_of_steady(int i)
 {
-    return word_value(&prior, S(steady_mean)(&steady, i), i);
+    return word_value(&prior, kq_steady_mean_q31(&steady, i), i) +
+           ldexp(word_value(&prior, kq_steady_mean_low_q31(&steady, i), i), -24);
+}
+
+static void put_gain(entry *to, const num *gain)
+{
+    ASSERT_OK(kq_matrix_prepare_q31(to, gain, N, M, motion.state_format, radar.measurement_format));
+}
+
+static void read_entries(num *to, const entry *gain)
+{
+    read_matrix(to, gain, N, M, motion.state_format, radar.measurement_format, -1);
+}
+#else
+static double mean_of_steady(int i) { return (double)K(steady_mean)(&steady, i); }
+
+static void put_gain(entry *to, const num *gain) { memcpy(to, gain, N * M * sizeof(num)); }
+
+static void read_entries(num *to, const entry *gain) { memcpy(to, gain, N * M * sizeof(num)); }
+#endif
+
+/* The equation's gain */
+static void solve(num *gain)
+{
+    static num work[SOLVE_LEN(N, M)];
+    const K(steady_solution) out = {NULL, NULL, gain, NULL};
+    ASSERT_OK(K(process_init)(&exact_motion, A, B, Q));
+    ASSERT_OK(K(sensor_init)(&exact_radar, H, R));
+    ASSERT_OK(K(steady_solve)(&exact_motion, &exact_radar, work, COUNT(work), &out));
 }
 
 /* ------------------------------------------------------------------ the filter */
+
+TEST(the_gains_lead_to_the_steady_one)
+{
+    num gain[N * M], last[N * M];
+    solve(gain);
+    read_entries(last, gains + (GAINS - 1) * N * M);
+    for (int k = 0; k < N * M; k++) ASSERT_WITHIN(0x1p-12, gain[k], last[k]);
+}
+
+/* The steady gain: the textbook with it, H = I */
+TEST(one_gain_is_the_steady_filter)
+{
+    num gain[N * M];
+    double x[] = {(double)x0[0], (double)x0[1]}, a[N * N], k[N * M];
+    solve(gain);
+    put_gain(one_gain, gain);
+    ASSERT_OK(S(steady_init)(&steady, &motion.process, &radar.sensor, prior.mean, one_gain, 1));
+    for (int i = 0; i < N * N; i++) a[i] = (double)A[i], k[i] = (double)gain[i];
+    for (int t = 0; t < RUN; t++) {
+        draw_step();
+        const double push = (double)exact_u[0], first = (double)exact_z[0], second = (double)exact_z[1];
+        const double b = a[0] * x[0] + a[1] * x[1] + push;
+        const double c = a[2] * x[0] + a[3] * x[1] + push / 2;
+        x[0] = b + k[0] * (first - b) + k[1] * (second - c);
+        x[1] = c + k[2] * (first - b) + k[3] * (second - c);
+        ASSERT_OK(S(steady_step)(&steady, u, z));
+        for (int i = 0; i < N; i++) ASSERT_WITHIN(ROUNDING_OF_STEPS, x[i], mean_of_steady(i));
+    }
+}
 
 /* The mean is that of the full filter, up to the gain that has settled to 2^-BITS and to rounding */
 TEST(the_scheduled_filter_is_the_full_one)
@@ -142,6 +207,116 @@ TEST(the_innovation_is_that_of_the_mean)
     ASSERT_OK(S(steady_innovation)(&steady, same, same));
     ASSERT_SAME_BITS(e, same);
 }
+
+static kq_status begin(const entry *of, size_t count)
+{
+    return S(steady_init)(&steady, &motion.process, &radar.sensor, prior.mean, of, count);
+}
+
+#ifdef KQ_TEST_Q31
+/* The mean is held at the ends of its word, and comes back. */
+TEST_Q31(a_mean_that_leaves_its_word_is_held)
+{
+    static const double moving[] = {1, 0.125, 0, 1}, most[] = {10};
+    ASSERT_OK(change_transition(&motion, N, moving));
+    ASSERT_OK(begin(gains, GAINS));
+    memcpy(u, driven(&motion.process, most, 1), sizeof u);
+    for (int t = 0; t < 3000; t++) ASSERT_OK(kq_steady_predict_q31(&steady, u));
+    TEST_ASSERT_EQUAL_HEX(KQ_EVENT_SATURATED, kq_steady_events_q31(&steady));
+    TEST_ASSERT_EQUAL_INT32(INT32_MAX, kq_steady_mean_q31(&steady, 0));
+    kq_steady_events_clear_q31(&steady);
+    TEST_ASSERT_EQUAL_HEX(0, kq_steady_events_q31(&steady));
+    for (int t = 0; t < 300; t++) {
+        draw_step();
+        ASSERT_OK(kq_steady_step_q31(&steady, NULL, z));
+    }
+    TEST_ASSERT_TRUE(fabs(mean_of_steady(0)) < 5);
+    kq_steady_events_clear_q31(NULL);
+    TEST_ASSERT_EQUAL_HEX(0, kq_steady_events_q31(NULL));
+}
+
+/* Nothing overflows. */
+TEST_Q31(gains_of_any_size_are_taken)
+{
+    static const int32_t exponents[] = {-1000, -80, -31, -10, 0, 30, 60, 1000};
+    for (int k = 0; k < COUNT(exponents); k++) {
+        for (int i = 0; i < N * M; i++) one_gain[i] = (kq_scaled_q31){-INT32_MAX, exponents[k]};
+        ASSERT_OK(begin(one_gain, 1));
+        for (int t = 0; t < 20; t++) {
+            draw_step();
+            z[0] = t % 2 ? radar.measurement_format[0].range : -radar.measurement_format[0].range;
+            ASSERT_OK(kq_steady_step_q31(&steady, u, z));
+        }
+    }
+}
+
+TEST_Q31(tables_that_are_wrong_are_refused)
+{
+    kq_scaled_q31 bad[N * M] = {{0, 0}, {0, 0}, {0, 0}, {1, 0}};
+    WATCH(steady), WATCH(steady_memory);
+    ASSERT_REFUSED(KQ_ERR_COEFFICIENT, begin(bad, 1));
+    bad[3] = (kq_scaled_q31){INT32_MAX, 1001};
+    ASSERT_REFUSED(KQ_ERR_COEFFICIENT, begin(bad, 1));
+    ASSERT_REFUSED_WITH(prior.mean[0], prior.state_format[0].range + 1, KQ_ERR_RANGE, begin(gains, 1));
+    ASSERT_REFUSED_WITH(radar.state_format[0].fraction, radar.state_format[0].fraction - 1, KQ_ERR_MISMATCH,
+                        begin(gains, 1));
+    ASSERT_OK(begin(gains, 1));
+}
+#else
+static num first_mean[N];
+
+static kq_status begin_at_first_mean(void)
+{
+    prior.mean = first_mean;
+    return begin(gains, GAINS);
+}
+
+TEST_FLOAT(numbers_must_be_finite)
+{
+    memcpy(first_mean, x0, sizeof x0);
+    assert_entries_must_be_finite(first_mean, N, begin_at_first_mean);
+    assert_entries_must_be_finite(gains, GAINS * N * M, begin_at_first_mean);
+}
+
+static kq_status step(void) { return K(steady_step)(&steady, u, z); }
+
+static kq_status predict(void) { return K(steady_predict)(&steady, u); }
+
+static kq_status update(void) { return K(steady_update)(&steady, z); }
+
+static num innovation[M];
+
+static kq_status innovate(void) { return K(steady_innovation)(&steady, z, innovation); }
+
+/* One diverges: the step that would take its mean beyond the numbers is refused, as each after it, with all its
+   forms; so is one whose unmeasured state is there already. */
+TEST_FLOAT(a_mean_beyond_the_numbers_is_refused)
+{
+    static const num growing[] = {4, 0, 0, 1}, no_gain[N * M] = {0}, far[] = {NUM_MAX, 1}, opposite[] = {-1, 0, 0, 1};
+    draw_step();
+    ASSERT_OK(change_transition(&motion, N, growing));
+    ASSERT_OK(begin(no_gain, 1));
+    kq_status status = KQ_OK;
+    for (int k = 0; k < 2000 && !status; k++) {
+        TEST_ASSERT_TRUE(isfinite(K(steady_mean)(&steady, 0)) && isfinite(K(steady_mean)(&steady, 1)));
+        status = k % 2 ? step() : predict();
+    }
+    WATCH(steady), WATCH(steady_memory), WATCH(innovation);
+    ASSERT_REFUSED(KQ_ERR_NOT_FINITE, step());
+    ASSERT_REFUSED(KQ_ERR_NOT_FINITE, predict());
+    prior.mean = far;
+    ASSERT_OK(change_measurement(&radar, N, M, opposite));
+    ASSERT_OK(begin(no_gain, 1));
+    z[0] = NUM_MAX;
+    ASSERT_REFUSED(KQ_ERR_NOT_FINITE, update());
+    ASSERT_REFUSED(KQ_ERR_NOT_FINITE, innovate());
+    steady_memory[0] = 0, steady_memory[1] = (num)NAN, z[0] = 1;
+    ASSERT_OK(change_measurement(&radar, N, M, H));
+    ASSERT_REFUSED(KQ_ERR_NOT_FINITE, step());
+    ASSERT_REFUSED(KQ_ERR_NOT_FINITE, update());
+    ASSERT_REFUSED(KQ_ERR_NOT_FINITE, innovate());
+}
+#endif
 
 /* ------------------------------------------------------------------ a gain that is frozen */
 

@@ -8,6 +8,12 @@
 #include "models.h"
 #include "unchanged.h"
 
+#ifdef KQ_TEST_F32
+#define SOLVE_LEN KQ_STEADY_SOLVE_LEN_F32
+#else
+#define SOLVE_LEN KQ_STEADY_SOLVE_LEN_F64
+#endif
+
 enum { MOST_ARGUMENTS = 7, STEPS = 4 };
 
 static process_model motion, other, three, unmade, scaled;
@@ -173,6 +179,10 @@ static const way of_scaled[] = {{NULL, KQ_ERR_NULL}, {&unmade.process, KQ_ERR_SI
 static size_t tuner_length = ADAPTATION_LEN(2, 2), short_tuner = ADAPTATION_LEN(2, 2) - 1;
 static const way of_tuner_length[] = {{&short_tuner, KQ_ERR_MEMORY}, {&short_memory, KQ_ERR_MEMORY}, END};
 static size_t model_length = KQ_PROCESS_LEN(2), short_model = KQ_PROCESS_LEN(2) - 2; /* a diagonal sensor has a word less */
+static num solved[SOLVE_LEN(2, 2)];
+static K(steady_solution) solution = {out, NULL, NULL, NULL};
+static size_t solve_length = SOLVE_LEN(2, 2), short_solve = SOLVE_LEN(2, 2) - 1;
+static const way of_solve_length[] = {{&short_solve, KQ_ERR_MEMORY}, {&short_memory, KQ_ERR_MEMORY}, END};
 static const way of_model_length[] = {{&short_model, KQ_ERR_MEMORY}, {&short_memory, KQ_ERR_MEMORY}, END};
 static const way of_assigned_process[] = {{NULL, KQ_ERR_NULL}, {&unmade.process, KQ_ERR_SIZE}, END};
 static const way of_assigned_sensor[] = {{NULL, KQ_ERR_NULL}, {&unmade_sensor.sensor, KQ_ERR_SIZE}, END};
@@ -254,6 +264,7 @@ CALL_OF(process_scale_noise, a[0], a[1], a[3], *(entry *)a[2])
 CALL_OF(smooth_reweighted, a[0], a[1], a[2], a[5], *(entry *)a[3], a[4])
 #else
 CALL_OF(least_squares_init, a[0], a[1], *(entry *)a[2])
+CALL_OF(steady_solve, a[0], a[1], a[2], *(size_t *)a[3], a[4])
 CALL_OF(adaptation_assign, a[0], *(int *)a[1], *(int *)a[2], a[3], *(size_t *)a[4])
 static kq_status linearise_of(void *const *a)
 {
@@ -376,6 +387,7 @@ static const row calls[] = {
     ROW(least_squares_init, AN_OUTPUT(&fit), AN_OUTPUT(&track), {&lambda, of_lambda}, A_FORMAT),
     ROW(least_squares_add, {&fit, of_fit}, {row_of_fit, of_row}, {z, of_first}, {&factor, of_variance}, {&count, of_count}),
 #ifndef KQ_TEST_Q31
+    ROW(steady_solve, A_PROCESS, A_SENSOR, AN_OUTPUT(solved), {&solve_length, of_solve_length}, AN_OUTPUT(&solution)),
     ROW(adaptation_assign, AN_OUTPUT(&tuner), {&states, of_states}, {&states, of_states}, AN_OUTPUT(tuner_memory),
         {&tuner_length, of_tuner_length}),
     ROW(process_assign, AN_OUTPUT(&other.process), {&states, of_states}, A_COUNT, AN_OUTPUT(other.words),

@@ -593,15 +593,6 @@ TEST_Q31(exponents_stay_within_their_limits)
 
 /* ------------------------------------------------------------------------------ the smoother */
 
-static kq_status smooth_reweighted(S(history) *h, process_model *target, process_model *source, double nu)
-{
-#ifdef KQ_TEST_Q31
-    return kq_smooth_reweighted_q31(h, &target->process, &source->process, target->noise_root, number(nu), q);
-#else
-    return K(smooth_reweighted)(h, &target->process, &source->process, N(nu), q);
-#endif
-}
-
 static void record(S(filter) *f, S(history) *h)
 {
     ASSERT_OK(init_filter(f, &prior));
@@ -622,7 +613,7 @@ static void assert_reweighted(double (*square)(const num *mean, const num *C), d
         memcpy(used, q, sizeof used);
         record(&track, &tape);
         record(&twin, &twin_tape);
-        ASSERT_OK(smooth_reweighted(&tape, &scaled, &motion, nu));
+        ASSERT_OK(smooth_reweighted(&tape, &scaled, &motion, number(nu), q));
         num lag_one[4], mean[2], C[4];
         ASSERT_OK(step_back(&twin_tape, NULL, &prior, lag_one, mean, C));
         for (int t = REWEIGHTED - 1; t >= 0; t--) {
@@ -677,10 +668,10 @@ TEST(a_history_that_is_full_or_smoothed_is_refused)
 {
     record(&track, &tape);
     for (int t = 0; t < STEPS; t++) ASSERT_OK(S(predict)(&track, &motion.process, u));
-    ASSERT_REFUSED(KQ_ERR_HISTORY_FULL, smooth_reweighted(&tape, &scaled, &motion, 2));
+    ASSERT_REFUSED(KQ_ERR_HISTORY_FULL, smooth_reweighted(&tape, &scaled, &motion, number(2), q));
     record(&track, &tape);
-    ASSERT_OK(smooth_reweighted(&tape, &scaled, &motion, 2));
-    ASSERT_REFUSED(KQ_ERR_HISTORY_EMPTY, smooth_reweighted(&tape, &scaled, &motion, 2));
+    ASSERT_OK(smooth_reweighted(&tape, &scaled, &motion, number(2), q));
+    ASSERT_REFUSED(KQ_ERR_HISTORY_EMPTY, smooth_reweighted(&tape, &scaled, &motion, number(2), q));
 }
 
 SUITE(robust, set_up)

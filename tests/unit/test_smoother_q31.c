@@ -6,51 +6,14 @@
 
 #define STEPS 12
 
-static process_model motion, other, three;
+static process_model three;
 static sensor_model radar;
-static prior_model start;
 KQ_FILTER_Q31(track, 2);
 KQ_HISTORY_Q31(tape, 2, 2, STEPS, STEPS);
 
-static const double range[] = {100, 10, 10}, drive_range[] = {5}, measured_range[] = {100, 100};
-static const double A[] = {1, 0.5, -0.25, 0.75}, B[] = {0.125, 0.5};
-static const double A2[] = {0.5, 0.25, 0, 1}, Q2[] = {1, 0, 0, 0};
-static const double Q[] = {0.25, 0.125, 0.125, 0.5};
-static const double H[] = {1, 0, 0.5, 1}, R[] = {0.5, 0.25, 0.25, 1};
-static const double x0[] = {1, -2, 0}, P0[] = {2, 0.5, 0.5, 1};
+static const double drive_range[] = {5};
 
-static void set_up(void)
-{
-    put_process(&motion, 2, 1, range, drive_range, A, B, Q);
-    put_process(&other, 2, 1, range, drive_range, A2, B, Q2);
-    put_sensor(&radar, 2, 2, range, measured_range, H, R);
-    put_prior(&start, 2, range, x0, P0);
-    ASSERT_OK(kq_filter_init_q31(&track, &start.table, NULL));
-    ASSERT_OK(kq_history_assign_q31(&tape, 2, tape_memory, COUNT(tape_memory)));
-    ASSERT_OK(kq_attach_q31(&track, &tape.attached));
-    watch_nothing();
-    WATCH(track), WATCH(track_memory), WATCH(tape);
-}
-
-/* ------------------------------------------------------------------------------- a run */
-
-static void measure(int step)
-{
-    const double z[] = {3 * sin(step), 0.5 - 0.25 * step};
-    const int32_t *words = words_of(z, 2, radar.measurement_format);
-    ASSERT_OK(kq_update_subset_q31(&track, &radar.sensor, words, (uint32_t)step % 4));
-}
-
-/* The processes take turns. */
-static void run(void)
-{
-    for (int step = 0; step < STEPS; step++) {
-        const double u[] = {cos(step)};
-        const int32_t *words = words_of(u, 1, motion.control_format);
-        if (step) ASSERT_OK(kq_predict_q31(&track, step % 3 ? &motion.process : &other.process, words));
-        measure(step + 1);
-    }
-}
+static void set_up(void) { ASSERT_OK(kq_history_assign_q31(&tape, 2, tape_memory, COUNT(tape_memory))); }
 
 /* A prior that stands for infinity, 2^400 words, is no growth: nothing of its recording ends. */
 TEST(a_prior_that_stands_for_infinity_is_recorded)
@@ -142,62 +105,6 @@ TEST(two_components_without_noise_are_smoothed_as_in_double)
             }
         }
     }
-}
-
-/* ------------------------------------------------------------------- changed processes */
-
-static void assert_changed(void)
-{
-    ASSERT_REFUSED(KQ_ERR_CHANGED, kq_smooth_q31(&tape));
-    ASSERT_REFUSED(KQ_ERR_CHANGED, kq_smooth_states_q31(&tape));
-}
-
-/* Refused until it is what it was. */
-TEST(a_process_changed_after_the_recording_is_refused)
-{
-    kq_scaled_q31 otherwise[4];
-    int32_t root[KQ_ROOT_LEN_Q31(2)];
-    static const kq_scaled_q31 four = {INT32_C(1) << 30, -28};
-    run();
-    for (int k = 0; k < 4; k++) {
-        memcpy(otherwise, motion.transition, sizeof otherwise);
-        otherwise[k].mantissa = -otherwise[k].mantissa;
-        ASSERT_OK(kq_process_change_transition_q31(&motion.process, otherwise, NULL));
-        assert_changed();
-        memcpy(otherwise, motion.transition, sizeof otherwise);
-        otherwise[k].exponent--;
-        ASSERT_OK(kq_process_change_transition_q31(&motion.process, otherwise, NULL));
-        assert_changed();
-    }
-    ASSERT_OK(kq_process_init_q31(&motion.process, &other.table, NULL));
-    assert_changed();
-    ASSERT_OK(kq_process_scale_noise_q31(&motion.process, &other.process, root, four));
-    assert_changed();
-    ASSERT_OK(kq_process_init_q31(&motion.process, &motion.table, NULL));
-    ASSERT_OK(kq_smooth_q31(&tape));
-}
-
-/* In place, by a copy of A that is turned a little at every step */
-TEST(a_process_changed_at_every_step_is_smoothed_by_step)
-{
-    static kq_scaled_q31 turned[STEPS][4];
-    for (int step = 0; step < STEPS; step++) {
-        memcpy(turned[step], motion.transition, sizeof turned[step]);
-        turned[step][1].mantissa += 1000000 * step;
-        if (step) {
-            ASSERT_OK(kq_process_change_transition_q31(&motion.process, turned[step], NULL));
-            ASSERT_OK(kq_predict_q31(&track, &motion.process, NULL));
-        }
-        measure(step);
-    }
-    assert_changed();
-    ASSERT_OK(kq_smooth_step_q31(&tape, NULL, NULL));
-    ASSERT_REFUSED(KQ_ERR_CHANGED, kq_smooth_step_q31(&tape, NULL, NULL));
-    for (int step = STEPS - 1; step > 0; step--) {
-        ASSERT_OK(kq_process_change_transition_q31(&motion.process, turned[step], NULL));
-        ASSERT_OK(kq_smooth_step_q31(&tape, &motion.process, NULL));
-    }
-    ASSERT_REFUSED(KQ_ERR_HISTORY_EMPTY, kq_smooth_q31(&tape));
 }
 
 SUITE(smoother_q31, set_up)

@@ -1,20 +1,14 @@
-/* The steady state: the equation, and what a filter of constant gain refuses; test_settling.c runs the filters. */
+/* The equation of the steady state; test_freeze.c runs its filters. */
 #include "unchanged.h"
 
-enum { N = 2, M = 2, MOST = KQ_SIZE_MAX, GAINS = 30, RUN = 200 };
+enum { N = 2, M = 2, MOST = KQ_SIZE_MAX };
 
 #ifdef KQ_TEST_F32
 #define SOLVE_LEN KQ_STEADY_SOLVE_LEN_F32
-#define STEADY_LEN KQ_STEADY_LEN_F32
-#define FREEZE_LEN KQ_FREEZE_LEN_F32
-#define BITS_MAX KQ_FREEZE_BITS_MAX_F32
 #define PRINTED 5e-7 /* six digits */
 #define OVERFLOWING {12487.4f, 0, 28289.1f, 0, 780514, 0, 0, 1645020, 0, -1.12088e-10f, 9.67304e18f}
 #else
 #define SOLVE_LEN KQ_STEADY_SOLVE_LEN_F64
-#define STEADY_LEN KQ_STEADY_LEN_F64
-#define FREEZE_LEN KQ_FREEZE_LEN_F64
-#define BITS_MAX KQ_FREEZE_BITS_MAX_F64
 #define PRINTED 5e-9 /* all that are printed */
 #define OVERFLOWING {0, 6.12291e47, 0, -5.06977e47, 1.10758e14, 0, 0, 4.8999e13, 3.7256e33, 8.57553e33, 4.96585e177}
 #endif
@@ -22,24 +16,16 @@ enum { N = 2, M = 2, MOST = KQ_SIZE_MAX, GAINS = 30, RUN = 200 };
 PROCESS(motion, N, 1);
 SENSOR(radar, N, M);
 FILTER(track, N);
-FILTER(other, N);
-STEADY(steady, N, M);
 
-/* never initialised, and of other sizes */
-PROCESS(blank_process, N, 1);
-SENSOR(blank_sensor, N, M);
-SENSOR(radar1, 1, 1);
-
-static num A[] = {0.5, N(0.4), N(0.6), N(0.3)};
+static const num A[] = {0.5, N(0.4), N(0.6), N(0.3)};
 static const num B[] = {1, 0.5}, H[] = {1, 0, 0, 1}, one[] = {1};
-static num x0[] = {1, -2};
+static const num x0[] = {1, -2};
 static const num P0[] = {4, 1, 1, 3}, Q[] = {N(0.3), 0, 0, N(0.3)};
 static const num R[] = {0.5, 0.25, 0.25, 0.75};
 
 static num work[SOLVE_LEN(MOST, MOST)];
 static num P[MOST * MOST], F[MOST * MOST], K[MOST * MOST], G[MOST * MOST];
 static const K(steady_solution) solution = {P, F, K, G};
-static num gains[GAINS * N * M], u[1], z[M], innovation[M];
 static uint32_t seed;
 
 /* -1 .. 1 in steps that no rounding changes */
@@ -49,35 +35,12 @@ static num draw(void)
     return (num)((int)(seed >> 20) - 2048) / 2048;
 }
 
-static void draw_step(void)
-{
-    u[0] = draw();
-    for (int c = 0; c < M; c++) z[c] = 3 * draw();
-}
-
-/* The gains of the first updates behind the prior */
-static void make_gains(void)
-{
-    ASSERT_OK(K(filter_init)(&other, x0, P0));
-    for (int t = 0; t < GAINS; t++) {
-        ASSERT_OK(K(gain)(&other, &radar, gains + t * N * M));
-        ASSERT_OK(K(update)(&other, &radar, x0));
-        ASSERT_OK(K(predict)(&other, &motion, NULL));
-    }
-}
-
 static void set_up(void)
 {
-    A[0] = 0.5;
     seed = 1;
     ASSERT_OK(K(process_init)(&motion, A, B, Q));
     ASSERT_OK(K(sensor_init)(&radar, H, R));
-    ASSERT_OK(K(sensor_init)(&radar1, one, one));
     ASSERT_OK(K(filter_init)(&track, x0, P0));
-    make_gains();
-    ASSERT_OK(K(filter_init)(&other, x0, P0));
-    ASSERT_OK(K(steady_assign)(&steady, N, M, steady_memory, COUNT(steady_memory)));
-    ASSERT_OK(K(steady_init)(&steady, &motion, &radar, x0, gains, GAINS));
     watch_nothing();
 }
 
@@ -269,109 +232,6 @@ TEST(solve_gives_what_it_is_asked_for)
     ASSERT_OK(K(steady_solve)(&motion, &radar, work, COUNT(work), &some));
     some = (K(steady_solution)){NULL, NULL, NULL, NULL};
     ASSERT_OK(K(steady_solve)(&motion, &radar, work, COUNT(work), &some));
-}
-
-TEST(solve_refuses_what_is_wrong)
-{
-    const size_t least = SOLVE_LEN(2, 2);
-    watch(P, 64), watch(F, 64), watch(K, 64), watch(G, 64);
-    WATCH(motion), WATCH(radar);
-    watch(work, 256);
-    ASSERT_REFUSED(KQ_ERR_NULL, K(steady_solve)(NULL, &radar, work, least, &solution));
-    ASSERT_REFUSED(KQ_ERR_NULL, K(steady_solve)(&motion, NULL, work, least, &solution));
-    ASSERT_REFUSED(KQ_ERR_NULL, K(steady_solve)(&motion, &radar, NULL, least, &solution));
-    ASSERT_REFUSED(KQ_ERR_NULL, K(steady_solve)(&motion, &radar, work, least, NULL));
-    ASSERT_REFUSED(KQ_ERR_NOT_READY,
-                   K(steady_solve)(&blank_process, &radar, work, least, &solution));
-    ASSERT_REFUSED(KQ_ERR_NOT_READY,
-                   K(steady_solve)(&motion, &blank_sensor, work, least, &solution));
-    ASSERT_REFUSED(KQ_ERR_MISMATCH, K(steady_solve)(&motion, &radar1, work, least, &solution));
-    ASSERT_REFUSED(KQ_ERR_MEMORY, K(steady_solve)(&motion, &radar, work, least - 1, &solution));
-    ASSERT_OK(K(steady_solve)(&motion, &radar, work, least, &solution));
-}
-
-/* ------------------------------------------------------------------ the filter's gains */
-
-TEST(the_gains_lead_to_the_steady_one)
-{
-    ASSERT_OK(solve()); /* |rho| is below 0.7 */
-    for (int k = 0; k < N * M; k++) {
-        ASSERT_WITHIN(0x1p-12 / (1 - 0.5), K[k], gains[(GAINS - 1) * N * M + k]);
-    }
-}
-
-/* ------------------------------------------------------------------ the filter */
-
-TEST(one_gain_is_the_steady_filter)
-{
-    ASSERT_OK(solve());
-    ASSERT_OK(K(steady_init)(&steady, &motion, &radar, x0, K, 1));
-    double x[] = {(double)x0[0], (double)x0[1]}, a[N * N], k[N * M];
-    for (int i = 0; i < N * N; i++) a[i] = (double)A[i], k[i] = (double)K[i];
-    for (int t = 0; t < RUN; t++) {
-        draw_step();
-        const double drive_of = (double)u[0], first = (double)z[0], second = (double)z[1];
-        const double b = a[0] * x[0] + a[1] * x[1] + drive_of;
-        const double c = a[2] * x[0] + a[3] * x[1] + drive_of / 2;
-        x[0] = b + k[0] * (first - b) + k[1] * (second - c);
-        x[1] = c + k[2] * (first - b) + k[3] * (second - c);
-        ASSERT_OK(K(steady_step)(&steady, u, z));
-        for (int i = 0; i < N; i++) ASSERT_CLOSE(x[i], K(steady_mean)(&steady, i), 4);
-    }
-}
-
-static kq_status begin(void) { return K(steady_init)(&steady, &motion, &radar, x0, gains, GAINS); }
-
-static kq_status step(void) { return K(steady_step)(&steady, u, z); }
-
-TEST(numbers_must_be_finite)
-{
-    draw_step();
-    assert_entries_must_be_finite(x0, N, begin);
-    x0[0] = 1, x0[1] = -2;
-    assert_entries_must_be_finite(gains, GAINS * N * M, begin);
-    WATCH(steady), WATCH(steady_memory);
-    assert_entries_must_be_finite(z, M, step);
-    assert_entries_must_be_finite(u, 1, step);
-}
-
-static kq_status predict(void) { return K(steady_predict)(&steady, u); }
-
-static kq_status update(void) { return K(steady_update)(&steady, z); }
-
-static kq_status innovate(void) { return K(steady_innovation)(&steady, z, innovation); }
-
-/* One diverges: the step that would take its mean beyond the numbers is refused, as each after it, with all its
-   forms; so is one whose unmeasured state is there already. */
-TEST(a_mean_beyond_the_numbers_is_refused)
-{
-    static const num growing[] = {4, 0, 0, 1}, no_gain[N * M] = {0}, far[] = {NUM_MAX, 1};
-    draw_step();
-    ASSERT_OK(K(process_init)(&motion, growing, B, Q));
-    ASSERT_OK(K(steady_init)(&steady, &motion, &radar, x0, no_gain, 1));
-    kq_status status = KQ_OK;
-    for (int k = 0; k < 2000 && !status; k++) {
-        TEST_ASSERT_TRUE(isfinite(K(steady_mean)(&steady, 0)) && isfinite(K(steady_mean)(&steady, 1)));
-        status = k % 2 ? step() : predict();
-    }
-    WATCH(steady), WATCH(steady_memory), WATCH(innovation);
-    ASSERT_REFUSED(KQ_ERR_NOT_FINITE, step());
-    ASSERT_REFUSED(KQ_ERR_NOT_FINITE, predict());
-    watch_nothing();
-    static const num opposite[] = {-1, 0, 0, 1};
-    ASSERT_OK(K(sensor_init)(&radar, opposite, R));
-    ASSERT_OK(K(steady_init)(&steady, &motion, &radar, far, no_gain, 1));
-    z[0] = NUM_MAX;
-    WATCH(steady), WATCH(steady_memory), WATCH(innovation);
-    ASSERT_REFUSED(KQ_ERR_NOT_FINITE, update());
-    ASSERT_REFUSED(KQ_ERR_NOT_FINITE, innovate());
-    watch_nothing();
-    steady_memory[0] = 0, steady_memory[1] = (num)NAN, z[0] = 1;
-    ASSERT_OK(K(sensor_init)(&radar, H, R));
-    WATCH(steady), WATCH(innovation);
-    ASSERT_REFUSED(KQ_ERR_NOT_FINITE, step());
-    ASSERT_REFUSED(KQ_ERR_NOT_FINITE, update());
-    ASSERT_REFUSED(KQ_ERR_NOT_FINITE, innovate());
 }
 
 SUITE(steady, set_up)

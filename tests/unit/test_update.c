@@ -1,4 +1,5 @@
-/* Measurements: whole, in part, from several sensors; what is told of them; events. */
+/* Measurements at their limits: low noise and none, redundant ones, likelihoods of any size, events (test_steps.c: all
+   others). */
 #include "reading.h"
 #include "sizes.h"
 #include "textbook.h"
@@ -9,19 +10,10 @@ SENSOR(radar, 2, 2);
 FILTER(track, 2);
 FILTER(twin, 2);
 
-/* never initialised, and of another size */
-FILTER(blank, 2);
-SENSOR(radar3, 3, 1);
-
 static const num A[] = {1, 0.5, 0, 1}, B[] = {0.125, 0.5}, Q[] = {0.25, 0.125, 0.125, 0.5};
 static const num H[] = {1, 0, 0.5, 1}, R[] = {0.5, 0.25, 0.25, 1};
-static const num identity3[] = {1, 0, 0, 0, 1, 0, 0, 0, 1};
 static const num x0[] = {1, -2}, P0[] = {2, 0.5, 0.5, 1};
-
-/* three components for two states, independent or correlated */
-static const num H3[] = {1, 0, 0.5, 1, -1, 0.25};
 static const num independent3[] = {0.5, 0, 0, 0, 1, 0, 0, 0, 2};
-static const num correlated3[] = {0.5, 0.25, -0.125, 0.25, 1, 0.5, -0.125, 0.5, 2};
 
 static num z[3], u[1];
 
@@ -32,12 +24,11 @@ static void set_up(void)
     u[0] = 4;
     ASSERT_OK(K(process_init)(&motion, A, B, Q));
     ASSERT_OK(K(sensor_init)(&radar, H, R));
-    ASSERT_OK(K(sensor_init)(&radar3, identity3, identity3));
     ASSERT_OK(K(filter_init)(&track, x0, P0));
     ASSERT_OK(K(filter_init)(&twin, x0, P0));
     watch_nothing();
     WATCH(motion), WATCH(motion_memory), WATCH(radar), WATCH(radar_memory);
-    WATCH(track), WATCH(track_memory), WATCH(blank), WATCH(blank_memory);
+    WATCH(track), WATCH(track_memory);
     WATCH(u), WATCH(z);
 }
 
@@ -52,70 +43,6 @@ static const K(sensor) * sensor_of(const num *h, const num *C, int m)
 }
 
 /* ------------------------------------------------------------------------------ update */
-
-static void assert_update(const num *h, const num *C, int m)
-{
-    textbook t;
-    const K(sensor) *s = sensor_of(h, C, m);
-    textbook_init(&t, 2, x0, P0);
-    ASSERT_OK(K(filter_init)(&track, x0, P0));
-    double sum = 0;
-    for (int step = 0; step < 4; step++) {
-        textbook_update(&t, h, C, z, m);
-        ASSERT_OK(K(update)(&track, s, z));
-        ASSERT_TEXTBOOK(&t, &track);
-        sum += t.log_likelihood;
-        TEST_ASSERT_EQUAL_INT(m, K(taken)(&track));
-        ASSERT_CLOSE(t.nis, K(nis)(&track), 4 + t.nis);
-        ASSERT_CLOSE(t.log_likelihood, K(log_likelihood_last)(&track), 4 + t.nis);
-        ASSERT_CLOSE(sum, K(log_likelihood)(&track), 8 - sum);
-        textbook_predict(&t, A, B, u, 1, Q);
-        ASSERT_OK(K(predict)(&track, &motion, u));
-    }
-    TEST_ASSERT_EQUAL_HEX(0, K(events)(&track));
-}
-
-TEST(update_is_that_of_the_textbook)
-{
-    static const num independent[] = {0.5, 0, 0, 1};
-    assert_update(H, R, 1);
-    assert_update(H, independent, 2);
-    assert_update(H, R, 2);
-    assert_update(H3, independent3, 3);
-    assert_update(H3, correlated3, 3);
-}
-
-/* Two components of the same noise, wherever they are */
-TEST(a_singular_noise_is_that_of_the_textbook)
-{
-    static const num same[][9] = {{2, 1, 1, 1, 1.5, 1.5, 1, 1.5, 1.5},
-                                  {1.5, 1.5, 1, 1.5, 1.5, 1, 1, 1, 2},
-                                  {1.5, 1, 1.5, 1, 2, 1, 1.5, 1, 1.5}};
-    for (int k = 0; k < COUNT(same); k++) assert_update(H3, same[k], 3);
-}
-
-TEST(sensors_of_any_size_take_turns)
-{
-    SENSOR(compass, 2, 1);
-    static const num h[] = {-1, 0.25}, variance[] = {0.125};
-    textbook t;
-    ASSERT_OK(K(sensor_init)(&compass, h, variance));
-    textbook_init(&t, 2, x0, P0);
-    for (int step = 0; step < 12; step++) {
-        z[0] = N(0.25 * step), z[1] = N(1 - 0.125 * step);
-        if (step % 2 == 0) {
-            ASSERT_OK(K(update)(&track, &compass, z));
-            textbook_update(&t, h, variance, z, 1);
-        }
-        if (step % 3 == 0) {
-            ASSERT_OK(K(update)(&track, &radar, z));
-            textbook_update(&t, H, R, z, 2);
-        }
-        ASSERT_TEXTBOOK(&t, &track);
-        ASSERT_OK(K(predict)(&track, &motion, NULL));
-        textbook_predict(&t, A, NULL, NULL, 0, Q);
-    }
-}
 
 TEST(a_noise_free_measurement_is_believed)
 {
@@ -195,132 +122,6 @@ TEST(increments_below_the_last_bit_of_the_mean_add_up)
         P *= 1 - gain;
     }
     ASSERT_WITHIN(1e-6, x - expected_before, whole_mean(&level, 0) - before);
-}
-
-/* ------------------------------------------------------------------------------ subset */
-
-/* The rows whose bit is set: h and C hold them afterwards, w what they measured. */
-static int choose_rows(uint32_t present, const num *C, num *h, num *chosen, num *w)
-{
-    int m = 0, rows[3];
-    for (int c = 0; c < 3; c++) {
-        if (present >> c & 1) rows[m++] = c;
-    }
-    for (int c = 0; c < m; c++) {
-        w[c] = z[rows[c]];
-        for (int i = 0; i < 2; i++) h[c * 2 + i] = H3[rows[c] * 2 + i];
-        for (int d = 0; d < m; d++) chosen[c * m + d] = C[rows[c] * 3 + rows[d]];
-    }
-    return m;
-}
-
-static void assert_subset(const num *C, uint32_t present)
-{
-    num h[6], chosen[9], w[3], partial[3];
-    textbook t;
-    const int m = choose_rows(present, C, h, chosen, w);
-    for (int c = 0; c < 3; c++) partial[c] = present >> c & 1 ? z[c] : (num)NAN;
-    textbook_init(&t, 2, x0, P0);
-    textbook_update(&t, h, chosen, w, m);
-    ASSERT_OK(K(filter_init)(&track, x0, P0));
-    ASSERT_OK(K(update_subset)(&track, sensor_of(H3, C, 3), partial, present));
-    ASSERT_TEXTBOOK(&t, &track);
-    TEST_ASSERT_EQUAL_INT(m, K(taken)(&track));
-    ASSERT_CLOSE(t.nis, K(nis)(&track), 4 + t.nis);
-    ASSERT_CLOSE(t.log_likelihood, K(log_likelihood_last)(&track), 4 + t.nis);
-    ASSERT_OK(K(filter_init)(&twin, x0, P0));
-    ASSERT_OK(K(update_subset)(&twin, sensor_of(H3, C, 3), partial, present | ~UINT32_C(7)));
-    ASSERT_SAME_FILTER(&track, &twin, 2);
-}
-
-TEST(any_components_may_be_missing)
-{
-    for (uint32_t present = 1; present < 8; present++) {
-        assert_subset(independent3, present);
-        assert_subset(correlated3, present);
-    }
-}
-
-/* What the components that are there say does not depend on those that are not. */
-TEST(a_subset_leaves_the_sensor_as_it_is)
-{
-    const K(sensor) *s = sensor_of(H3, correlated3, 3);
-    ASSERT_OK(K(update_subset)(&track, s, z, 5));
-    ASSERT_OK(K(filter_init)(&track, x0, P0));
-    ASSERT_OK(K(update)(&track, s, z));
-    ASSERT_OK(K(update)(&twin, sensor_of(H3, correlated3, 3), z));
-    ASSERT_SAME_FILTER(&twin, &track, 2);
-}
-
-TEST(all_components_present_is_the_update)
-{
-    ASSERT_OK(K(update_subset)(&track, &radar, z, 3));
-    ASSERT_OK(K(update)(&twin, &radar, z));
-    ASSERT_SAME_FILTER(&twin, &track, 2);
-    ASSERT_OK(K(update_subset)(&track, &radar, z, UINT32_MAX));
-    ASSERT_OK(K(update)(&twin, &radar, z));
-    ASSERT_SAME_FILTER(&twin, &track, 2);
-}
-
-/* Also after a move larger than the state, whose low part is not yet taken into the mean */
-TEST(nothing_present_changes_no_bit)
-{
-    num z[2], before[COUNT(track_memory)];
-    for (int step = 0; step < 200; step++) {
-        const num u = N(1e5 * sin(7 * step));
-        for (int c = 0; c < 2; c++) z[c] = N(sin(3 * step + c));
-        ASSERT_OK(K(step)(&track, &motion, NULL, &radar, z));
-        ASSERT_OK(K(predict)(&track, &motion, &u));
-        memcpy(before, track_memory, sizeof before);
-        const num run = K(log_likelihood)(&track);
-        ASSERT_OK(K(update_subset)(&track, &radar, z, step % 2 ? 0 : ~UINT32_C(3)));
-        ASSERT_SAME_BITS(before, track_memory);
-        TEST_ASSERT_EQUAL_INT(0, K(taken)(&track));
-        TEST_ASSERT_TRUE(run == K(log_likelihood)(&track) && K(nis)(&track) == 0);
-    }
-}
-
-TEST(no_component_present_leaves_the_state)
-{
-    ASSERT_OK(K(update)(&track, &radar, z));
-    ASSERT_OK(K(update)(&twin, &radar, z));
-    const num sum = K(log_likelihood)(&track);
-    z[0] = z[1] = (num)NAN;
-    ASSERT_OK(K(update_subset)(&track, &radar, z, 0));
-    ASSERT_SAME_STATE(&twin, &track, 2);
-    TEST_ASSERT_EQUAL_INT(0, K(taken)(&track));
-    ASSERT_CLOSE(0, K(nis)(&track), 0);
-    ASSERT_CLOSE(0, K(log_likelihood_last)(&track), 0);
-    ASSERT_CLOSE(sum, K(log_likelihood)(&track), 0);
-    ASSERT_OK(K(update_subset)(&track, &radar, z, 4));
-    ASSERT_SAME_STATE(&twin, &track, 2);
-}
-
-static kq_status update_second(void) { return K(update_subset)(&track, &radar, z, 2); }
-
-TEST(subset_refuses_a_component_present_that_is_not_finite)
-{
-    z[0] = (num)NAN;
-    assert_entries_must_be_finite(z + 1, 1, update_second);
-    z[1] = 1;
-    ASSERT_REFUSED(KQ_ERR_NOT_FINITE, K(update_subset)(&track, &radar, z, 3));
-    ASSERT_REFUSED(KQ_ERR_NOT_FINITE, K(update_subset)(&track, &radar, z, 1));
-}
-
-/* -------------------------------------------------------------------------------- step */
-
-TEST(step_is_predict_and_update)
-{
-    for (int step = 0; step < 4; step++) {
-        ASSERT_OK(K(step)(&track, &motion, u, &radar, z));
-        ASSERT_OK(K(predict)(&twin, &motion, u));
-        ASSERT_OK(K(update)(&twin, &radar, z));
-        ASSERT_SAME_FILTER(&twin, &track, 2);
-    }
-    ASSERT_OK(K(step)(&track, &motion, NULL, &radar, z));
-    ASSERT_OK(K(predict)(&twin, &motion, NULL));
-    ASSERT_OK(K(update)(&twin, &radar, z));
-    ASSERT_SAME_FILTER(&twin, &track, 2);
 }
 
 /* ---------------------------------------------------------------------- log-likelihood */
@@ -452,22 +253,6 @@ TEST(small_terms_are_not_lost_after_a_hundred_years)
 
 static const num twice[] = {1, 0.5, 1, 0.5}, free_of_noise[] = {0, 0, 0, 0};
 
-/* Of two noise-free sensors of the same thing the second says nothing new. */
-TEST(a_redundant_noise_free_component_is_not_taken)
-{
-    const K(sensor) *s = sensor_of(twice, free_of_noise, 2);
-    z[1] = z[0];
-    ASSERT_OK(K(update)(&track, s, z));
-    TEST_ASSERT_EQUAL_HEX(KQ_EVENT_REDUNDANT, K(events)(&track));
-    TEST_ASSERT_EQUAL_INT(1, K(taken)(&track));
-    ASSERT_OK(K(update_subset)(&twin, s, z, 1));
-    ASSERT_SAME_STATE(&twin, &track, 2);
-    TEST_ASSERT_EQUAL_HEX(0, K(events)(&twin));
-    ASSERT_OK(K(update)(&twin, s, z));
-    TEST_ASSERT_EQUAL_INT(0, K(taken)(&twin));
-    ASSERT_SAME_STATE(&track, &twin, 2);
-}
-
 /* Three numbers of a few bits, whose sums are exact */
 static void put_direction(num *h, uint32_t *seed)
 {
@@ -539,32 +324,6 @@ TEST(multiples_of_one_noisy_component_are_left_out)
         TEST_ASSERT_EQUAL_HEX(KQ_EVENT_REDUNDANT, K(events)(&track));
         ASSERT_SAME_STATE(&twin, &track, 2);
         ASSERT_CLOSE(K(log_likelihood)(&twin), K(log_likelihood)(&track), 1);
-    }
-}
-
-/* Constraints that hold at every step: x0 = 0, x1 = x0, x2 = x1 + x3.  The last of them tells all of x1,
-   whose row was long; what rounding leaves of it must not be taken for knowledge of x2 the next time. */
-TEST(noise_free_components_may_come_again)
-{
-    SENSOR_DIAGONAL(constraints, 4, 3);
-    SENSOR_DIAGONAL(third, 4, 1);
-    FILTER(four, 4);
-    static const num C[] = {-1, 1, 0, 0, 0, -1, 1, -1, -1, 0, 0, 0}, nothing[4] = {0};
-    static const num h[] = {0, 0, 1, 0}, noise_of_h[] = {1. / 128}, measured[] = {-1};
-    static const num P[] = {4, 0, 0, 0, 0, 4, 0, 0, 0, 0, 4, 0, 0, 0, 0, 4};
-    ASSERT_OK(K(sensor_init_diagonal)(&constraints, C, nothing));
-    ASSERT_OK(K(sensor_init_diagonal)(&third, h, noise_of_h));
-    ASSERT_OK(K(filter_init)(&four, nothing, P));
-    for (int step = 1; step <= 40; step++) {
-        ASSERT_OK(K(update)(&four, &constraints, nothing));
-        TEST_ASSERT_EQUAL_INT(step == 1 ? 3 : 0, K(taken)(&four));
-        TEST_ASSERT_EQUAL_HEX(step == 1 ? 0 : KQ_EVENT_REDUNDANT, K(events)(&four));
-        K(events_clear)(&four);
-        ASSERT_OK(K(update)(&four, &third, measured));
-        /* x2 has the variance 2 before, of x3's and its own */
-        const double variance = 1 / (0.5 + 128 * step);
-        ASSERT_WITHIN(1e-4, sqrt(variance), (double)K(sigma)(&four, 2));
-        ASSERT_WITHIN(1e-4, -128 * step * variance, whole_mean(&four, 2));
     }
 }
 
