@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import re
 from dataclasses import dataclass, field
-from typing import Iterable, Optional, Protocol, Sequence
+from typing import Iterable, Mapping, Optional, Protocol, Sequence
 
 import numpy as np
 
@@ -39,6 +39,8 @@ class Body:
     """The lines of a block.
 
     hints   what formulas are called, by id(node); others are t0, t1, ..., or `stem` and a number
+    fields  of the filter, by the names of locals that are loaded where they are first needed
+    uses    how often formulas are used that are asked for later, too
     """
 
     operations: Operations
@@ -47,7 +49,26 @@ class Body:
     count: int = 0  # operations
     known: dict[int, str] = field(default_factory=dict)
     used: dict[str, int] = field(default_factory=dict)
+    named: int = 0
     stem: str = "t"
+    fields: Mapping[str, str] = field(default_factory=dict)
+    uses: Mapping[int, int] = field(default_factory=dict)
+
+    def store(self, targets: Sequence[Target]) -> list[str]:
+        """Each target, a field, is written as soon as its formula is there: few values are held at a time"""
+        read = {self.fields[one.args[0]]: one for one in self.expect([one for _, one in targets])
+                if one.op == "symbol" and one.args[0] in self.fields}
+        for name, one in targets:
+            if read.get(name) is one:
+                continue
+            self.name_shared([one, *([read[name]] if name in read else [])])
+            self.lines.append(f"{name} = {self.text(one)};")
+        return self.lines
+
+    def expect(self, roots: Sequence[Node]) -> list[Node]:
+        """All that these need, which the next calls ask for"""
+        order, self.uses = needed(roots)
+        return order
 
     def assign(self, targets: Sequence[Target], under: Optional[Node] = None, then: Sequence[str] = (),
                otherwise: Sequence[str] = ()) -> list[str]:
@@ -72,16 +93,23 @@ class Body:
         depth: dict[int, int] = {}  # of what is written in one expression
         for one in order:
             depth[id(one)] = 0
+            if one.op == "symbol" and one.args[0] in self.fields and id(one) not in self.known:
+                self._load(one)
             if one.op in ("constant", "symbol") or id(one) in self.known:
                 continue
             depth[id(one)] = 1 + max(depth[id(a)] for a in one.args)
-            if uses[id(one)] > 1 or id(one) in self.hints or depth[id(one)] > DEEPEST:
+            if max(uses[id(one)], self.uses.get(id(one), 0)) > 1 or id(one) in self.hints or depth[id(one)] > DEEPEST:
                 self._name(one)
                 depth[id(one)] = 0
 
+    def _load(self, one: Node) -> None:
+        name = self.known[id(one)] = one.args[0]
+        self.lines.append(f"const {self.operations.type_of(one)} {name} = {self.fields[name]};")
+
     def _name(self, one: Node) -> None:
         text, hint = self.text(one), self.hints.get(id(one))
-        name = self._fresh(hint) if hint else f"{self.stem}{len(self.known)}"
+        name = self._fresh(hint) if hint else f"{self.stem}{self.named}"
+        self.named += 1
         self.lines.append(f"const {self.operations.type_of(one)} {name} = {text};")
         self.known[id(one)] = name
 
