@@ -19,7 +19,7 @@ from kalmanq.compiler.names import named
 from kalmanq.compiler.request import FLOATS, Options, Request, groups, request
 from kalmanq.errors import KalmanqError
 from kalmanq.formulas.calculus import substituted, without
-from kalmanq.formulas.graph import Node, add, constant, dot, make, mul, needed, node, select, symbol
+from kalmanq.formulas.graph import Node, add, constant, dot, make, mul, needed, negated, node, select, symbol
 from kalmanq.model import Model
 from kalmanq.nonlinear import NonlinearModel
 from kalmanq.nonlinear.model import Sensor
@@ -359,7 +359,7 @@ class EquationFilter(FloatFilter):
         return [f"if (!({self._fine(body, formulas)})) {{", *indented(refused), "}"]
 
     def _fine(self, body: Body, formulas: Sequence[Node]) -> str:
-        total = dot([(one, 1.0) for one in formulas])
+        total = dot([(one, 1.0) for one in {id(one): one for one in map(_unsigned, formulas)}.values()])
         square = mul(total, total)  # AVR has no fabsf
         body.name_shared([*formulas, square])
         return body.text(make("le", square, constant(MOST[self.type]**2)))
@@ -383,6 +383,11 @@ class EquationFilter(FloatFilter):
     def looks_at(self, k: int) -> bool:
         """Is control k held within its range?"""
         return bool(self.given.model.controls[k].range)
+
+
+def _unsigned(one: Node) -> Node:
+    less = negated(one)
+    return one if less is None else less
 
 
 def _is_linear(value: Node, slopes: Sequence[Node]) -> bool:
