@@ -168,7 +168,8 @@ class EquationFilter(FloatFilter):
         super().__init__(of.given, None)
         bends = of.given.options.iterate > 1 or bool(of.given.nominal)
         self.linear = [] if bends else [one for one in of.sensors if self._is_linear_sensor(one)]
-        self.events = (("NOT_FINITE", "a function of the model or a derivative was not finite, or Q or R no covariance: mean and covariance stay as they were"),
+        self.events = (("NOT_FINITE", "a function of the model or a derivative was not finite, or Q or R no covariance: mean and covariance stay as they were; or "
+                        "the variance of an innovation was not: its component is not taken"),
                        ("OVERFLOW", "a variance is infinite: start again"))
         self.code_includes = ["#include <math.h>"]
 
@@ -334,12 +335,15 @@ class EquationFilter(FloatFilter):
         return f"m{i} - a{i}" if self.given.options.iterate > 1 else self.zero
 
     def _doubtful_component(self, j: int) -> list[Node]:
-        c = self.coefficients
+        """A slope that is not finite makes the innovation's variance so, which is looked at before a single component is written"""
+        c, sensor = self.coefficients, self.sensor_of(j)
+        is_told = (sensor.m == 1 or not self.is_once(sensor)) and all(isinstance(self.facts[i, i], tuple) for i in range(self.of.n))
         names = {id(c.e[j][0]): symbol(f"e{j}"), **{id(one): name for one, name in zip(c.H[j], self.row(j))}}
-        if self.sensor_of(j) in self.linear:
+        if sensor in self.linear:
             names[id(c.e[j][0])] = c.e[j][0]
+        doubtful = [one for one in self._doubtful(c.e[j][0], c.H[j]) if one is c.e[j][0] or not is_told]
         spread = [] if c.R[j].is_constant else [select(node(0.0) < c.R[j], 0.0, 10 * MOST[self.type])]
-        return [*(names[id(one)] for one in self._doubtful(c.e[j][0], c.H[j])), *spread]
+        return [*(names[id(one)] for one in doubtful), *spread]
 
     def finished(self, sensor: Sensor) -> list[str]:
         """After all components: the corrections go over to the mean."""
