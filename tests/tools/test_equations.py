@@ -340,6 +340,32 @@ def test_not_finite_leaves_every_byte(arithmetic: str, options: dict, tmp_path: 
     assert f.events == {"NOT_FINITE"} and f.bytes == before
 
 
+def _many_states(h: Callable, m: int) -> NonlinearModel:
+    """Six, whose factor is written component by component"""
+    return NonlinearModel(lambda x: [a + 0.1 * b for a, b in zip(x, [*x[1:], 0.0])], h, x0=[1, 2, 0, 0, 0, 0], P0=[1] * 6, Q=[0.1] * 6, R=[1.0] * m)
+
+
+@pytest.mark.parametrize("h, z", [
+    (lambda x: [x[0] + x[1] * x[1], np.sqrt(x[0] - 3.0)], [1, 1]), (lambda x: [x[0] + x[1] * x[1], np.sqrt(x[2])], [1, 0]),
+    (lambda x: [np.sqrt(x[2])], [0])], ids=["value", "slope", "slope of one"])
+def test_not_finite_leaves_every_byte_of_many_states(h: Callable, z: list[float], tmp_path: Path) -> None:
+    """The second component's formula, or its slope, has no value"""
+    f = Bare(compiled_equations(_many_states(h, len(z)), "kf", Options("f32")), tmp_path)
+    before = f.bytes
+    assert f.update(z) == 0 and f.events == {"NOT_FINITE"} and f.bytes == before
+    f.clear()
+    if len(z) > 1:
+        assert f.update(z, present=1) == 1 and not f.events and f.bytes != before
+
+
+def test_a_component_without_a_variance_is_not_taken(tmp_path: Path) -> None:
+    f = Bare(compiled_equations(_many_states(lambda x: [x[0] + x[1] * x[1], x[2] + np.sin(1e16 * x[3])], 2), "kf", Options("f32")), tmp_path)
+    f.call("start_at", f.numbers([1, 2, 0, 0, 0, 0]), f.numbers([1, 1, 1, 1e5, 1, 1]))
+    before = f.covariance
+    assert f.update([1, 1]) == 1 and f.events == {"NOT_FINITE"}
+    assert np.array_equal(f.covariance[2:, 2:], before[2:, 2:]) and f.covariance[0, 0] < before[0, 0]
+
+
 def test_a_variance_that_overflows_is_told(tmp_path: Path) -> None:
     model = NonlinearModel(lambda x: [30 * x[0] * (1 + 0.01 * np.sin(x[0]))], lambda x: [x[0]], x0=[0.0], P0=[1.0], Q=[1.0], R=[1.0])
     f = Bare(compiled_equations(model, "kf", Options("f32")), tmp_path)

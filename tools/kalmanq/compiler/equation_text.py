@@ -82,12 +82,9 @@ class EquationText(Text):
         return [f"f->events |= {self.given.upper}_NOT_FINITE;", f"return{answer};"]
 
     def _predict(self) -> list[str]:
-        lines = self._controls()
-        inside = within(self.a.places(), self.of.predict(self._refusal("")))
-        # after what is stored, which need not wait; a variance that stays as it is has no name of its own
-        held, fields = set(re.findall(r"\w+", " ".join(inside))), {local: field for _, local, field in self.a.places()}
+        variances = self.of.overflow([self.of.at[entry(key)] for key in self.of.live])
         return function(f"void {self.given.name}_predict({self.filter}{self.predict_arguments()})",
-                        [*lines, *inside, *self.of.overflow([one if one in held else fields[one] for one in map(entry, self.of.live)])])
+                        [*self._controls(), *self.of.predict(self._refusal("")), *variances])
 
     def _sensor(self, sensor: Sensor) -> list[list[str]]:
         return [self._taken_of(sensor), self._update_of(sensor), self._update_some_of(sensor)]
@@ -96,15 +93,22 @@ class EquationText(Text):
         """static: the components whose bits are set"""
         a, given, arguments = self.of, self.given, self.update_arguments(sensor)
         controls = self._controls() if a.updates_by(sensor, "u") else []
-        body = a.linearised(sensor)
+        body = [*a.linearised(sensor), *a.unless_finite(sensor, self._refusal(" 0"))]
+        is_once = a.is_once(sensor)
         for j in range(sensor.first, sensor.first + sensor.m):
             head = f"if (taken & {1 << a.slot(j)}u) {{" if sensor.m > 1 else "{"
-            body += [f"{head} /* {given.measurements[j]} */", *indented(a.taken(j, self._refusal(" 0"))), "}"]
+            body += [f"{head} /* {given.measurements[j]} */", *indented(a.update(j, self._unless_positive(sensor, j))), "}"]
         body = self._iterated(body, a.finished(sensor)) if given.options.iterate > 1 else body + a.finished(sensor)
         lines = [f"f->nis = {a.zero};"] if given.options.nis else []
         measured = [f"const {a.type} z{sensor.first + j} = z[{j}];" for j in range(sensor.m)]
         return function(f"static unsigned take{sensor.suffix}({self.filter}{arguments}, unsigned taken)",
-                        [*lines, "if (!taken) return 0;", *controls, *measured, *within(a.places(), body), "return taken;"])
+                        [*lines, "if (!taken) return 0;", *controls, *measured, *(body if is_once and sensor in a.linear else within(a.places(factor=not is_once), body)), "return taken;"])
+
+    def _unless_positive(self, sensor: Sensor, j: int) -> list[str]:
+        """Where an innovation has no variance: what components before it have written stays"""
+        if sensor.m > 1 and self.of.is_once(sensor):
+            return [*self._refusal("")[:-1], f"taken &= ~{1 << self.of.slot(j)}u;"]
+        return self._refusal(" 0")
 
     def _iterated(self, body: list[str], finished: list[str]) -> list[str]:
         """The body from the same prior, at the mean (m) and then at what came out of it (a)"""

@@ -19,7 +19,7 @@ from kalmanq.compiler.names import named
 from kalmanq.compiler.request import FLOATS, Options, Request, groups, request
 from kalmanq.errors import KalmanqError
 from kalmanq.formulas.calculus import substituted, without
-from kalmanq.formulas.graph import Node, add, constant, dot, make, mul, needed, node, select, symbol
+from kalmanq.formulas.graph import Node, add, constant, dot, make, mul, needed, negated, node, select, symbol
 from kalmanq.model import Model
 from kalmanq.nonlinear import NonlinearModel
 from kalmanq.nonlinear.model import Sensor
@@ -27,6 +27,7 @@ from kalmanq.nonlinear.model import Sensor
 LARGEST = {"float": 1e37, "double": 1e300}  # of a sum of variances: beyond it they count as infinite
 NO_VARIANCE = {"float": (1e-6, 1e-3), "double": (1e-14, 1e-9)}  # shares of a variance of Q: of a D that is 0, and that is negative
 
+FEW = 16  # entries of a factor that registers hold from one component to the next
 POLES = ("inverse", "sqrt", "tan", "exp", "log", "asin", "acos", "sinh", "cosh", "pow", "fmod", "log1p", "expm1", "acosh", "atanh")  # not finite for some numbers
 
 
@@ -104,6 +105,7 @@ def _cure(value: float, most: float, is_by_errors: bool) -> str:
 class Formulas(Constant):
     """A, h, H, and what varies of Q or G and R, of the model where the C has its mean, x0 + l0, ...
 
+    single  nominal numbers that are one number: their low parts stay 0
     step    formulas of Q or G; None: constant.  improper: what is very large where Q is no covariance
     spread  variances of R where they vary: r0, r1, ... are named so
     """
@@ -111,7 +113,8 @@ class Formulas(Constant):
     def __init__(self, of: Equations):
         super().__init__(of.given)
         formulas, count, memo = of.model.formulas, range(len(of.model.carried)), {}
-        mean = {f"x{i}": add(symbol(f"x{i}"), symbol(f"l{i}")) for i in count}
+        self.single = _single(of.model) if of.model.has_errors else set()
+        mean = {f"x{i}": symbol(f"x{i}") if i in self.single else add(symbol(f"x{i}"), symbol(f"l{i}")) for i in count}
         self.change = [substituted(one, mean, memo) for one in formulas.change]
         self.moved = [substituted(one, mean, memo) for one in formulas.moved]
         self.A = [[substituted(one, mean, memo) for one in row] for row in formulas.transition]
@@ -148,15 +151,25 @@ class Formulas(Constant):
         return ud.factored(self.step, *NO_VARIANCE[name], 10 * MOST[name])
 
 
+def _single(model: NonlinearModel) -> set[int]:
+    """No step and no update adds to them"""
+    f = model.formulas
+    return {i for i in range(len(model.carried))
+            if all(without(made[i], symbol(f"x{i}")) is None for made in (f.moved, f.corrected))}
+
+
 class EquationFilter(FloatFilter):
     """In float or double"""
+
+    scales = True
 
     def __init__(self, of: Equations):
         self.equations, self.sensors = of, of.sensors
         super().__init__(of.given, None)
         bends = of.given.options.iterate > 1 or bool(of.given.nominal)
         self.linear = [] if bends else [one for one in of.sensors if self._is_linear_sensor(one)]
-        self.events = (("NOT_FINITE", "a function of the model or a derivative was not finite, or Q or R no covariance: mean and covariance stay as they were"),
+        self.events = (("NOT_FINITE", "a function of the model or a derivative was not finite, or Q or R no covariance: mean and covariance stay as they were; or "
+                        "the variance of an innovation was not: its component is not taken"),
                        ("OVERFLOW", "a variance is infinite: start again"))
         self.code_includes = ["#include <math.h>"]
 
@@ -204,6 +217,25 @@ class EquationFilter(FloatFilter):
     def first_mean(self) -> Sequence[float]:
         return [float(one) for one in self.equations.model.x0]
 
+    @property
+    def mean(self) -> Mean:
+        return [(high, constant(0) if i in self.coefficients.single else low) for i, (high, low) in enumerate(super().mean)]
+
+    @property
+    def at(self) -> dict[str, str]:
+        """The fields of all locals"""
+        return {local: field for _, local, field in self.places()}
+
+    def is_once(self, sensor: Sensor) -> bool:
+        """Are its components' factors read and written where they are needed?  Few entries stay in registers meanwhile"""
+        return self.given.options.iterate == 1 and (sensor.m == 1 or len(self.live) > FEW)
+
+    def at_once(self, j: int) -> dict[str, str]:
+        sensor = self.sensor_of(j)
+        if not self.is_once(sensor):
+            return {}
+        return {local: field for _, local, field in self.places(mean=sensor in self.linear)}
+
     def _change(self, x: Mean, i: int) -> Node:
         return x[i][1] + self.coefficients.change[i]
 
@@ -213,18 +245,23 @@ class EquationFilter(FloatFilter):
     def _carried_to(self, value: Node, i: int) -> tuple[Node, Node]:
         """A nominal number: where its old value is added in the new one, in two numbers; otherwise in one"""
         high, low = self.mean[i]
-        change = without(value, add(high, low))
+        change = None if i in self.coefficients.single else without(value, add(high, low))
         return (value, constant(0)) if change is None else carried(high, low + change)
 
     def measured(self, j: int) -> Node:
         if self.sensor_of(j) in self.linear:
             return self.coefficients.e[j][0]
-        return symbol(f"e{j}") - dot((h, symbol(f"c{i}")) for i, h in enumerate(self.row(j)))
+        return symbol(f"e{j}") - dot((h, self._correction(i, j)) for i, h in enumerate(self.row(j)))
+
+    def _correction(self, i: int, j: int) -> Node:
+        """Before component j"""
+        is_first = self.given.options.iterate == 1 and j == self.sensor_of(j).first
+        return constant(0) if is_first else symbol(f"c{i}")
 
     def corrected(self, corrections: Sequence[Node], j: int) -> list[Target]:
         if self.sensor_of(j) in self.linear:
             return super().corrected(corrections, j)
-        return [(f"c{i}", symbol(f"c{i}") + one) for i, one in enumerate(corrections)]
+        return [(f"c{i}", self._correction(i, j) + one) for i, one in enumerate(corrections)]
 
     def accepts_of(self, sensor: Sensor) -> str:
         """A declared range is of the innovation: a measurement has to be a number."""
@@ -234,18 +271,21 @@ class EquationFilter(FloatFilter):
 
     def predict(self, refused: Sequence[str]) -> list[str]:
         """Mean and factor, if the formulas are finite"""
-        body = Body(self.words)
-        mean, after = self.moved_mean(), self._predicted(self.form, self.entries)
-        targets = [*self._written(mean), *((entry(key), after[key]) for key in self.live)]
+        body, at = Body(self.words, fields=self.at), self.at
+        after = self._predicted(self.form, self.entries)
+        targets = [*self._written(self.moved_mean()), *((entry(key), after[key]) for key in self.live)]
+        body.expect([*self._doubtful_step(), *(one for _, one in targets)])
         body.lines += self.unless_finite_step(body, refused)
-        return body.assign(targets)
+        return body.store([(at[name], one) for name, one in reversed(targets)])
 
     def unless_finite_step(self, body: Body, refused: Sequence[str]) -> list[str]:
         """`refused` where f or A is not finite"""
+        return self._unless_finite(body, self._doubtful_step(), refused)
+
+    def _doubtful_step(self) -> list[Node]:
         c = self.coefficients
         noises = [one for row in c.step or [] for one in row if not one.is_constant]
-        return self._unless_finite(body, [*(one for f, row in zip(c.change, c.A) for one in self._doubtful(f, row)), *noises,
-                                          *c.improper()], refused)
+        return [*(one for f, row in zip(c.change, c.A) for one in self._doubtful(f, row)), *noises, *c.improper()]
 
     def moved_mean(self) -> Mean:
         return self._moved(self.mean)
@@ -278,19 +318,32 @@ class EquationFilter(FloatFilter):
         return [*body.lines, *(f"const {self.type} {name} = {body.text(one)};" for name, one in made),
                 f"{self.type} {', '.join(f'c{i} = {self._first(i)}' for i in range(self.of.n))};"]
 
+    def unless_finite(self, sensor: Sensor, refused: Sequence[str]) -> list[str]:
+        """Of a sensor, before its components: `refused` where what is taken is not finite"""
+        made = {j: formulas for j in range(sensor.first, sensor.first + sensor.m) if (formulas := self._doubtful_component(j))}
+        if not made:
+            return []
+        body = Body(self.words, stem="w", fields=self.at_once(sensor.first))
+        fine = self._fine(body, [one for formulas in made.values() for one in formulas])
+        parts = [f"((taken & {1 << self.slot(j)}u) && !({self._fine(body, formulas)}))" for j, formulas in made.items()]
+        beside = f" && ({' || '.join(parts)})" if sensor.m > 1 else ""
+        lines = [*body.lines, f"if (!({fine}){beside}) {{", *indented(refused), "}"]
+        return ["{", *indented(lines), "}"] if body.fields and sensor in self.linear else lines
+
     def _first(self, i: int) -> str:
         """Of a correction: where an update is iterated, from the point to the mean before it"""
         return f"m{i} - a{i}" if self.given.options.iterate > 1 else self.zero
 
-    def taken(self, j: int, refused: Sequence[str]) -> list[str]:
-        """Component j, if it is finite"""
-        c, body = self.coefficients, Body(self.words, stem="w")
+    def _doubtful_component(self, j: int) -> list[Node]:
+        """A slope that is not finite makes the innovation's variance so, which is looked at before a single component is written"""
+        c, sensor = self.coefficients, self.sensor_of(j)
+        is_told = (sensor.m == 1 or not self.is_once(sensor)) and all(isinstance(self.facts[i, i], tuple) for i in range(self.of.n))
         names = {id(c.e[j][0]): symbol(f"e{j}"), **{id(one): name for one, name in zip(c.H[j], self.row(j))}}
-        if self.sensor_of(j) in self.linear:
+        if sensor in self.linear:
             names[id(c.e[j][0])] = c.e[j][0]
+        doubtful = [one for one in self._doubtful(c.e[j][0], c.H[j]) if one is c.e[j][0] or not is_told]
         spread = [] if c.R[j].is_constant else [select(node(0.0) < c.R[j], 0.0, 10 * MOST[self.type])]
-        check = self._unless_finite(body, [*(names[id(one)] for one in self._doubtful(c.e[j][0], c.H[j])), *spread], refused)
-        return [*body.lines, *check, *self.update(j, refused)]
+        return [*(names[id(one)] for one in doubtful), *spread]
 
     def finished(self, sensor: Sensor) -> list[str]:
         """After all components: the corrections go over to the mean."""
@@ -298,7 +351,8 @@ class EquationFilter(FloatFilter):
             return []
         if self.given.nominal:
             mean = [self._carried_to(one, i) for i, one in enumerate(self.coefficients.corrected)]
-            return Body(self.words, stem="s").assign(self._written(mean))
+            at = self.at
+            return Body(self.words, stem="s").store([(at[name], one) for name, one in self._written(mean)])
         moved = "(c{0} + (a{0} - m{0}))" if self.given.options.iterate > 1 else "c{0}"
         return [f"l{i} = l{i} + {moved.format(i)};" for i in range(self.of.n)]
 
@@ -306,11 +360,13 @@ class EquationFilter(FloatFilter):
         """`refused` where the sum of the formulas is NaN, infinite or very large"""
         if not formulas:
             return []
-        total = dot([(one, 1.0) for one in formulas])
+        return [f"if (!({self._fine(body, formulas)})) {{", *indented(refused), "}"]
+
+    def _fine(self, body: Body, formulas: Sequence[Node]) -> str:
+        total = dot([(one, 1.0) for one in {id(one): one for one in map(_unsigned, formulas)}.values()])
         square = mul(total, total)  # AVR has no fabsf
         body.name_shared([*formulas, square])
-        fine = body.text(make("le", square, constant(MOST[self.type]**2)))
-        return [f"if (!({fine})) {{", *indented(refused), "}"]
+        return body.text(make("le", square, constant(MOST[self.type]**2)))
 
     def overflow(self, names: Sequence[str] = ()) -> list[str]:
         """names: of the entries of the factor, if they are not its own"""
@@ -331,6 +387,11 @@ class EquationFilter(FloatFilter):
     def looks_at(self, k: int) -> bool:
         """Is control k held within its range?"""
         return bool(self.given.model.controls[k].range)
+
+
+def _unsigned(one: Node) -> Node:
+    less = negated(one)
+    return one if less is None else less
 
 
 def _is_linear(value: Node, slopes: Sequence[Node]) -> bool:

@@ -31,6 +31,7 @@ class FloatFilter(Arithmetic):
     """In float or double"""
 
     most_operations = 4000  # about 20 kB
+    scales = False  # UD.scales
 
     def __init__(self, given: Request, steady: Optional[Settled]):
         self.given, self.of = given, given.of.doubles()
@@ -68,7 +69,7 @@ class FloatFilter(Arithmetic):
         """Of the two ways to predict the one with fewer operations"""
         least = min(min(ud.factor(self.given.of.Q)[i, i], self.first[i, i]) for i in range(self.of.n))
         guards = least <= 0 or self.given.options.tunable
-        forms = [ud.UD(rotates, guards, LEAST[self.type]) for rotates in (True, False)]
+        forms = [ud.UD(rotates, guards, LEAST[self.type], self.scales) for rotates in (True, False)]
         P = {key: symbol(entry(key)) for key in self.first}
         return min(forms, key=lambda form: self._size(self._predicted(form, P)))
 
@@ -179,22 +180,34 @@ class FloatFilter(Arithmetic):
         spread = self._spread(j, P)
         r = self._student(y, spread, j) if options.student else self.coefficients.R[j]
         products, weight, after = self.form.update(self.row(j), r, P)
-        targets = self.corrected([one * (y * weight) for one in products], j)
-        targets += [(entry(key), after[key]) for key in self.live]
+        at = self.at_once(j)
+        factor = [(entry(key), after[key]) for key in self.live]
+        mean = self.corrected([one * (y * weight) for one in products], j)
+        targets = [(at.get(name, name), one) for name, one in ([*factor, *mean] if at else [*mean, *factor])]
         nominal = inverse(spread + self.coefficients.R[j]) if options.student else weight
         if options.nis:
             targets += [("f->nis", symbol("f->nis") + y * y * nominal), (f"f->s[{self.slot(j)}]", inverse(nominal))]
-        body = Body(self.words, hints={id(y): "y", id(r): "r"} if options.student else {id(y): "y"})
+        body = Body(self.words, hints={id(y): "y", id(r): "r"} if options.student else {id(y): "y"}, fields=at)
         within = y * y * weight <= (options.gate or 0)**2
         body.hints[id(within)] = "is_near"
         if refused:
-            body.name_shared([*(one for _, one in targets), weight, *([within] if options.gate else [])])
+            made = [one for _, one in targets]
+            body.expect([*made, weight])
+            body.name_shared([weight] if at else [*made, weight, *([within] if options.gate else [])])
             body.lines += [f"if (!({body.text(weight)} > {self.zero})) {{", *indented(refused), "}"]
+        before, body.lines = body.lines, []
         if options.gate is None:
-            return body.assign(targets)
-        passes = make("or", within, symbol(f"f->rejected[{j}] >= {RUN}"))
-        return body.assign(targets, passes, [f"if (is_near) f->rejected[{j}] = 0;"],
-                           [f"f->rejected[{j}]++;", f"f->events |= {self.given.upper}_GATED;", f"taken &= ~{1 << self.slot(j)}u;"])
+            lines = body.store(targets) if at else body.assign(targets)
+        else:
+            passes = make("or", within, symbol(f"f->rejected[{j}] >= {RUN}"))
+            lines = body.assign(targets, passes, [f"if (is_near) f->rejected[{j}] = 0;"],
+                                [f"f->rejected[{j}]++;", f"f->events |= {self.given.upper}_GATED;", f"taken &= ~{1 << self.slot(j)}u;"])
+        leaves = not refused or refused[-1].startswith("return")
+        return [*before, *lines] if leaves else [*before[:-1], "} else {", *indented(lines), "}"]
+
+    def at_once(self, j: int) -> dict[str, str]:
+        """Fields that component j's update reads where it needs them and writes as soon as it can, by their locals"""
+        return {}
 
     def measured(self, j: int) -> Node:
         """The innovation of component j, given the components before it"""

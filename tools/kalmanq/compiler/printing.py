@@ -4,10 +4,11 @@ from __future__ import annotations
 
 import re
 from dataclasses import dataclass, field
-from typing import Iterable, Optional, Protocol, Sequence
+from typing import Iterable, Mapping, Optional, Protocol, Sequence
 
 import numpy as np
 
+from kalmanq.compiler.choices import Choice, choices
 from kalmanq.formulas.graph import CONDITIONS, FUNCTIONS, Node, needed
 
 WORD = re.compile(r"\b[A-Za-z_]\w*\b")
@@ -39,6 +40,9 @@ class Body:
     """The lines of a block.
 
     hints   what formulas are called, by id(node); others are t0, t1, ..., or `stem` and a number
+    fields  of the filter, by the names of locals that are loaded where they are first needed
+    uses    how often formulas are used that are asked for later, too; choices: the selects among them that become branches;
+            hidden: what is inside those
     """
 
     operations: Operations
@@ -47,7 +51,30 @@ class Body:
     count: int = 0  # operations
     known: dict[int, str] = field(default_factory=dict)
     used: dict[str, int] = field(default_factory=dict)
+    named: int = 0
     stem: str = "t"
+    fields: Mapping[str, str] = field(default_factory=dict)
+    uses: Mapping[int, int] = field(default_factory=dict)
+    choices: Mapping[int, Choice] = field(default_factory=dict)
+    hidden: set[int] = field(default_factory=set)
+
+    def store(self, targets: Sequence[Target]) -> list[str]:
+        """Each target, a field, is written as soon as its formula is there: few values are held at a time"""
+        read = {self.fields[one.args[0]]: one for one in self.expect([one for _, one in targets])
+                if one.op == "symbol" and one.args[0] in self.fields}
+        for name, one in targets:
+            if read.get(name) is one:
+                continue
+            self.name_shared([one, *([read[name]] if name in read else [])])
+            self.lines.append(f"{name} = {self.text(one)};")
+        return self.lines
+
+    def expect(self, roots: Sequence[Node]) -> list[Node]:
+        """All that these need, which the next calls ask for"""
+        order, self.uses = needed(roots)
+        self.choices = choices(order, roots)
+        self.hidden = {id(one) for choice in self.choices.values() for side in choice.inside for one in side}
+        return order
 
     def assign(self, targets: Sequence[Target], under: Optional[Node] = None, then: Sequence[str] = (),
                otherwise: Sequence[str] = ()) -> list[str]:
@@ -72,16 +99,43 @@ class Body:
         depth: dict[int, int] = {}  # of what is written in one expression
         for one in order:
             depth[id(one)] = 0
-            if one.op in ("constant", "symbol") or id(one) in self.known:
+            if one.op == "symbol" and one.args[0] in self.fields and id(one) not in self.known:
+                self._load(one)
+            if one.op in ("constant", "symbol") or id(one) in self.known or id(one) in self.hidden:
+                continue
+            if id(one) in self.choices:
+                self._branch(self.choices[id(one)])
                 continue
             depth[id(one)] = 1 + max(depth[id(a)] for a in one.args)
-            if uses[id(one)] > 1 or id(one) in self.hints or depth[id(one)] > DEEPEST:
+            if max(uses[id(one)], self.uses.get(id(one), 0)) > 1 or id(one) in self.hints or depth[id(one)] > DEEPEST:
                 self._name(one)
                 depth[id(one)] = 0
 
+    def _branch(self, choice: Choice) -> None:
+        """Names its selects"""
+        self.name_shared([choice.condition, *choice.outside()])
+        names = [f"{self.stem}{self.named + k}" for k in range(len(choice.selects))]
+        self.named += len(names)
+        start, hidden, sides = len(self.lines), self.hidden, []
+        for side, inside in enumerate(choice.inside, 1):
+            self.hidden = hidden - {id(one) for one in inside}
+            values = [one.args[side] for one in choice.selects]
+            self.name_shared(values)
+            sides.append(indented([*self.lines[start:], *(f"{name} = {self.text(one)};" for name, one in zip(names, values))]))
+            del self.lines[start:]
+        self.hidden = hidden
+        self.known.update((id(one), name) for one, name in zip(choice.selects, names))
+        self.lines += [f"{self.operations.type_of(choice.selects[0])} {', '.join(names)};",
+                       f"if ({self.text(choice.condition)}) {{", *sides[0], "} else {", *sides[1], "}"]
+
+    def _load(self, one: Node) -> None:
+        name = self.known[id(one)] = one.args[0]
+        self.lines.append(f"const {self.operations.type_of(one)} {name} = {self.fields[name]};")
+
     def _name(self, one: Node) -> None:
         text, hint = self.text(one), self.hints.get(id(one))
-        name = self._fresh(hint) if hint else f"{self.stem}{len(self.known)}"
+        name = self._fresh(hint) if hint else f"{self.stem}{self.named}"
+        self.named += 1
         self.lines.append(f"const {self.operations.type_of(one)} {name} = {text};")
         self.known[id(one)] = name
 

@@ -1,0 +1,59 @@
+"""Formulas that only one side of a condition needs: the C works them out in a branch, not for both sides."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Mapping, Optional, Sequence
+
+from kalmanq.formulas.graph import Node
+
+LEAST = 4  # operations of one side alone, from which on a branch is worth it
+Home = Optional[tuple[int, int]]  # id of a condition, and the side; None: needed in any case
+
+
+@dataclass(frozen=True)
+class Choice:
+    """The selects of one condition; inside: of each side, the operations that nothing else needs"""
+
+    selects: list[Node]
+    inside: tuple[list[Node], list[Node]]
+
+    @property
+    def condition(self) -> Node:
+        return self.selects[0].args[0]
+
+    def outside(self) -> list[Node]:
+        """What the sides need of the rest"""
+        own = {id(one) for side in self.inside for one in side}
+        parts = [part for one in [*self.selects, *(one for side in self.inside for one in side)] for part in one.args]
+        return [part for part in parts if isinstance(part, Node) and id(part) not in own]
+
+
+def choices(order: Sequence[Node], roots: Sequence[Node]) -> dict[int, Choice]:
+    """By id of each select.  order: all nodes, arguments first.  A choice within a side of another one is none"""
+    by_condition: dict[int, list[Node]] = {}
+    for one in order:
+        if one.op == "select":
+            by_condition.setdefault(id(one.args[0]), []).append(one)
+    while by_condition:
+        homes = _homes(order, roots, by_condition)
+        nested = [key for key, selects in by_condition.items() if any(homes[id(one)] for one in selects)]
+        if not nested:
+            break
+        for key in nested:
+            del by_condition[key]
+    made = [Choice(selects, tuple([one for one in order if one.args and one.op not in ("symbol", "constant") and homes[id(one)] == (key, side)]
+                                  for side in (0, 1))) for key, selects in by_condition.items()]  # type: ignore[arg-type]
+    return {id(one): choice for choice in made if max(map(len, choice.inside)) >= LEAST for one in choice.selects}
+
+
+def _homes(order: Sequence[Node], roots: Sequence[Node], by_condition: Mapping[int, Sequence[Node]]) -> dict[int, Home]:
+    """Where each node is needed"""
+    homes: dict[int, Home] = {id(one): None for one in roots}
+    for one in reversed(order):
+        home = homes[id(one)]
+        for place, part in enumerate(one.args):
+            if isinstance(part, Node):
+                there = (id(one.args[0]), place - 1) if one.op == "select" and place and id(one.args[0]) in by_condition else home
+                homes[id(part)] = there if homes.get(id(part), there) == there else None
+    return homes
