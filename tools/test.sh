@@ -31,6 +31,7 @@ groups_of() { # [NAME]
     vectors.replay.host | vectors.sanitized | vectors.falsified | vectors.generator) ;;
     package.port | package.levels) echo cores ;;
     package.cxx) echo clang ;;
+    package.sized) echo clang cores ;;
     package.staged | package.onefile*) echo interpreter ;;
     package.fixed_sizes) echo cores tools ;;
     package.sdist) echo tools ;;

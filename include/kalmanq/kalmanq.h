@@ -1,5 +1,6 @@
 /*
- * kalmanq: Kalman filtering, prediction and smoothing for small systems.  Includes all headers but generic.h.
+ * kalmanq: Kalman filtering, prediction and smoothing for small systems.  Includes all headers but generic.h and
+ * sized.hpp.
  *
  * Every name ends in _f32 (float), _f64 (double) or _q31 (fixed point); one comment describes all three.  The table
  * in src/README.md says which function is in which arithmetic.  Thresholds, studies and sources of the methods are in
@@ -31,6 +32,7 @@
  *     lengths.h         sizes and lengths as functions, for bindings of other languages
  *     version.h         which release this is
  *     generic.h         names without a suffix
+ *     sized.hpp         C++: sizes as template parameters (f32, f64)
  */
 #ifndef KALMANQ_KALMANQ_H
 #define KALMANQ_KALMANQ_H

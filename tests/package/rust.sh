@@ -46,6 +46,9 @@ chip)
         cargo build --release --target "$target"
     timeout "${KQ_TIME_LIMIT:-600}" qemu-system-arm -M mps2-an386 -nographic -semihosting \
         -kernel "$work/target/$target/release/chip" >"$work/chip.txt"
+    # the program in C of include/README.md prints these raw values
+    words=$(sed -n 's/^[0-9]  *\([0-9]*\) +- \([0-9]*\) raw:.*/[\1, \2]/p' "$root/include/README.md" | paste -sd, | sed 's/,\[/, [/g')
+    grep -qxF "q31 [$words]" "$work/chip.txt" || { echo "in C: q31 [$words]" && cat "$work/chip.txt" && exit 1; }
     grep -q '^sizes true done Ok' "$work/chip.txt" && diff "$work/host.txt" "$work/chip.txt"
     cat "$work/chip.txt"
     arm-none-eabi-size "$work/target/$target/release/chip"

@@ -1,7 +1,7 @@
 //! Kalman filters for microcontrollers: the C library kalmanq, with sizes that the compiler checks.
 //!
 //! A process, a sensor and a filter borrow their matrices and their memory; nothing is allocated.  `T` is `f32` or
-//! `f64`.  `N`, `L` and `M` are the states, the controls and the measured components, 1 to 16 (`L` may be 0).
+//! `f64`, or `i32` in the fixed point of [`q31`].  `N`, `L` and `M` are the states, the controls and the measured components, 1 to 16 (`L` may be 0).
 //!
 //! ```
 //! use kalmanq::{Filter, Process, Sensor, filter_len_f32, process_len, sensor_len};
@@ -28,11 +28,12 @@
 //! filter.update(&sensor, &[1.0]).unwrap();
 //! ```
 //!
-//! [`sys`] has every function of the C library, smoothers and fixed point too; they are unsafe.
+//! [`sys`] has every function of the C library, smoothers too; they are unsafe.
 
 #![no_std]
 
 mod number;
+pub mod q31;
 #[rustfmt::skip]
 pub mod sys;
 
@@ -42,7 +43,7 @@ use core::marker::PhantomData;
 use core::mem::MaybeUninit;
 use core::ptr;
 
-pub use number::Number;
+pub use number::{Float, Number};
 
 /// Numbers of memory of a process with `n` states.
 pub const fn process_len(n: usize) -> usize {
@@ -64,6 +65,11 @@ pub const fn filter_len_f64(n: usize) -> usize {
     n + n * (n + 1) / 2
 }
 
+/// Words of memory of a filter with `n` states in [`q31`].
+pub const fn filter_len_q31(n: usize) -> usize {
+    2 * n + q31::root_len(n)
+}
+
 /// Why a call was refused.  It has changed nothing.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[non_exhaustive]
@@ -80,8 +86,30 @@ pub enum Error {
     NotSemidefinite,
     /// A value is outside its range.
     Range,
+    /// A format of [`q31`] does not fit the model.
+    Format(RangeError),
     /// Another status of the C library.
     Other(c_int),
+}
+
+/// The component whose format does not fit, and how many more integer bits it needs.  0 bits: a value is outside the
+/// declared range.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct RangeError {
+    /// `sys::KQ_STATE`, `KQ_CONTROL` or `KQ_MEASUREMENT`.
+    pub quantity: c_int,
+    pub component: i32,
+    pub bits: i32,
+}
+
+impl fmt::Display for RangeError {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let error = sys::kq_range_error_q31 { quantity: self.quantity, component: self.component, bits: self.bits };
+        let mut text = [0u8; 80];
+        // SAFETY: C writes no more than the length, and a 0
+        unsafe { sys::kq_range_error_text_q31(&error, text.as_mut_ptr().cast(), text.len()) };
+        f.write_str(CStr::from_bytes_until_nul(&text).ok().and_then(|one| one.to_str().ok()).unwrap_or(""))
+    }
 }
 
 const ERRORS: [(c_int, Error); 6] = [
@@ -98,6 +126,7 @@ impl Error {
     pub fn status(self) -> c_int {
         match self {
             Error::Other(status) => status,
+            Error::Format(_) => sys::KQ_ERR_RANGE,
             known => ERRORS.iter().find(|one| one.1 == known).map_or(0, |one| one.0),
         }
     }
@@ -105,6 +134,9 @@ impl Error {
 
 impl fmt::Display for Error {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        if let Error::Format(error) = self {
+            return error.fmt(f);
+        }
         // SAFETY: a static text, never NULL
         let text = unsafe { CStr::from_ptr(sys::kq_status_text(self.status())) };
         f.write_str(text.to_str().unwrap_or("an unknown status"))
@@ -130,6 +162,8 @@ impl Events {
     pub const REDUNDANT: Events = Events(sys::KQ_EVENT_REDUNDANT);
     /// A variance or a mean was not representable.
     pub const OVERFLOW: Events = Events(sys::KQ_EVENT_OVERFLOW);
+    /// In q31: a state was saturated at +-2^31 raw values.
+    pub const SATURATED: Events = Events(sys::KQ_EVENT_SATURATED);
     /// Precision lost: a sigma may be wrong by more than 5 %.
     pub const PRECISION: Events = Events(sys::KQ_EVENT_PRECISION);
     /// A low-noise measurement contradicts what was known.
@@ -175,7 +209,7 @@ pub struct Process<'a, T: Number, const N: usize, const L: usize> {
     borrowed: PhantomData<(&'a [T], &'a mut [T])>,
 }
 
-impl<'a, T: Number, const N: usize, const L: usize> Process<'a, T, N, L> {
+impl<'a, T: Float, const N: usize, const L: usize> Process<'a, T, N, L> {
     /// `a` and `b` stay borrowed; `q` is symmetric and positive semi-definite, may be singular.  `memory` has
     /// [`process_len`]`(N)` numbers.
     pub fn new(a: &'a [[T; N]; N], b: &'a [[T; L]; N], q: &[[T; N]; N], memory: &'a mut [T]) -> Result<Self, Error> {
@@ -195,7 +229,7 @@ pub struct Sensor<'a, T: Number, const N: usize, const M: usize> {
     borrowed: PhantomData<(&'a [T], &'a mut [T])>,
 }
 
-impl<'a, T: Number, const N: usize, const M: usize> Sensor<'a, T, N, M> {
+impl<'a, T: Float, const N: usize, const M: usize> Sensor<'a, T, N, M> {
     /// `h` and `r` stay borrowed; `r` is symmetric and positive semi-definite, may be 0.  `memory` has
     /// [`sensor_len`]`(M)` numbers.
     pub fn new(h: &'a [[T; N]; M], r: &'a [[T; M]; M], memory: &'a mut [T]) -> Result<Self, Error> {
@@ -225,7 +259,7 @@ unsafe impl<T: Number, const N: usize> Sync for Filter<'_, T, N> {}
 
 // SAFETY, of all calls below: every object was initialised by its `new` for the sizes of its type, what it borrows is
 // still borrowed, and every array has the size that C reads or writes.
-impl<'a, T: Number, const N: usize> Filter<'a, T, N> {
+impl<'a, T: Float, const N: usize> Filter<'a, T, N> {
     /// The state before the first measurement: mean `x0`, covariance `p0`; neither stays borrowed.  `memory` has
     /// [`filter_len_f32`]`(N)` or [`filter_len_f64`]`(N)` numbers.
     pub fn new(x0: &[T; N], p0: &[[T; N]; N], memory: &'a mut [T]) -> Result<Self, Error> {
@@ -236,7 +270,10 @@ impl<'a, T: Number, const N: usize> Filter<'a, T, N> {
         }
         Ok(Self { raw, borrowed: PhantomData })
     }
+}
 
+// SAFETY: as above
+impl<T: Number, const N: usize> Filter<'_, T, N> {
     /// x <- A x + B u,  P <- A P A' + Q.
     pub fn predict<const L: usize>(&mut self, process: &Process<'_, T, N, L>, u: &[T; L]) -> Result<(), Error> {
         checked(unsafe { T::predict(&mut self.raw, &process.raw, first(u)) })
@@ -280,8 +317,8 @@ impl<'a, T: Number, const N: usize> Filter<'a, T, N> {
     }
 
     /// The covariance P.
-    pub fn covariance(&self) -> Result<[[T; N]; N], Error> {
-        let mut p = [[T::ZERO; N]; N];
+    pub fn covariance(&self) -> Result<[[T::Entry; N]; N], Error> {
+        let mut p = [[T::ZERO_ENTRY; N]; N];
         checked(unsafe { T::covariance(&self.raw, p.as_mut_ptr().cast()) })?;
         Ok(p)
     }
@@ -294,7 +331,7 @@ impl<'a, T: Number, const N: usize> Filter<'a, T, N> {
     }
 
     /// e' S^-1 e of the last update: chi-square with [`Filter::taken`] degrees of freedom if the model is right.
-    pub fn nis(&self) -> T {
+    pub fn nis(&self) -> T::Score {
         unsafe { T::nis(&self.raw) }
     }
 
@@ -304,7 +341,7 @@ impl<'a, T: Number, const N: usize> Filter<'a, T, N> {
     }
 
     /// The log-likelihood of all measurements so far.
-    pub fn log_likelihood(&self) -> T {
+    pub fn log_likelihood(&self) -> T::Score {
         unsafe { T::log_likelihood(&self.raw) }
     }
 

@@ -1,9 +1,12 @@
 //! The same program on the host and on a chip: bits of means and sigmas, for the script to compare.
 #![cfg_attr(target_os = "none", no_std, no_main)]
 
+#[path = "../../../../port/rust/tests/cart/mod.rs"]
+mod cart;
+
 use core::ffi::{c_int, c_void};
 use core::fmt::Write;
-use kalmanq::{Error, Events, Filter, Process, Sensor, filter_len_f32, filter_len_f64, process_len, sensor_len, sys};
+use kalmanq::{Error, Events, Filter, Process, Sensor, filter_len_f32, filter_len_f64, filter_len_q31, process_len, q31, sensor_len, sys};
 
 unsafe extern "C" {
     fn write(file: c_int, text: *const c_void, length: usize) -> isize;
@@ -56,6 +59,25 @@ fn sizes() -> bool {
 fn filters() -> Result<(), Error> {
     run!(f32, filter_len_f32);
     run!(f64, filter_len_f64);
+    let _ = writeln!(Output, "q31 {:?}", cart::readings()?);
+    prepared()
+}
+
+/// Fixed point with tables that the chip makes
+fn prepared() -> Result<(), Error> {
+    let (states, measured) = ([q31::format(20.0, None)?; 2], [q31::format(8.0, None)?; 1]);
+    let (a, h) = (q31::matrix(&[[1.0, 0.1], [0.0, 0.95]], &states, &states)?, q31::matrix(&[[0.5, 1.0]], &measured, &states)?);
+    let (mut g, mut p0, mut c) = ([0; q31::root_len(2)], [0; q31::root_len(2)], [0; filter_len_q31(2)]);
+    q31::root(&[[0.02, 0.01], [0.01, 0.03]], &states, &mut g)?;
+    q31::root(&[[2.0, 0.5], [0.5, 3.0]], &states, &mut p0)?;
+    let r = q31::noise_diagonal(&[0.3], &measured)?;
+    let process = Process::from_tables(&states, &[], &a, &[[], []], &g)?;
+    let sensor = Sensor::from_tables(&states, &measured, &h, &r)?;
+    let mut filter = Filter::from_tables(&states, &q31::raw(&[1.0, -1.0], &states)?, &p0, &mut c)?;
+    for k in 0..100 {
+        filter.step(&process, &[], &sensor, &[(k * 37 % 11) << 26])?;
+    }
+    let _ = writeln!(Output, "q31 {:?} {:?} {} {:?}", filter.mean(), filter.sigma(), filter.nis(), filter.events() == Events(0));
     Ok(())
 }
 
