@@ -21,7 +21,7 @@
  * filter during a predict or update gets a mixture of old and new numbers, within one kq_mean too: turn interrupts
  * off while you read it or copy it (kq_filter_copy).  kq_events and kq_taken read one memory word each: on a 32-bit
  * chip you may call them at any time.
- *     Assigning the struct copies a pointer: both filters then use one memory.  Use kq_filter_copy.
+ * Assigning the struct copies a pointer: both filters then use one memory.  Use kq_filter_copy.
  *
  * Attaching.  One object at a time takes part in a filter's kq_predict, kq_update, kq_update_subset and kq_step: a
  * history (smoother.h), a lag, an instant, a diffuse start, an adaptation or a freeze.  Its header says what it adds
