@@ -25,7 +25,7 @@ echo "== the headers, by Doxygen"
 (
     printf '%s\n' 'PROJECT_NAME = kalmanq' 'INPUT = include/kalmanq' 'OUTPUT_DIRECTORY = build/docs/doxygen' 'GENERATE_HTML = NO' \
         'GENERATE_LATEX = NO' 'GENERATE_XML = YES' 'OPTIMIZE_OUTPUT_FOR_C = YES' 'EXTRACT_ALL = YES' 'MACRO_EXPANSION = YES' \
-        'EXPAND_ONLY_PREDEF = YES' 'PREDEFINED = KQ_NODISCARD=' 'QUIET = YES' 'MARKDOWN_SUPPORT = NO' 'INPUT_FILTER = "python3 tools/docs/for_doxygen.py"' 'WARN_IF_UNDOCUMENTED = NO'
+        'EXPAND_ONLY_PREDEF = YES' 'PREDEFINED = KQ_NODISCARD=' 'EXCLUDE_SYMBOLS = KQ_PRIVATE_*' 'QUIET = YES' 'MARKDOWN_SUPPORT = NO' 'INPUT_FILTER = "python3 tools/docs/for_doxygen.py"' 'WARN_IF_UNDOCUMENTED = NO'
 ) | doxygen - 2>build/docs/doxygen.log
 if [ -s build/docs/doxygen.log ]; then cat build/docs/doxygen.log >&2 && exit 1; fi
 PYTHONPATH=$site:tools "$KQ_TOOLS_PYTHON" -B tools/docs/make_pages.py tools/docs/made

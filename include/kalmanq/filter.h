@@ -21,7 +21,7 @@
  * filter during a predict or update gets a mixture of old and new numbers, within one kq_mean too: turn interrupts
  * off while you read it or copy it (kq_filter_copy).  kq_events and kq_taken read one memory word each: on a 32-bit
  * chip you may call them at any time.
- *     Assigning the struct copies a pointer: both filters then use one memory.  Use kq_filter_copy.
+ * Assigning the struct copies a pointer: both filters then use one memory.  Use kq_filter_copy.
  *
  * Attaching.  One object at a time takes part in a filter's kq_predict, kq_update, kq_update_subset and kq_step: a
  * history (smoother.h), a lag, an instant, a diffuse start, an adaptation or a freeze.  Its header says what it adds
@@ -207,7 +207,7 @@ KQ_NODISCARD kq_status kq_step_f64(kq_filter_f64 *f, const kq_process_f64 *p, co
 /** The mean x_i in the state's unit.  kq_mean_low is what rounding it to one number leaves (0 in f64).
  *   f        read: a filter, a forecast or a view
  *   i        0 .. n-1
- * mean + mean_low is all of it.  NaN if f or i is bad. */
+ * The sum of both is all of it.  NaN if f or i is bad. */
 float kq_mean_f32(const kq_filter_f32 *f, int i);
 double kq_mean_f64(const kq_filter_f64 *f, int i);
 float kq_mean_low_f32(const kq_filter_f32 *f, int i);

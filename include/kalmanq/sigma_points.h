@@ -37,10 +37,10 @@
  * kq_smoothed(&last, t, &at), `last` being the last pass's history, with d = y + J (x - c): x the filter's mean, c
  * the mean of `at`.  Or keep y, J, E of every step.  Six passes are enough; stop if no mean moves by more than 0.01
  * sigma.  A filter in such a pass has used the future: only smoothed states are results.
- *     If sum (z - h)' R^-1 (z - h) + sum w' Q^-1 w + (x0's term) of the smoothed states rises (with sigma
+ * If sum (z - h)' R^-1 (z - h) + sum w' Q^-1 w + (x0's term) of the smoothed states rises (with sigma
  * points: by 1 or more), go half of the way: linearise at c + (c' - c) / 2, halve up to 4 times, stop.  If it rises
  * at the first pass, the model has several solutions: trust no smoother of this kind.
- *     In f32 the smoothed density may be too narrow for differences (kq_linearise): use Jacobians or f64.
+ * In f32 the smoothed density may be too narrow for differences (kq_linearise): use Jacobians or f64.
  */
 #ifndef KALMANQ_SIGMA_POINTS_H
 #define KALMANQ_SIGMA_POINTS_H

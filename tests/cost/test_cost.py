@@ -253,7 +253,7 @@ class Readme(unittest.TestCase):
         """On the page, beside those of the table: flash and instructions of one and the same program."""
         row = next(row for row in table.read(ROOT / "tools" / "cost.csv").rows if row.key == readme.LEAN_ROW)
         page = (ROOT / "README.md").read_text(encoding="utf-8")
-        self.assertIn(f"lean way takes {row.flash_program} and {row.instructions}.", page)
+        self.assertIn(f"lean form takes {row.flash_program} and {row.instructions}.", page)
         self.assertRegex(page, rf"(?m)^\| Cortex-M4F \| f32 \| 4, 2 \|.* {row.flash_program} \| {row.instructions} \|")
 
     def test_only_the_section_changes(self) -> None:

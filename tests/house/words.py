@@ -19,7 +19,9 @@ OLD = {
     "unknown starts?": "diffuse start", "fade[sd]?|fading": "forget, decay", "tally": "compensated sum",
     "KQ_EVENT_FLOOR|KQ_EVENT_RESOLUTION": "redundant measurement, precision lost, contradiction",
     "told|asked": "reported, option, method", "doors?": "range check, entry", "24 bits do": "float rounding",
-    "beside (long )?double": "compared with double"}
+    "beside (long )?double": "compared with double", r"points?\.h": "instant.h, sigma_points.h",
+    "mean_low": "low part of the mean",  # kq_mean_low is a name
+    "(lean|each|every|[Bb]oth|which|A) ways?(?! is down| to run)|ways? (to|of) (use|using|linearis)": "method, form"}
 WORDS, LONG = 30, 3.0
 LEFT_OUT = ("CHANGELOG.md", "tools/studies/heavy_tails/README.md")  # what was; what a study writes
 

@@ -44,7 +44,8 @@ def test_made_pages_have_every_header_command_and_message_and_each_message_its_c
     finally:
         sys.path.pop(0)
     headers = made["headers"]()
-    assert all(f"doxygenfile}} {path.name}" in headers for path in (ROOT / "include/kalmanq").glob("*.h"))
+    names = [path.stem for path in (ROOT / "include/kalmanq").glob("*.h")]
+    assert all(f"doxygenfile}} {name}.h" in headers[f"headers/{name}"] and f"\nheaders/{name}\n" in headers["headers"] for name in names)
     collected = messages.collected()
     parts, left = messages.sorted_by_cure(collected)
     assert not left, "messages without what to do in tools/docs/messages.toml"
@@ -52,3 +53,16 @@ def test_made_pages_have_every_header_command_and_message_and_each_message_its_c
     anchors = re.findall(r'<a id="([^"]+)">', messages.page())
     assert len(set(anchors)) == len(anchors) == len(collected)
     assert "--smooth" in made["helped"]("run")
+
+
+def test_a_function_of_the_reference_has_its_parameters_its_errors_and_links():
+    made = runpy.run_path(str(ROOT / "tools/docs/for_doxygen.py"))
+    folder = ROOT / "include/kalmanq"
+    made["FUNCTIONS"].update(made["functions"](folder))
+    before = re.split(r"(?=kq_status (kq_\w+)\()", made["made"]((folder / "filter.h").read_text(encoding="utf-8")))
+    said = dict(zip(before[1::2], before[0::2], strict=False))
+    assert all(f"\n@param {name} " in said["kq_update_f32"].rpartition("/**")[2] for name in "fsz")
+    assert "<b>Errors:</b> KQ_ERR_NULL" in said["kq_update_f32"] and said["kq_update_f64"].endswith("/** As kq_update_f32(). */\nKQ_NODISCARD ")
+    assert "@param f with sizes and memory; written" in said["kq_filter_init_q31"].rpartition("/**")[2]  # its twin's
+    assert '@ref kq_process_init_root_f32 "kq_process_init_root"' in said["kq_filter_init_root_f32"]
+    assert "@cond */\ntypedef struct {\n    uint8_t states;" in made["made"]((folder / "filter.h").read_text(encoding="utf-8"))

@@ -36,12 +36,12 @@ def rewritten(path: Path, rows: tuple[Row, ...], part: Part = section) -> str:
     return with_lean_figures(f"{before}{BEGIN}\n{part(rows)}\n{END}{rest.split(END)[1]}", rows)
 
 
-LEAN_FIGURES = re.compile(r"(?<=the library's lean way takes )\d+ and \d+")
+LEAN_FIGURES = re.compile(r"(?<=the library's lean form takes )\d+ and \d+")
 LEAN_ROW = ("m4f", "f32", 4, 2, RUNTIME, GCC, LEAN)  # of the sentence
 
 
 def with_lean_figures(text: str, rows: Iterable[Row]) -> str:
-    """The sentence of a page that says bytes and instructions of the lean way, as the table has them."""
+    """The sentence of a page that says bytes and instructions of the lean form, as the table has them."""
     of = [f"{row.flash_program} and {row.instructions}" for row in rows if row.key == LEAN_ROW]
     return LEAN_FIGURES.sub(of[0], text) if of else text
 

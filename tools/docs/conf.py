@@ -4,6 +4,9 @@ import re
 import sys
 from pathlib import Path
 
+from docutils import nodes
+from sphinx import addnodes
+
 ROOT = Path(__file__).resolve().parents[2]
 sys.path.insert(0, str(ROOT / "tools"))
 
@@ -13,7 +16,7 @@ copyright = "the kalmanq authors"
 root_doc = "tools/docs/index"
 include_patterns = ["*.md", "include/*.md", "src/*.md", "port/*.md", "port/*/*.md", "tests/*.md", "tests/vectors/*.md", "tools/*/*.md", "tools/examples/boards/*.md",
                     "tools/examples/boards/*/*.md",
-                    "tools/studies/heavy_tails/*.md", "tools/docs/*.md", "tools/docs/*/*.md"]
+                    "tools/studies/heavy_tails/*.md", "tools/docs/*.md", "tools/docs/*/*.md", "tools/docs/made/headers/*.md"]
 exclude_patterns = ["build", ".deps", "tools/docs/_*"]
 extensions = ["myst_parser", "breathe", "sphinx.ext.autodoc"]
 myst_heading_anchors = 4
@@ -21,6 +24,7 @@ myst_enable_extensions = ["colon_fence"]
 suppress_warnings = ["myst.xref_missing", "misc.highlighting_failure"]  # links to files of the source, which the test of pages looks at
 breathe_projects = {"kalmanq": str(ROOT / "build/docs/doxygen/xml")}
 breathe_default_project = "kalmanq"
+breathe_domain_by_extension = {"h": "c"}
 autodoc_member_order = "bysource"
 autodoc_default_options = {"members": True, "undoc-members": False}
 highlight_language = "text"
@@ -38,5 +42,17 @@ def as_text(app, what, name, obj, options, lines):
     lines[:] = ["::", "", *(f"    {line}" for line in text), ""] if len(text) > 1 else [f"``{line}``" for line in text]
 
 
+def parameters_first(app, doctree):
+    """Behind the sentence that says what a function does come its parameters, then the rest"""
+    for content in doctree.findall(addnodes.desc_content):
+        fields = [one for one in content if isinstance(one, nodes.field_list)]
+        first = next((k for k, one in enumerate(content) if isinstance(one, nodes.paragraph)), None)
+        if fields and first is not None:
+            for one in fields:
+                content.remove(one)
+            content[first + 1:first + 1] = fields
+
+
 def setup(app):
+    app.connect("doctree-read", parameters_first)
     app.connect("autodoc-process-docstring", as_text)

@@ -10,10 +10,18 @@ import messages
 ROOT = Path(__file__).resolve().parents[2]
 
 
-def headers() -> str:
-    names = sorted(path.name for path in (ROOT / "include" / "kalmanq").glob("*.h"))
-    parts = [f"## {name}\n\n```{{doxygenfile}} {name}\n:sections: func define typedef enum\n```\n" for name in names]
-    return "# The C headers\n\nEvery name ends in `_f32`, `_f64` or `_q31`; a comment is for all arithmetics.\n\n" + "\n".join(parts)
+def headers() -> dict[str, str]:
+    """A page a header, and the page that lists them as kalmanq.h does"""
+    folder = ROOT / "include" / "kalmanq"
+    pages = {f"headers/{path.stem}": f"# {path.name}\n\n```{{doxygenfile}} {path.name}\n:sections: briefdescription detaileddescription func "
+             "innerclass typedef enum define\n```\n" for path in sorted(folder.glob("*.h"))}
+    said = dict(re.findall(r"^ \*     (\w+)\.h +(\S.*)$", (folder / "kalmanq.h").read_text(encoding="utf-8"), re.M))
+    names = [*said, *(name for name in ("kalmanq",) if name not in said)]
+    rows = [f"| [{name}.h](headers/{name}.md) | {said.get(name, 'includes all of them but generic.h')} |" for name in names]
+    tree = "\n".join(f"headers/{name}" for name in names)
+    pages["headers"] = ("# The C headers\n\nEvery name ends in `_f32`, `_f64` or `_q31`; the comment of the first is for all three.\n\n| header | it has |\n|---|---|\n"
+                        + "\n".join(rows) + f"\n\n```{{toctree}}\n:hidden:\n\n{tree}\n```\n")
+    return pages
 
 
 def commands() -> str:
@@ -43,9 +51,11 @@ def helped(name: str) -> str:
 def main() -> None:
     out = Path(sys.argv[1])
     out.mkdir(parents=True, exist_ok=True)
-    for name, made in (("headers", headers), ("commands", commands), ("messages", messages.page)):
-        (out / f"{name}.md").write_text(made(), encoding="utf-8")
-        print(f"made {name}.md")
+    (out / "headers").mkdir(exist_ok=True)
+    pages = {**headers(), "commands": commands(), "messages": messages.page()}
+    for name, text in pages.items():
+        (out / f"{name}.md").write_text(text, encoding="utf-8")
+    print(f"made {len(pages)} pages")
 
 
 if __name__ == "__main__":
