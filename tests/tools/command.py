@@ -10,6 +10,7 @@ import tempfile
 import threading
 import traceback
 import warnings
+from pathlib import Path
 
 import matplotlib.pyplot  # noqa: F401
 import scipy.optimize  # noqa: F401
@@ -40,6 +41,19 @@ def kalmanq(*arguments: object, folder: object = None, input: str | None = None)
         code = os.waitstatus_to_exitcode(os.waitpid(child, 0)[1])
         feeder.join()
         return subprocess.CompletedProcess(said, code, *(_text(stream) for stream in (out, error)))
+
+
+def twice(folder: Path, *arguments: object) -> dict[str, bytes]:
+    """The files that `kalmanq compile ... -o cart.c` writes: the same by two new processes, with other hashes of texts"""
+    made = []
+    for seed in ("0", "1"):
+        (place := folder / seed).mkdir()
+        done = subprocess.run([sys.executable, "-m", "kalmanq.command_line", "compile", *map(str, arguments), "-o",
+                               str(place / "cart.c")], capture_output=True, text=True, env={**os.environ, "PYTHONHASHSEED": seed})
+        assert done.returncode == 0, done.stderr
+        made.append({one.name: one.read_bytes() for one in place.iterdir()})
+    assert made[0] == made[1] and str(folder).encode() not in b"".join(made[0].values())
+    return made[0]
 
 
 def _text(stream: object) -> str:

@@ -14,7 +14,6 @@ from firmware_here import Firmware
 from whole import first
 
 from kalmanq import Filter
-from kalmanq.compiler.emit import PREDICTS, UPDATES
 from kalmanq.compiler.equation_product import compiled_equations
 from kalmanq.compiler.equation_report import recorded
 from kalmanq.compiler.host import Host, build

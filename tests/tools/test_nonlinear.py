@@ -4,23 +4,21 @@ from __future__ import annotations
 
 import csv
 import functools
-import io
 import json
 import math
 import re
 import subprocess
 import sys
 import warnings
-from contextlib import redirect_stderr, redirect_stdout
 from pathlib import Path
-from types import SimpleNamespace
 
 import numpy as np
 import pytest
 from scipy.optimize import least_squares
 
 import models
-from kalmanq import Filter, KalmanqError, KalmanqWarning, ModelError, Quantity, Smoother, command_line
+from command import kalmanq
+from kalmanq import Filter, KalmanqError, KalmanqWarning, ModelError, Quantity, Smoother
 from kalmanq.core import ffi, lib
 from kalmanq.model import model_file
 from kalmanq.nonlinear import NonlinearFilter, NonlinearModel, NonlinearSmoother, read, simulate
@@ -498,17 +496,6 @@ BAD_JACOBIANS = {
     "H: answers nan for bearing, v_north at": ("x[0] / r2, 0, 0]]", "x[0] / r2, 0, np.nan]]"),
     "A: answers list, no array of numbers": ("[0, 0, 0, 1]]", "[0, 0, 0]]"),
 }
-
-
-def kalmanq(*arguments) -> SimpleNamespace:
-    """The command line, in this process: a new one takes most of a second."""
-    out, errors, code = io.StringIO(), io.StringIO(), 0
-    with redirect_stdout(out), redirect_stderr(errors), warnings.catch_warnings():
-        try:
-            command_line.app(list(map(str, arguments)))
-        except SystemExit as end:
-            code = end.code or 0
-    return SimpleNamespace(returncode=code, stdout=out.getvalue(), stderr=errors.getvalue())
 
 
 def written(folder: Path, change: tuple[str, str]) -> Path:
