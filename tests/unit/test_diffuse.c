@@ -12,7 +12,6 @@ PROCESS(still, 2, 0);
 PROCESS(reset, 2, 0);
 SENSOR(level, 2, 1);
 SENSOR(both, 2, 2);
-SENSOR(exact_sum, 2, 2);
 FILTER(track, 2);
 FILTER(twin, 2);
 static K(filter) view;
@@ -41,7 +40,6 @@ static void set_up(void)
     ASSERT_OK(K(process_init)(&reset, zero, NULL, Q));
     ASSERT_OK(K(sensor_init)(&level, H, R));
     ASSERT_OK(K(sensor_init)(&both, H2, R2));
-    ASSERT_OK(K(sensor_init)(&exact_sum, sum, zero));
     ASSERT_OK(K(sensor_init)(&sensor3, sum, R));
     ASSERT_OK(K(diffuse_assign)(&start, 2, EARLY, start_memory, COUNT(start_memory)));
     ASSERT_OK(K(diffuse_init)(&start, &track, x0, NULL, 3));
@@ -187,33 +185,6 @@ TEST(one_of_two_correlated_components)
     ASSERT_STATE(4, -3, 0.5, -0.5, 1.5);
 }
 
-TEST(noise_free_measurements)
-{
-    static const num z[] = {4, 8}, h[] = {1, 0, 0, 1}, more[] = {1, 6};
-    ASSERT_OK(K(update)(&track, &exact_sum, z)); /* the second says nothing new */
-    ASSERT_OPEN(1, 0);
-    TEST_ASSERT_EQUAL_INT(KQ_EVENT_REDUNDANT, K(events)(&track));
-    K(events_clear)(&track);
-    ASSERT_OK(K(sensor_change_measurement)(&exact_sum, h));
-    ASSERT_OK(K(update_subset)(&track, &exact_sum, more, 1));
-    ASSERT_STATE(1, 3, 0, 0, 0);
-    TEST_ASSERT_EQUAL_INT(0, K(events)(&track));
-}
-
-TEST(what_is_not_seen_stays_unknown)
-{
-    static const num h[] = {1, 1};
-    ASSERT_OK(K(sensor_change_measurement)(&level, h));
-    for (int t = 0; t < 200; t++) {
-        update(t % 7);
-        predict(&still);
-    }
-    ASSERT_OPEN(1, 0);
-    ASSERT_OK(K(sensor_change_measurement)(&level, H));
-    update(1);
-    ASSERT_OPEN(0, 3);
-}
-
 TEST(a_long_wait_costs_nothing)
 {
     for (int t = 0; t < 2000; t++) predict(&still);
@@ -281,14 +252,6 @@ TEST(the_filter_goes_on_as_it_would)
         ASSERT_OK(K(update_subset)(&track, &both, more, 2));
         ASSERT_OK(K(update_subset)(&twin, &both, more, 2));
     }
-    ASSERT_SAME_FILTER(&twin, &track, 2);
-}
-
-TEST(nothing_unknown_is_an_ordinary_start)
-{
-    ASSERT_OK(K(diffuse_init)(&start, &track, x0, P0, 0));
-    ASSERT_OK(K(filter_init)(&twin, x0, P0));
-    ASSERT_OPEN(0, 3);
     ASSERT_SAME_FILTER(&twin, &track, 2);
 }
 
@@ -670,66 +633,6 @@ TEST(init_refuses)
     ASSERT_REFUSED(KQ_ERR_MEMORY, K(diffuse_init)(&start, &no_filter, x0, P0, 1));
 }
 
-/* A step from the unknown, and through the instant at which all is known */
-TEST(a_step_is_a_predict_and_an_update)
-{
-    static num other_memory[DIFFUSE_LEN(2, EARLY)];
-    HISTORY(other_tape, 2, 2, STEPS, STEPS);
-    K(diffuse) other;
-    ASSERT_OK(K(diffuse_assign)(&other, 2, EARLY, other_memory, COUNT(other_memory)));
-    ASSERT_OK(K(diffuse_init)(&other, &twin, x0, NULL, 3));
-    ASSERT_OK(K(attach)(&track, &tape.attached));
-    ASSERT_OK(K(attach)(&twin, &other_tape.attached));
-    for (int t = 0; t < 5; t++) {
-        const num z = N(3 * t - 1);
-        predict(&trend);
-        ASSERT_OK(K(update)(&track, &level, &z));
-        ASSERT_OK(K(step)(&twin, &trend, NULL, &level, &z));
-        TEST_ASSERT_EQUAL_MEMORY(track_memory, twin_memory, sizeof twin_memory);
-        TEST_ASSERT_EQUAL_INT(K(diffuse_count)(&start), K(diffuse_count)(&other));
-        TEST_ASSERT_TRUE(K(log_likelihood)(&track) == K(log_likelihood)(&twin));
-    }
-    ASSERT_SAME_FILTER(&track, &twin, 2);
-    ASSERT_OK(K(diffuse_smooth)(&start));
-    ASSERT_OK(K(diffuse_smooth)(&other));
-    for (size_t t = 0; t < 6; t++) {
-        TEST_ASSERT_TRUE(K(mean)(START_SMOOTHED(&start, t), 1) ==
-                         K(mean)(START_SMOOTHED(&other, t), 1));
-    }
-}
-
-/* The start is that of the filter it was made for: a copy has no half of it. */
-TEST(a_copied_filter_has_no_start)
-{
-    static const num z[] = {3, 1};
-    update(10);
-    memcpy(twin_memory, track_memory, sizeof twin_memory);
-    twin = track;
-    twin.memory = twin_memory;
-    WATCH(twin), WATCH(twin_memory);
-    ASSERT_REFUSED(KQ_ERR_NOT_READY, K(predict)(&twin, &trend, NULL));
-    ASSERT_REFUSED(KQ_ERR_NOT_READY, K(update)(&twin, &level, z));
-    ASSERT_REFUSED(KQ_ERR_NOT_READY, K(update_subset)(&twin, &level, z, 1));
-    ASSERT_REFUSED(KQ_ERR_NOT_READY, K(step)(&twin, &trend, NULL, &level, z));
-    ASSERT_REFUSED(KQ_ERR_NOT_READY, K(attach)(&twin, &tape.attached));
-    TEST_ASSERT_TRUE(K(mean)(&twin, 0) == K(mean)(&track, 0)); /* what is known can be read */
-    TEST_ASSERT_TRUE(K(sigma)(&twin, 0) == K(sigma)(&track, 0));
-    ASSERT_NAN(K(mean)(&twin, 1));
-    ASSERT_CLOSE(10, K(mean)(&track, 0), 10);
-    /* one of which nothing is unknown goes on by itself, and so does its filter */
-    ASSERT_OK(K(diffuse_init)(&start, &track, x0, P0, 0));
-    memcpy(twin_memory, track_memory, sizeof twin_memory);
-    twin = track;
-    twin.memory = twin_memory;
-    for (int t = 0; t < 3; t++) {
-        update(t);
-        ASSERT_OK(K(update)(&twin, &level, (const num[]){N(t)}));
-        predict(&trend);
-        ASSERT_OK(K(predict)(&twin, &trend, NULL));
-    }
-    ASSERT_SAME_FILTER(&twin, &track, 2);
-}
-
 /* Nothing being unknown, it is in nobody's way: of what is attached, or of a step that is refused. */
 TEST(a_start_of_nothing_unknown_gives_way)
 {
@@ -744,18 +647,6 @@ TEST(a_start_of_nothing_unknown_gives_way)
     TEST_ASSERT_EQUAL_INT(1, K(lag_steps)(&lag));
     ASSERT_OK(K(lagged)(&lag, 1, &view));
     ASSERT_REFUSED(KQ_ERR_HISTORY_EMPTY, K(diffuse_smooth)(&start));
-}
-
-/* Nothing refers to the start any more. */
-TEST(a_filter_that_begins_anew_has_no_start)
-{
-    update(10);
-    ASSERT_OK(K(filter_init)(&track, x0, P0));
-    ASSERT_OK(K(filter_init)(&twin, x0, P0));
-    memset(&start, 0xa5, sizeof start);
-    ASSERT_OK(K(predict)(&track, &trend, NULL));
-    ASSERT_OK(K(predict)(&twin, &trend, NULL));
-    ASSERT_SAME_FILTER(&twin, &track, 2);
 }
 
 TEST(attach_and_smooth_refuse)
@@ -795,26 +686,6 @@ TEST(a_full_history_is_refused)
     run_trend();
     TEST_ASSERT_EQUAL_INT(KQ_EVENT_HISTORY_FULL, K(events)(&track));
     ASSERT_REFUSED(KQ_ERR_HISTORY_FULL, K(diffuse_smooth)(&start));
-}
-
-TEST(readings_of_what_is_bad)
-{
-    TEST_ASSERT_EQUAL_INT(-1, K(diffuse_count)(NULL));
-    TEST_ASSERT_EQUAL_INT(-1, K(diffuse_count)(&blank_start));
-    ASSERT_NAN(K(mean)(NULL, 0));
-    ASSERT_NAN(K(mean)(&track, -1));
-    ASSERT_NAN(K(mean)(&track, 2));
-    ASSERT_NAN(K(mean_low)(&track, 2));
-    ASSERT_NAN(K(sigma)(&blank, 0));
-    ASSERT_NAN(K(log_likelihood)(NULL));
-    ASSERT_NAN(K(log_likelihood_last)(&blank));
-    TEST_ASSERT_EQUAL_UINT(0, K(diffuse_steps)(NULL, NULL));
-    size_t first = 1;
-    TEST_ASSERT_EQUAL_UINT(0, K(diffuse_steps)(&blank_start, &first));
-    TEST_ASSERT_EQUAL_UINT(0, first);
-    ASSERT_NAN(K(mean)(START_SMOOTHED(NULL, 0), 0));
-    ASSERT_NAN(K(mean_low)(START_SMOOTHED(&blank_start, 0), 0));
-    ASSERT_NAN(K(sigma)(START_SMOOTHED(NULL, 0), 0));
 }
 
 SUITE(diffuse, set_up)

@@ -7,16 +7,12 @@
 #define LIKE 0x1p-22
 
 static process_model motion, still;
-static sensor_model radar, ranger, precise;
+static sensor_model radar, ranger;
 static prior_model prior, prior3;
 KQ_FILTER_Q31(track, 2);
-KQ_FILTER_Q31(twin, 2);
-static kq_filter_q31 view;
 KQ_FILTER_Q31(track3, 3);
-KQ_FILTER_Q31(blank, 2);
 KQ_HISTORY_Q31(tape, 2, 2, STEPS, STEPS);
 KQ_DIFFUSE_Q31(start, 2, EARLY);
-KQ_DIFFUSE_Q31(blank_start, 2, 0);
 
 /* the same in double */
 PROCESS(motion_f64, 2, 1);
@@ -53,7 +49,6 @@ static void set_up(void)
     put_process(&still, 2, 0, range, NULL, I, NULL, zero);
     put_sensor(&radar, 2, 2, range, measured_range, H, R);
     put_sensor(&ranger, 2, 1, range, measured_range, sum, r);
-    put_sensor(&precise, 2, 1, range, measured_range, sum, zero);
     put_prior(&prior, 2, range, x0, P0);
     put_prior(&prior3, 3, range, x0, identity3);
     ASSERT_OK(K(process_init)(&motion_f64, A, B, Q));
@@ -64,7 +59,7 @@ static void set_up(void)
     begin(3);
     watch_nothing();
     WATCH(start), WATCH(start_memory), WATCH(track), WATCH(track_memory), WATCH(tape);
-    WATCH(P_words), WATCH(blank_start);
+    WATCH(P_words);
 }
 
 /* ------------------------------------------------------------------ beside double */
@@ -175,13 +170,7 @@ TEST(the_first_unknown) { run_beside_double(1, __LINE__); }
 
 TEST(the_second_unknown) { run_beside_double(2, __LINE__); }
 
-TEST(nothing_unknown)
-{
-    run_beside_double(0, __LINE__);
-    ASSERT_OK(kq_diffuse_init_q31(&start, &track, &prior.table, 0, NULL));
-    ASSERT_OK(kq_filter_init_q31(&twin, &prior.table, NULL));
-    ASSERT_SAME_Q31(&twin, &track);
-}
+TEST(nothing_unknown) { run_beside_double(0, __LINE__); }
 
 TEST(nothing_but_gaps)
 {
@@ -193,35 +182,6 @@ TEST(nothing_but_gaps)
     update(&radar, &radar_f64, z, 3);
     ASSERT_LIKE_DOUBLE();
     assert_smoothed(7, __LINE__);
-}
-
-TEST(what_is_not_seen_stays_unknown)
-{
-    static const double z[] = {3};
-    const int32_t *words = words_of(z, 1, ranger.measurement_format);
-    for (int t = 0; t < 100; t++) {
-        ASSERT_OK(kq_predict_q31(&track, &still.process, NULL));
-        ASSERT_OK(kq_update_q31(&track, &ranger.sensor, words));
-    }
-    TEST_ASSERT_EQUAL_INT(1, kq_diffuse_count_q31(&start));
-    TEST_ASSERT_EQUAL_INT(KQ_NOT_A_VALUE_Q31, kq_mean_q31(&track, 0));
-    ASSERT_OK(kq_diffuse_smooth_q31(&start));
-    TEST_ASSERT_EQUAL_INT(KQ_NOT_A_VALUE_Q31, kq_mean_q31(START_SMOOTHED_Q31(&start, 99), 1));
-    TEST_ASSERT_EQUAL_UINT(101 - EARLY, first_early());
-}
-
-TEST(noise_free)
-{
-    static const double z[] = {3}, z2[] = {3, 1};
-    const int32_t *words = words_of(z, 1, precise.measurement_format);
-    ASSERT_OK(kq_update_q31(&track, &precise.sensor, words));
-    ASSERT_OK(kq_update_q31(&track, &precise.sensor, words)); /* says nothing new */
-    TEST_ASSERT_EQUAL_INT(1, kq_diffuse_count_q31(&start));
-    TEST_ASSERT_EQUAL_INT(KQ_EVENT_REDUNDANT, kq_events_q31(&track));
-    ASSERT_OK(kq_update_subset_q31(&track, &radar.sensor,
-                                         words_of(z2, 2, radar.measurement_format), 1));
-    TEST_ASSERT_EQUAL_INT(0, kq_diffuse_count_q31(&start));
-    ASSERT_WITHIN(1e-6, 3, 0.75 * mean_value(&track, 0) + 0.5 * mean_value(&track, 1));
 }
 
 /* Of what is hardly seen the ranges say more: x0 and a third of the range. */
@@ -315,61 +275,6 @@ TEST(steps_refuse)
     ASSERT_REFUSED(KQ_ERR_NOT_READY, kq_covariance_q31(&track, P_words));
     ASSERT_REFUSED(KQ_ERR_NOT_READY, kq_gain_q31(&track, &radar.sensor, P_words));
     ASSERT_REFUSED(KQ_ERR_HISTORY_EMPTY, kq_smooth_q31(&tape));
-}
-
-/* A step from the unknown, and through the instant at which all is known */
-TEST(a_step_is_a_predict_and_an_update)
-{
-    static const double z[] = {3, 1};
-    static int32_t other_memory[KQ_DIFFUSE_LEN_Q31(2, 0)];
-    kq_diffuse_q31 other;
-    ASSERT_OK(kq_diffuse_assign_q31(&other, 2, 0, other_memory, COUNT(other_memory)));
-    ASSERT_OK(kq_diffuse_init_q31(&other, &twin, &prior.table, 3, NULL));
-    for (int t = 0; t < 4; t++) {
-        const int32_t *words = words_of(z, 1, ranger.measurement_format);
-        ASSERT_OK(kq_predict_q31(&track, &motion.process, NULL));
-        ASSERT_OK(kq_update_q31(&track, &ranger.sensor, words));
-        ASSERT_OK(kq_step_q31(&twin, &motion.process, NULL, &ranger.sensor, words));
-        TEST_ASSERT_EQUAL_MEMORY(track_memory, twin_memory, sizeof twin_memory);
-        TEST_ASSERT_EQUAL_INT(kq_diffuse_count_q31(&start), kq_diffuse_count_q31(&other));
-        TEST_ASSERT_TRUE(kq_log_likelihood_q31(&track) == kq_log_likelihood_q31(&twin));
-    }
-    TEST_ASSERT_EQUAL_INT(0, kq_diffuse_count_q31(&start));
-    ASSERT_SAME_Q31(&track, &twin);
-}
-
-TEST(a_copied_filter_has_no_start)
-{
-    static const int32_t z[] = {1, 1};
-    static const double seen[] = {3};
-    ASSERT_OK(kq_update_q31(&track, &ranger.sensor, words_of(seen, 1, ranger.measurement_format)));
-    memcpy(twin_memory, track_memory, sizeof twin_memory);
-    twin = track;
-    twin.memory = twin_memory;
-    WATCH(twin), WATCH(twin_memory);
-    ASSERT_REFUSED(KQ_ERR_NOT_READY, kq_predict_q31(&twin, &motion.process, NULL));
-    ASSERT_REFUSED(KQ_ERR_NOT_READY, kq_update_q31(&twin, &radar.sensor, z));
-    ASSERT_REFUSED(KQ_ERR_NOT_READY, kq_step_q31(&twin, &motion.process, NULL, &radar.sensor, z));
-    TEST_ASSERT_TRUE(kq_mean_q31(&twin, 0) == KQ_NOT_A_VALUE_Q31);
-}
-
-TEST(the_filter_of_a_start_is_no_view)
-{
-    begin(0);
-    ASSERT_REFUSED(KQ_ERR_MISMATCH, kq_diffuse_smoothed_q31(&start, 0, &track));
-    ASSERT_OK(kq_predict_q31(&track, &motion.process, NULL));
-}
-
-TEST(the_rest_refuses)
-{
-    ASSERT_REFUSED(KQ_ERR_SIZE, kq_diffuse_smoothed_q31(&start, 0, &view));
-    TEST_ASSERT_EQUAL_INT(-1, kq_diffuse_count_q31(&blank_start));
-    TEST_ASSERT_TRUE(kq_log_likelihood_q31(NULL) == KQ_NOT_A_SCORE_Q31);
-    TEST_ASSERT_TRUE(kq_log_likelihood_last_q31(&blank) == KQ_NOT_A_SCORE_Q31);
-    TEST_ASSERT_TRUE(kq_mean_q31(&track, 2) == KQ_NOT_A_VALUE_Q31);
-    TEST_ASSERT_TRUE(kq_mean_low_q31(&track, 0) == KQ_NOT_A_VALUE_Q31);
-    TEST_ASSERT_TRUE(kq_sigma_q31(START_SMOOTHED_Q31(&start, 0), 0) == KQ_NOT_A_VALUE_Q31);
-    TEST_ASSERT_TRUE(kq_mean_low_q31(START_SMOOTHED_Q31(NULL, 0), 0) == KQ_NOT_A_VALUE_Q31);
 }
 
 SUITE(diffuse_q31, set_up)

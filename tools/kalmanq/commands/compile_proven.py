@@ -12,7 +12,7 @@ from rich.console import Console
 from kalmanq.commands.messages import print_json, tell_written
 from kalmanq.compiler.proven.costs import estimates
 from kalmanq.compiler.proven.files import texts_of
-from kalmanq.compiler.proven.product import KINDS, Product, Wanted, compiled, fractions_of, ram_of
+from kalmanq.compiler.proven.product import Product, Wanted, compiled, fractions_of, ram_of
 from kalmanq.compiler.proven.proof_file import lines_of_class, losses, narrow_ranges, of_means
 from kalmanq.errors import KalmanqError
 from kalmanq.model import model_file

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Optional, Sequence
+from typing import Optional
 
 from kalmanq.compiler.emit import function, within
 from kalmanq.compiler.equation_device import field
