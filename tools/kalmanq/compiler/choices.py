@@ -42,8 +42,9 @@ def choices(order: Sequence[Node], roots: Sequence[Node]) -> dict[int, Choice]:
             break
         for key in nested:
             del by_condition[key]
-    made = [Choice(selects, tuple([one for one in order if one.args and one.op not in ("symbol", "constant") and homes[id(one)] == (key, side)]
-                                  for side in (0, 1))) for key, selects in by_condition.items()]  # type: ignore[arg-type]
+    operations = [one for one in order if one.op not in ("symbol", "constant")]
+    first, second = ({key: [one for one in operations if homes[id(one)] == (key, side)] for key in by_condition} for side in (0, 1))
+    made = [Choice(selects, (first[key], second[key])) for key, selects in by_condition.items()]
     return {id(one): choice for choice in made if max(map(len, choice.inside)) >= LEAST for one in choice.selects}
 
 

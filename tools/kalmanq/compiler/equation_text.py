@@ -101,8 +101,9 @@ class EquationText(Text):
         body = self._iterated(body, a.finished(sensor)) if given.options.iterate > 1 else body + a.finished(sensor)
         lines = [f"f->nis = {a.zero};"] if given.options.nis else []
         measured = [f"const {a.type} z{sensor.first + j} = z[{j}];" for j in range(sensor.m)]
+        body = body if is_once and sensor in a.linear else within(a.places(factor=not is_once), body)
         return function(f"static unsigned take{sensor.suffix}({self.filter}{arguments}, unsigned taken)",
-                        [*lines, "if (!taken) return 0;", *controls, *measured, *(body if is_once and sensor in a.linear else within(a.places(factor=not is_once), body)), "return taken;"])
+                        [*lines, "if (!taken) return 0;", *controls, *measured, *body, "return taken;"])
 
     def _unless_positive(self, sensor: Sensor, j: int) -> list[str]:
         """Where an innovation has no variance: what components before it have written stays"""

@@ -168,8 +168,8 @@ class EquationFilter(FloatFilter):
         super().__init__(of.given, None)
         bends = of.given.options.iterate > 1 or bool(of.given.nominal)
         self.linear = [] if bends else [one for one in of.sensors if self._is_linear_sensor(one)]
-        self.events = (("NOT_FINITE", "a function of the model or a derivative was not finite, or Q or R no covariance: mean and covariance stay as they were; or "
-                        "the variance of an innovation was not: its component is not taken"),
+        self.events = (("NOT_FINITE", "a function of the model or a derivative was not finite, or Q or R no covariance: mean and covariance stay "
+                        "as they were; or the variance of an innovation was not: its component is not taken"),
                        ("OVERFLOW", "a variance is infinite: start again"))
         self.code_includes = ["#include <math.h>"]
 

@@ -180,8 +180,7 @@ class FloatFilter(Arithmetic):
         spread = self._spread(j, P)
         r = self._student(y, spread, j) if options.student else self.coefficients.R[j]
         products, weight, after = self.form.update(self.row(j), r, P)
-        at = self.at_once(j)
-        factor = [(entry(key), after[key]) for key in self.live]
+        at, factor = self.at_once(j), [(entry(key), after[key]) for key in self.live]
         mean = self.corrected([one * (y * weight) for one in products], j)
         targets = [(at.get(name, name), one) for name, one in ([*factor, *mean] if at else [*mean, *factor])]
         nominal = inverse(spread + self.coefficients.R[j]) if options.student else weight
@@ -190,20 +189,26 @@ class FloatFilter(Arithmetic):
         body = Body(self.words, hints={id(y): "y", id(r): "r"} if options.student else {id(y): "y"}, fields=at)
         within = y * y * weight <= (options.gate or 0)**2
         body.hints[id(within)] = "is_near"
-        if refused:
-            made = [one for _, one in targets]
-            body.expect([*made, weight])
-            body.name_shared([weight] if at else [*made, weight, *([within] if options.gate else [])])
-            body.lines += [f"if (!({body.text(weight)} > {self.zero})) {{", *indented(refused), "}"]
-        before, body.lines = body.lines, []
+        made = [*(one for _, one in targets), weight, *([within] if options.gate else [])]
+        check = self._unless_positive(body, made, weight, refused)
         if options.gate is None:
             lines = body.store(targets) if at else body.assign(targets)
         else:
             passes = make("or", within, symbol(f"f->rejected[{j}] >= {RUN}"))
-            lines = body.assign(targets, passes, [f"if (is_near) f->rejected[{j}] = 0;"],
-                                [f"f->rejected[{j}]++;", f"f->events |= {self.given.upper}_GATED;", f"taken &= ~{1 << self.slot(j)}u;"])
-        leaves = not refused or refused[-1].startswith("return")
-        return [*before, *lines] if leaves else [*before[:-1], "} else {", *indented(lines), "}"]
+            lines = body.assign(targets, passes, [f"if (is_near) f->rejected[{j}] = 0;"], [
+                f"f->rejected[{j}]++;", f"f->events |= {self.given.upper}_GATED;", f"taken &= ~{1 << self.slot(j)}u;"])
+        goes_on = refused and not refused[-1].startswith("return")
+        return [*check[:-1], "} else {", *indented(lines), "}"] if goes_on else [*check, *lines]
+
+    def _unless_positive(self, body: Body, made: Sequence[Node], weight: Node, refused: Sequence[str]) -> list[str]:
+        """What comes before the writes: with `refused`, where the variance of the innovation is no number.  made: all formulas"""
+        if not refused:
+            return []
+        body.expect(made)
+        body.name_shared([weight] if body.fields else made)
+        lines = [*body.lines, f"if (!({body.text(weight)} > {self.zero})) {{", *indented(refused), "}"]
+        body.lines = []
+        return lines
 
     def at_once(self, j: int) -> dict[str, str]:
         """Fields that component j's update reads where it needs them and writes as soon as it can, by their locals"""
