@@ -11,7 +11,7 @@ from typing import Callable, Sequence
 
 import numpy as np
 
-from kalmanq.compiler import back, ud
+from kalmanq.compiler import back, equation_rounding, ud
 from kalmanq.compiler.coefficients import Constant
 from kalmanq.compiler.floats import MOST, FloatFilter, Mean, carried, entry
 from kalmanq.compiler.printing import Body, Target, indented
@@ -28,6 +28,7 @@ LARGEST = {"float": 1e37, "double": 1e300}  # of a sum of variances: beyond it t
 NO_VARIANCE = {"float": (1e-6, 1e-3), "double": (1e-14, 1e-9)}  # shares of a variance of Q: of a D that is 0, and that is negative
 
 POLES = ("inverse", "sqrt", "tan", "exp", "log", "asin", "acos", "sinh", "cosh", "pow", "fmod", "log1p", "expm1", "acosh", "atanh")  # not finite for some numbers
+PRECISION = ("PRECISION", "precision lost: float rounds the function of a measurement by more than its sigma: use --arith f64")
 
 
 @dataclass(frozen=True)
@@ -156,8 +157,11 @@ class EquationFilter(FloatFilter):
         super().__init__(of.given, None)
         bends = of.given.options.iterate > 1 or bool(of.given.nominal)
         self.linear = [] if bends else [one for one in of.sensors if self._is_linear_sensor(one)]
+        self.watched = {} if self.type == "double" else equation_rounding.watched(
+            of.model, self.coefficients, [rows[0] for rows in self.coefficients.e])
         self.events = (("NOT_FINITE", "a function of the model or a derivative was not finite, or Q or R no covariance: mean and covariance stay as they were"),
-                       ("OVERFLOW", "a variance is infinite: start again"))
+                       ("OVERFLOW", "a variance is infinite: start again"),
+                       *([PRECISION] if self.watched else []))
         self.code_includes = ["#include <math.h>"]
 
     def _is_linear_sensor(self, sensor: Sensor) -> bool:
@@ -273,6 +277,7 @@ class EquationFilter(FloatFilter):
             return []
         for j in range(sensor.first, sensor.first + sensor.m):
             made += [] if c.R[j].is_constant else [(f"r{j}", c.spread[j])]
+            made += [(f"b{j}", self.watched[j])] if j in self.watched else []
             made += [(f"e{j}", c.e[j][0]), *((f"h{j}_{i}", one) for i, one in enumerate(c.H[j]) if not one.is_constant)]
         body.name_shared([one for _, one in made])
         return [*body.lines, *(f"const {self.type} {name} = {body.text(one)};" for name, one in made),
@@ -290,7 +295,15 @@ class EquationFilter(FloatFilter):
             names[id(c.e[j][0])] = c.e[j][0]
         spread = [] if c.R[j].is_constant else [select(node(0.0) < c.R[j], 0.0, 10 * MOST[self.type])]
         check = self._unless_finite(body, [*(names[id(one)] for one in self._doubtful(c.e[j][0], c.H[j])), *spread], refused)
-        return [*body.lines, *check, *self.update(j, refused)]
+        return [*body.lines, *check, *self._unless_rounded(Body(self.words, stem="p"), j), *self.update(j, refused)]
+
+    def _unless_rounded(self, body: Body, j: int) -> list[str]:
+        """An event where the rounding of component j is above its sigma"""
+        if j not in self.watched:
+            return []
+        square = self.watched[j] if self.sensor_of(j) in self.linear else symbol(f"b{j}")
+        is_above = body.text(self.coefficients.R[j] * equation_rounding.PER_SIGMA < square)
+        return [f"if ({is_above}) f->events |= {self.given.upper}_PRECISION;"]
 
     def finished(self, sensor: Sensor) -> list[str]:
         """After all components: the corrections go over to the mean."""
