@@ -18,6 +18,7 @@ from kalmanq.compiler import costs, report
 from kalmanq.compiler.host import Host
 from kalmanq.compiler.offers import cheaper
 from kalmanq.compiler.product import Product, compiled, fingerprint
+from kalmanq.compiler.proven.product import KINDS
 from kalmanq.compiler.request import ARITHMETICS, MOST_STEPS, Options as Wanted
 from kalmanq.data.files import whole
 from kalmanq.errors import KalmanqError
@@ -26,7 +27,7 @@ from kalmanq.model import model_file
 from kalmanq.nonlinear import file as nonlinear_file
 
 SECONDS = 2.0  # of a search for a cheaper form
-FORMS = ("factor", *compile_proven.KINDS)
+FORMS = ("factor", *KINDS)
 
 
 @dataclass(frozen=True)

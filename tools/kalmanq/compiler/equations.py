@@ -11,7 +11,7 @@ from typing import Callable, Sequence
 
 import numpy as np
 
-from kalmanq.compiler import back, ud
+from kalmanq.compiler import back, equation_rounding, ud
 from kalmanq.compiler.coefficients import Constant
 from kalmanq.compiler.floats import MOST, FloatFilter, Mean, carried, entry
 from kalmanq.compiler.printing import Body, Target, indented
@@ -29,6 +29,7 @@ NO_VARIANCE = {"float": (1e-6, 1e-3), "double": (1e-14, 1e-9)}  # shares of a va
 
 FEW = 16  # entries of a factor that registers hold from one component to the next
 POLES = ("inverse", "sqrt", "tan", "exp", "log", "asin", "acos", "sinh", "cosh", "pow", "fmod", "log1p", "expm1", "acosh", "atanh")  # not finite for some numbers
+PRECISION = ("PRECISION", "precision lost: float rounds the function of a measurement by more than its sigma: use --arith f64")
 
 
 @dataclass(frozen=True)
@@ -168,9 +169,12 @@ class EquationFilter(FloatFilter):
         super().__init__(of.given, None)
         bends = of.given.options.iterate > 1 or bool(of.given.nominal)
         self.linear = [] if bends else [one for one in of.sensors if self._is_linear_sensor(one)]
+        self.watched = {} if self.type == "double" else equation_rounding.watched(
+            of.model, self.coefficients, [rows[0] for rows in self.coefficients.e])
         self.events = (("NOT_FINITE", "a function of the model or a derivative was not finite, or Q or R no covariance: mean and covariance stay "
                         "as they were; or the variance of an innovation was not: its component is not taken"),
-                       ("OVERFLOW", "a variance is infinite: start again"))
+                       ("OVERFLOW", "a variance is infinite: start again"),
+                       *([PRECISION] if self.watched else []))
         self.code_includes = ["#include <math.h>"]
 
     def _is_linear_sensor(self, sensor: Sensor) -> bool:
@@ -273,10 +277,23 @@ class EquationFilter(FloatFilter):
         """Mean and factor, if the formulas are finite"""
         body, at = Body(self.words, fields=self.at), self.at
         after = self._predicted(self.form, self.entries)
-        targets = [*self._written(self.moved_mean()), *((entry(key), after[key]) for key in self.live)]
+        targets = [*self._written(self.moved_mean()), *((entry(key), self._above_zero(key, after[key])) for key in self.live)]
         body.expect([*self._doubtful_step(), *(one for _, one in targets)])
         body.lines += self.unless_finite_step(body, refused)
         return body.store([(at[name], one) for name, one in reversed(targets)])
+
+    def _above_zero(self, key: ud.Key, value: Node) -> Node:
+        """A D that may fall to 0 stays above: from 0 it could not grow again"""
+        i, j = key
+        return select(value < self.form.least, self.form.least, value) if i == j and self._shrinks(i) else value
+
+    def _shrinks(self, i: int) -> bool:
+        """Can D of a state without noise fall for ever?  Not where the state is only moved by others, or moves others only"""
+        c, others = self.coefficients, [k for k in range(self.of.n) if k != i]
+        is_free = all(one.equals(0) for one in c.step[i]) if c.step else not ud.factor(self.given.of.Q)[i, i]
+        is_chain = all(c.A[i][k].equals(0) or c.A[k][i].equals(0) for k in others)
+        keeps = c.A[i][i].is_constant and abs(c.A[i][i].value) >= 1
+        return is_free and not (is_chain and keeps)
 
     def unless_finite_step(self, body: Body, refused: Sequence[str]) -> list[str]:
         """`refused` where f or A is not finite"""
@@ -313,6 +330,7 @@ class EquationFilter(FloatFilter):
             return []
         for j in range(sensor.first, sensor.first + sensor.m):
             made += [] if c.R[j].is_constant else [(f"r{j}", c.spread[j])]
+            made += [(f"b{j}", self.watched[j])] if j in self.watched else []
             made += [(f"e{j}", c.e[j][0]), *((f"h{j}_{i}", one) for i, one in enumerate(c.H[j]) if not one.is_constant)]
         body.name_shared([one for _, one in made])
         return [*body.lines, *(f"const {self.type} {name} = {body.text(one)};" for name, one in made),
@@ -344,6 +362,16 @@ class EquationFilter(FloatFilter):
         doubtful = [one for one in self._doubtful(c.e[j][0], c.H[j]) if one is c.e[j][0] or not is_told]
         spread = [] if c.R[j].is_constant else [select(node(0.0) < c.R[j], 0.0, 10 * MOST[self.type])]
         return [*(names[id(one)] for one in doubtful), *spread]
+
+    def unless_rounded(self, j: int) -> list[str]:
+        """An event where the rounding of component j is above its sigma"""
+        if j not in self.watched:
+            return []
+        body, is_linear = Body(self.words, stem="p", fields=self.at_once(j)), self.sensor_of(j) in self.linear
+        square = self.watched[j] if is_linear else symbol(f"b{j}")
+        is_above = body.text(self.coefficients.R[j] * equation_rounding.PER_SIGMA < square)
+        lines = [*body.lines, f"if ({is_above}) f->events |= {self.given.upper}_PRECISION;"]
+        return ["{", *indented(lines), "}"] if body.lines else lines
 
     def finished(self, sensor: Sensor) -> list[str]:
         """After all components: the corrections go over to the mean."""
