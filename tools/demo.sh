@@ -18,7 +18,7 @@ kq_setup tools
 site="$root/build/tools/site"
 if [ ! -d "$site" ] || [ -n "$(find "$root/src" "$root/include" "$root/tools/kalmanq" "$root/tools/CMakeLists.txt" \
     "$root/tools/pyproject.toml" -newer "$site" -type f -not -name '*.pyc' -print -quit)" ]; then
-    echo "== building the Python package: less than a minute of one processor"
+    echo "== building the Python package: about a minute of one processor"
     rm -rf "$site"
     kq_with_progress "$KQ_TOOLS_PYTHON" -m pip install -v --disable-pip-version-check --no-deps --no-build-isolation \
         --target "$site" "$root/tools"

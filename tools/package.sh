@@ -95,8 +95,20 @@ check() {
     meson) meson_program ;;
     python) wheel ;;
     rust) CARGO_NET_OFFLINE=true CARGO_TARGET_DIR="${CARGO_TARGET_DIR:-$packages/rust_target}" cargo package --allow-dirty ;;
-    onefile) cc -std=c11 -O2 -w kalmanq_f32.c -c -o "$packages/onefile.o" && size "$packages/onefile.o" ;;
+    onefile) one_file ;;
     esac
+}
+
+# Size and time of each file, with the flags that the page names
+one_file() {
+    local file TIMEFORMAT='%U'
+    echo "kalmanq.h: $(wc -c <kalmanq.h) bytes; $(cc --version | head -1)"
+    for file in kalmanq_*.c; do
+        { time cc -std=c11 -O2 -ffunction-sections -fno-math-errno -ffp-contract=off -c "$file" -o "$packages/onefile.o"; } 2>"$packages/onefile.txt" ||
+            { cat "$packages/onefile.txt" && return 1; }
+        echo "$file: $(wc -c <"$file") bytes, compiled in $(tail -1 "$packages/onefile.txt") s of processor time"
+    done
+    rm "$packages/onefile.txt"
 }
 
 # A workspace that has the module as its manifest; Kconfig without a warning

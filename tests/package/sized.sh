@@ -16,7 +16,8 @@ for compiler in g++ clang++; do
         if $compiler -std=c++11 -fsyntax-only -I"$include" -DKQ_WRONG=$wrong "$here/sized.cpp" 2>"$work/said"; then
             echo "$compiler compiles wrong size $wrong" && exit 1
         fi
-        grep -q 'no matching\|cannot convert\|1 to 16 states' "$work/said" || { cat "$work/said" && exit 1; }
+        grep -q 'no matching\|cannot convert\|could not bind\|1 to 16 states' "$work/said" ||
+            { cat "$work/said" && exit 1; }
     done
 done
 

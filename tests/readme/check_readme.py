@@ -64,7 +64,7 @@ def words_of(source: pathlib.Path) -> set[str]:
     for folder in ("include", "src", "port", "tests", "tools"):
         paths += (source / folder).rglob("*")
     for path in paths:
-        if path.suffix in (".h", ".c", ".cpp", ".sh", ".py", ".cmake", ".txt"):
+        if path.suffix in (".h", ".hpp", ".c", ".cpp", ".rs", ".sh", ".py", ".cmake", ".txt"):
             words |= set(re.findall(r"\w+", path.read_text(encoding="utf-8", errors="replace")))
     return words
 
