@@ -67,9 +67,7 @@ typedef struct {
     const uint16_t *present; /* T masks, bit c: component c was measured; NULL: all were */
     const float *u;          /* T - 1 rows of l: u[t] moves x[t] to x[t+1]; NULL: no control */
 } kq_recording_f32;
-typedef struct {
-    size_t steps; const double *z; const uint16_t *present; const double *u;
-} kq_recording_f64;
+typedef struct { size_t steps; const double *z; const uint16_t *present; const double *u; } kq_recording_f64;
 
 /** What may be free: one of these, or a sum. */
 enum { KQ_EM_A = 1, KQ_EM_H = 2, KQ_EM_Q = 4, KQ_EM_R = 8, KQ_EM_X0 = 16, KQ_EM_P0 = 32, KQ_EM_ALL = 63 };
@@ -243,9 +241,7 @@ typedef struct {
     float *x0; /* n; needs a free x0 */
     float *P0; /* n x n */
 } kq_gradient_f32;
-typedef struct {
-    double *A, *H, *Q, *R, *x0, *P0;
-} kq_gradient_f64;
+typedef struct { double *A, *H, *Q, *R, *x0, *P0; } kq_gradient_f64;
 
 /** The gradient at the end of an E-step, before kq_em_maximise, by Fisher's identity from the same sums: dL/dA = Q^-1
  * sum E[w x'],  dL/dQ = (Q^-1 (sum E[w w'] - N Q) Q^-1) / 2, and so on.

@@ -15,10 +15,9 @@
  * You declare the range of each component.  From ranges and coefficients init checks that no sum of products can
  * overflow, and says in a kq_range_error_q31 which component needs how many more integer bits.  At run time a
  * measurement or control outside its range is refused.  A state beyond +-2^31 raw values is saturated, with
- * KQ_EVENT_SATURATED, and measurements bring it back.
- * Only the state that a call leaves is saturated.  Between the components of one measurement a state may
- * reach 64 * 2^31 raw values.  A smoothed mean may be 32768 sigma from the filtered one in each direction of the
- * root.  Beyond these limits KQ_EVENT_SATURATED is set too.
+ * KQ_EVENT_SATURATED, and measurements bring it back.  Only the state that a call leaves is saturated.  Between the
+ * components of one measurement a state may reach 64 * 2^31 raw values.  A smoothed mean may be 32768 sigma from the
+ * filtered one in each direction of the root.  Beyond these limits KQ_EVENT_SATURATED is set too.
  */
 #ifndef KALMANQ_FIXED_POINT_H
 #define KALMANQ_FIXED_POINT_H

@@ -40,9 +40,7 @@ KQ_NODISCARD kq_status kq_forget_q31(kq_filter_q31 *f, kq_scaled_q31 lambda);
 
 /* The fields of these four are the library's. */
 
-typedef struct {
-    int64_t sum; /* Q39.24 */
-} kq_compensated_q31;
+typedef struct { int64_t sum; /* Q39.24 */ } kq_compensated_q31;
 
 /* A filter, and the sums of a sequence of scalar measurements */
 typedef struct {

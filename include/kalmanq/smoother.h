@@ -124,9 +124,7 @@ typedef struct {
     float *noise_mean;       /* n:     E[w[t] | T], the process noise */
     float *noise_covariance; /* n x n: Cov(w[t] | T) */
 } kq_smooth_extras_f32;
-typedef struct {
-    double *lag_one, *noise_mean, *noise_covariance;
-} kq_smooth_extras_f64;
+typedef struct { double *lag_one, *noise_mean, *noise_covariance; } kq_smooth_extras_f64;
 
 /** Smooths one step a call, from the last step to step 0.  Call it kq_history_steps() times.
  *   h        recording at the first call, which ends the recording; changed.  Do not mix with kq_smooth

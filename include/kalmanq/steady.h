@@ -39,9 +39,7 @@ typedef struct {
     float *gain;          /* n x m: K */
     float *smoother_gain; /* n x n: G = P A' (P-)^-1, the pseudo-inverse where P- is singular */
 } kq_steady_solution_f32;
-typedef struct {
-    double *predicted, *filtered, *gain, *smoother_gain;
-} kq_steady_solution_f64;
+typedef struct { double *predicted, *filtered, *gain, *smoother_gain; } kq_steady_solution_f64;
 
 /** Solves the equation.
  *   p        read

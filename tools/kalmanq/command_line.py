@@ -1,4 +1,4 @@
-"""kalmanq: filters for microcontrollers, designed and tried on the host."""
+"""kalmanq: design, test and run Kalman filters for microcontrollers."""
 
 from __future__ import annotations
 

@@ -19,56 +19,56 @@ class Row(NamedTuple):
 COMMANDS = {
     "run": Row(
         "kalmanq.commands.run",
-        "Filter a CSV file; with --smooth, --lag and --forecast what was, and what is to come.",
+        "Filter a CSV file.  Also smooth it (--smooth, --lag) and forecast (--forecast).",
         "kalmanq run track.toml my.csv --smooth --plot my.png"),
     "check": Row(
         "kalmanq.commands.check",
-        "Is the model observable, stabilisable and well conditioned, and do the ranges fit?  Are Jacobians right?",
+        "Check a model: is it observable, stabilisable, well conditioned?  Do ranges fit?  Are Jacobians right?",
         "kalmanq check track.toml"),
     "design": Row(
         "kalmanq.commands.design",
-        "Formats, accuracy and costs on a core; the way to run it; the filter as a C file.",
+        "Choose formats and form of the filter for a core: accuracy, flash, RAM, instructions.  Write it as a C file.",
         "kalmanq design track.toml --core m3 --out ."),
     "compile": Row(
         "kalmanq.commands.compile",
-        "C for exactly this filter, without a library: straight lines, for any constant model and any gaps.",
+        "Write C for this filter alone, without a library: for any constant model and any gaps.",
         "kalmanq compile constant_velocity.toml -o walk.c"),
     "steady": Row(
         "kalmanq.commands.steady",
-        "What the covariance settles to, the gain, and how fast the filter forgets.",
+        "Show the steady state: covariance, gain, and how fast the filter forgets.",
         "kalmanq steady constant_velocity.toml"),
     "simulate": Row(
         "kalmanq.commands.simulate",
-        "Draw measurements of the model, as a CSV file that `run` takes; with --runs, errors over many runs.",
+        "Simulate measurements of the model, as a CSV file for `run`; with --runs, the errors of many runs.",
         "kalmanq simulate track.toml -n 200 --out my.csv"),
     "compare": Row(
         "kalmanq.commands.compare",
-        "Every arithmetic compared with double: errors of means in sigma, and of sigmas.  Of a nonlinear model the "
+        "Compare each arithmetic with double: errors of means in sigma, and of sigmas.  Nonlinear model: the "
         "methods, too.",
         "kalmanq compare track.toml my.csv"),
     "report": Row(
         "kalmanq.commands.report",
-        "Does the data fit the model?  A page with a verdict, pictures and figures.",
+        "Does the model fit the data?  Write a page with a verdict, pictures and figures.",
         "kalmanq report nile.toml nile.csv -o nile.html"),
     "fit": Row(
         "kalmanq.commands.fit",
-        "Estimate parameters, with standard errors.  Exit code 3: no maximum; OUT then has the best that was found.",
+        "Estimate parameters from data, with standard errors.  Exit code 3: no maximum; OUT then has the best that was found.",
         "kalmanq fit nile_guess.toml nile.csv --out fitted.toml"),
     "tune": Row(
         "kalmanq.commands.tune",
-        "A page in which the library runs over a recording while you move its noises; with a fit, and no server.",
+        "Write a page in which the library filters your data while you move the noises; it needs no server.",
         "kalmanq tune track.toml my.csv -o tune.html"),
     "doctor": Row(
         "kalmanq.commands.doctor",
-        "What is installed, which compilers and emulators are there, what is missing for which command.",
+        "Show what is installed: packages, compilers, emulators; and what each command still needs.",
         "kalmanq doctor --json"),
     "examples": Row(
         f"{STUDIES}.examples",
-        "The theory's examples: stationary, smoothing.",
+        "Show examples of the theory, with their figures: stationary, smoothing.",
         "kalmanq examples stationary --out stationary.png"),
     "gallery": Row(
         f"{STUDIES}.gallery",
-        "Textbook models with data, fitted, smoothed and drawn: level, trend, season, ARMA, regression, factor, ...",
+        "Fit, smooth and draw textbook models with their data: level, trend, season, ARMA, regression, factor, ...",
         "kalmanq gallery trend-season --out ."),
     "study": Row(
         f"{STUDIES}.study",

@@ -24,7 +24,7 @@ from kalmanq.run import checks as linear
 @dataclass(frozen=True)
 class Options:
     model: Path = ANY_MODEL
-    data: Optional[Path] = typer.Argument(None, metavar="[DATA.csv]", help="Of a nonlinear model: what to look along.")
+    data: Optional[Path] = typer.Argument(None, metavar="DATA.csv", help="Nonlinear model: data along which the Jacobians are checked.")
     json: bool = JSON
 
 

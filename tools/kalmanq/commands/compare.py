@@ -29,7 +29,7 @@ SHOWN = 4  # states in the table; the JSON has all
 class Options:
     model: Path = ANY_MODEL
     data: List[Path] = DATAS
-    plot: Optional[Path] = typer.Option(None, "--plot", metavar="OUT.png", help="Errors over the rows.")
+    plot: Optional[Path] = typer.Option(None, "--plot", metavar="OUT.png", help="Draw the errors over the rows.")
     compiled: bool = COMPILED
     json: bool = JSON
 

@@ -33,25 +33,25 @@ FORMS = ("factor", *KINDS)
 @dataclass(frozen=True)
 class Options:
     model: Path = ANY_MODEL
-    out: Path = typer.Option(..., "-o", "--out", metavar="NAME.c", help="NAME.h, NAME_test.c and NAME_report.txt go beside it.")
-    arithmetic: choices("Compiled", ARITHMETICS) = typer.Option("f32", "--arith", help="The numbers that the chip will have.")
-    gate: Optional[float] = typer.Option(None, "--gate", metavar="K", help="Refuse a measurement that is more than K sigma off.")
-    student: Optional[float] = typer.Option(None, "--student", metavar="NU", help="Weigh measurements as with Student's noise.")
-    nis: bool = typer.Option(False, "--nis", help="Keep NIS and the variances of innovations; floats: the likelihood.")
-    lag: int = typer.Option(0, "--lag", metavar="L", min=0, max=64, help="The mean L samples ago, too, once the gain is constant.")
-    tunable: bool = typer.Option(False, "--tunable", help="f32, f64: A, Q and R are fields that a program may change; no fast path.")
-    every: str = typer.Option("", "--every", metavar="K,K,...", help="Rows between two values of each measurement, if rates differ.")
-    iterate: int = typer.Option(1, "--iterate", metavar="N", min=1, max=20, help="MODEL.py: linearise h so many times an update.")
-    smooth: int = typer.Option(0, "--smooth", metavar="STEPS", min=0, max=MOST_STEPS, help="MODEL.py: a smoother, and a history of so many steps.")
-    library: bool = typer.Option(False, "--library", help="MODEL.py: a device over kalmanq's library: histories, smoothers.")
-    data: Optional[Path] = typer.Option(None, "--data", metavar="DATA.csv", help="--library --arith q31: rows that the formats hold, too.")
-    loops: Optional[bool] = typer.Option(None, "--loops/--straight", help="The covariance in loops: small, but slow. Otherwise "
-                                         "only where straight lines take 20 kB (q31: 32 kB).")
-    settle: float = typer.Option(1e-6, "--settle", help="Relative distance to the steady variance at which the gain is constant.")
-    form: Optional[choices("Form", FORMS)] = typer.Option(None, "--form", help="covariance, gain: proven forms, cheaper, only for "
-                                                          "short gaps; factor: the one for all, without a hint at those.")
-    partial: bool = typer.Option(False, "--partial", help="covariance: samples of which some components are missing, too.")
-    bound: float = typer.Option(1e-4, "--bound", min=0, help="covariance: of its error, in sigma_i sigma_j.")
+    out: Path = typer.Option(..., "-o", "--out", metavar="NAME.c", help="The C file. NAME.h, NAME_test.c and NAME_report.txt are written next to it.")
+    arithmetic: choices("Compiled", ARITHMETICS) = typer.Option("f32", "--arith", help="The arithmetic of the C file.")
+    gate: Optional[float] = typer.Option(None, "--gate", metavar="K", help="Reject a measurement that is more than K sigma from its prediction.")
+    student: Optional[float] = typer.Option(None, "--student", metavar="NU", help="Give outliers less weight: Student's noise with NU degrees of freedom.")
+    nis: bool = typer.Option(False, "--nis", help="Also compute NIS and the variances of innovations (f32, f64: the likelihood, too).")
+    lag: int = typer.Option(0, "--lag", metavar="L", min=0, max=64, help="Also give the mean of L samples ago, once the gain is constant.")
+    tunable: bool = typer.Option(False, "--tunable", help="f32, f64: a program may change A, Q and R while it runs; without the fast path.")
+    every: str = typer.Option("", "--every", metavar="K,K,...", help="If rates differ: rows from one value to the next, for each measurement.")
+    iterate: int = typer.Option(1, "--iterate", metavar="N", min=1, max=20, help="MODEL.py: linearise h N times in each update.")
+    smooth: int = typer.Option(0, "--smooth", metavar="STEPS", min=0, max=MOST_STEPS, help="MODEL.py: write a smoother, too, with a history of STEPS steps.")
+    library: bool = typer.Option(False, "--library", help="MODEL.py: write C that uses kalmanq's library: histories, smoothers.")
+    data: Optional[Path] = typer.Option(None, "--data", metavar="DATA.csv", help="With --library --arith q31: data that the formats must hold, too.")
+    loops: Optional[bool] = typer.Option(None, "--loops/--straight", help="The covariance in loops (small, slow) or in straight lines. "
+                                         "By default loops only where straight lines take 20 kB (q31: 32 kB).")
+    settle: float = typer.Option(1e-6, "--settle", metavar="SHARE", help="Freeze the gain when the variances are this near to the steady ones (relative).")
+    form: Optional[choices("Form", FORMS)] = typer.Option(None, "--form", help="How the covariance is kept. factor, the default: for "
+                                                          "all models. covariance, gain: cheaper, with a proof, only for short gaps.")
+    partial: bool = typer.Option(False, "--partial", help="With --form covariance: in a sample some components may be missing.")
+    bound: float = typer.Option(1e-4, "--bound", metavar="SHARE", min=0, help="With --form covariance: its largest error, in sigma_i sigma_j.")
     json: bool = JSON
 
 

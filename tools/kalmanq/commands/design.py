@@ -41,16 +41,16 @@ BUILT = "-std=c11 -O2 -ffunction-sections -ffp-contract=fast, without an FPU -ff
 @dataclass(frozen=True)
 class Options:
     model: Path = MODEL
-    core: choices("Core", CORES) = typer.Option(..., "--core", help="What it will run on.")
-    data: Optional[Path] = typer.Option(None, "--data", metavar="DATA.csv", help="What it will be given; otherwise drawn.")
-    arithmetic: Optional[ChipArithmetic] = typer.Option(None, "--arith", help="Only this one; otherwise what is best.")
-    way: Optional[choices("Way", ALL_WAYS)] = typer.Option(None, "--way", help="Only this one.")
-    flash: Optional[float] = typer.Option(None, "--flash", metavar="KB", min=0, help="Of the part.")
-    ram: Optional[float] = typer.Option(None, "--ram", metavar="KB", min=0, help="Of the part.")
-    name: str = typer.Option("", "--name", help="Of files and functions; otherwise the model's.")
-    out: Optional[Path] = typer.Option(None, "--out", "-o", metavar="FOLDER", help="Where NAME.c and NAME.h go; it has to be there.")
-    any_dt: bool = typer.Option(False, "--any-dt", help="Of a model with F, Qc and dt: the C file's predict takes a dt; f32, init.")
-    steps: int = typer.Option(1, "--steps", min=1, max=64, help="Of a model with F, Qc and dt: the C file's predict goes 1 to so many dt; q31.")
+    core: choices("Core", CORES) = typer.Option(..., "--core", help="The processor core that the filter will run on.")
+    data: Optional[Path] = typer.Option(None, "--data", metavar="DATA.csv", help="Data that the filter will get; simulated by default.")
+    arithmetic: Optional[ChipArithmetic] = typer.Option(None, "--arith", help="Look at this arithmetic only; by default the best one is chosen.")
+    way: Optional[choices("Way", ALL_WAYS)] = typer.Option(None, "--way", help="Look at this form only; by default the cheapest that fits is chosen.")
+    flash: Optional[float] = typer.Option(None, "--flash", metavar="KB", min=0, help="Flash of the part, in kB.")
+    ram: Optional[float] = typer.Option(None, "--ram", metavar="KB", min=0, help="RAM of the part, in kB.")
+    name: str = typer.Option("", "--name", metavar="NAME", help="Name of the files and functions; the model's by default.")
+    out: Optional[Path] = typer.Option(None, "--out", "-o", metavar="FOLDER", help="Write NAME.c and NAME.h to this folder, which must exist.")
+    any_dt: bool = typer.Option(False, "--any-dt", help="Model with F, Qc and dt: predict in the C file takes dt as an argument (f32, form init).")
+    steps: int = typer.Option(1, "--steps", metavar="N", min=1, max=64, help="Model with F, Qc and dt: predict in the C file goes 1 to N dt (q31).")
     json: bool = JSON
 
 

@@ -32,19 +32,20 @@ Form = choices("Form", FORMS)
 @dataclass(frozen=True)
 class Options:
     model: Path = ANY_MODEL
-    data: List[Path] = typer.Argument(..., metavar="DATA.csv...", help="One record a file.")
-    free: Optional[str] = typer.Option(None, "--free", help="Of A, H, Q, R, x0, P0, with commas; or entries, such as A[0,0]; by "
-                                       "default Q,R.  Of a model in continuous time F, Qc, too, or its builder's parameters.  Of a nonlinear model: constants of its file, Q, R, x0, P0; by default its `free`.")
-    hold: str = typer.Option("", "--hold", help="Entries that stay, such as A[1,0] or Q[0,*].")
-    method: choices("Method", METHODS) = typer.Option("both", "--method", help="EM, maximum likelihood, or EM first and ML then.")
-    Q_form: Form = typer.Option("full", "--q-form", help="Of Q; a multiple of what it is.")
-    R_form: Form = typer.Option("full", "--r-form", help="Of R.")
-    starts: int = typer.Option(1, "--starts", min=1, max=1000, help="Begin so often, at random after the first.")
-    seed: int = typer.Option(0, "--seed", min=0, help="Of the further starts.")
-    iterations: int = typer.Option(1000, "--iterations", min=1, help="Evaluations that a start may take.")
-    tolerance: float = typer.Option(1e-6, "--tolerance", min=1e-9, help="Log-likelihood that may be left.")
-    out: Optional[Path] = typer.Option(None, "--out", metavar="FITTED", help="The model file, fitted.")
-    plot: Optional[Path] = typer.Option(None, "--plot", metavar="OUT.png", help="The likelihood's course.")
+    data: List[Path] = typer.Argument(..., metavar="DATA.csv", help="A CSV file for each record.")
+    free: Optional[str] = typer.Option(None, "--free", help="What to estimate: A, H, Q, R, x0, P0, with commas, or entries such as "
+                                       "A[0,0]; by default Q,R.  Model in continuous time: also F, Qc, or its builder's parameters.  "
+                                       "Nonlinear model: constants of its file, Q, R, x0, P0; by default its `free`.")
+    hold: str = typer.Option("", "--hold", help="Entries that keep their values, such as A[1,0] or Q[0,*].")
+    method: choices("Method", METHODS) = typer.Option("both", "--method", help="EM, maximum likelihood (ml), or first EM, then ml (both).")
+    Q_form: Form = typer.Option("full", "--q-form", help="Form of Q; multiple: a factor times the Q of the model file.")
+    R_form: Form = typer.Option("full", "--r-form", help="Form of R, in the same way.")
+    starts: int = typer.Option(1, "--starts", min=1, max=1000, help="Number of starts: the first from the model file, the others at random.")
+    seed: int = typer.Option(0, "--seed", min=0, help="Seed of the random starts.")
+    iterations: int = typer.Option(1000, "--iterations", min=1, help="The most evaluations of the likelihood for one start.")
+    tolerance: float = typer.Option(1e-6, "--tolerance", min=1e-9, help="Stop when less than this is left to gain in log-likelihood.")
+    out: Optional[Path] = typer.Option(None, "--out", metavar="FITTED", help="Write the fitted model to this file.")
+    plot: Optional[Path] = typer.Option(None, "--plot", metavar="OUT.png", help="Draw the likelihood over the iterations.")
     json: bool = JSON
 
 

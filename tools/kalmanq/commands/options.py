@@ -32,30 +32,33 @@ ChipArithmetic = choices("ChipArithmetic", (name for name in ARITHMETICS if name
 
 MODEL = typer.Argument(..., metavar="MODEL", help="A model file (TOML).")
 ANY_MODEL = typer.Argument(..., metavar="MODEL", help="A model file (TOML); or a nonlinear one (.py), which is executed.")
-DATA = typer.Argument(..., metavar="DATA.csv", help="Measurements and controls, by name; empty: missing; - is the standard input.")
-DATAS = typer.Argument(..., metavar="DATA.csv...", help="Measurements and controls, by name, in one file or several, which are joined by their times; - is the standard input.")
-JSON = typer.Option(False, "--json", help="Print what came out for machines.")
-ARITHMETIC = typer.Option("f64", "--arith", help="The numbers that the chip will have.")
-COMPILED = typer.Option(False, "--compiled", help="Through the C that kalmanq compile writes, on this machine.")
-WORKERS = typer.Option(None, "--workers", min=1, help="Processes; all cores if left out.")
-DASK = typer.Option(None, "--dask", metavar="ADDRESS", help="A Dask scheduler: on its cluster.")
-FRESH = typer.Option(False, "--fresh", help="Forget what an interrupted command has done.")
+DATA = typer.Argument(..., metavar="DATA.csv", help="A CSV file with a header: measurements and controls by name. Empty cell: missing. -: the standard input.")
+DATAS = typer.Argument(..., metavar="DATA.csv", help="A CSV file with a header, or several, joined by their times. Empty cell: missing. -: the standard input.")
+JSON = typer.Option(False, "--json", help="Print the results as JSON.")
+ARITHMETIC = typer.Option("f64", "--arith", help="The arithmetic of the chip: float, double or fixed point.")
+COMPILED = typer.Option(False, "--compiled", help="Run the C that kalmanq compile writes, built on this machine.")
+WORKERS = typer.Option(None, "--workers", min=1, help="Number of processes; all cores by default.")
+DASK = typer.Option(None, "--dask", metavar="ADDRESS", help="Run on the cluster of this Dask scheduler.")
+FRESH = typer.Option(False, "--fresh", help="Start anew: do not go on where a command was interrupted.")
 
 # How a file of data is written; of every command that reads one
+LAYOUT_PANEL = "How the data file is written"
 LAYOUT = {
     "separator": (Optional[str], typer.Option(
-        None, "--separator", metavar="LETTER", help="Between the fields of data, or tab; found if left out.")),
+        None, "--separator", metavar="LETTER", help="What is between fields: a character, or the word tab. Found if left out.", rich_help_panel=LAYOUT_PANEL)),
     "decimal": (Optional[str], typer.Option(
-        None, "--decimal", metavar=". or ,", help="Of the numbers of data; found if left out.")),
+        None, "--decimal", metavar=". or ,", help="The decimal sign. Found if left out.", rich_help_panel=LAYOUT_PANEL)),
     "missing": (List[str], typer.Option(
-        [], "--missing", metavar="CELL", help="What stands for nothing, such as -9999; may be given again.")),
+        [], "--missing", metavar="CELL", help="A cell that means missing, such as -9999. May be given again.", rich_help_panel=LAYOUT_PANEL)),
     "rename": (List[str], typer.Option(
-        [], "--rename", metavar="NAME=COLUMN", help="The model's name of a column of data; may be given again.")),
+        [], "--rename", metavar="NAME=COLUMN", help="COLUMN of the file is NAME of the model. May be given again.", rich_help_panel=LAYOUT_PANEL)),
     "time": (Optional[str], typer.Option(
-        None, "--time", metavar="COLUMN", help="Of times, such as 't (ms)'; none: rows are steps; found by its name if left out.")),
-    "sort": (bool, typer.Option(False, "--sort", help="Rows by their times.")),
+        None, "--time", metavar="COLUMN", help="The column of times, such as 't (ms)'; none: each row is a step. Found by its name if left out.",
+        rich_help_panel=LAYOUT_PANEL)),
+    "sort": (bool, typer.Option(False, "--sort", help="Sort the rows by their times.", rich_help_panel=LAYOUT_PANEL)),
     "jitter": (Optional[float], typer.Option(
-        None, "--jitter", metavar="SHARE", min=0, max=0.49, help="Of dt: a step that is off from a multiple of it by less is that.")),
+        None, "--jitter", metavar="SHARE", min=0, max=0.49, help="A step counts as a multiple of dt if it is off by less than this share of dt.",
+        rich_help_panel=LAYOUT_PANEL)),
 }
 READ = ("data", "controls", "at")  # fields that are files of data
 

@@ -23,7 +23,7 @@ from kalmanq.pages import report, verdict
 class Options:
     model: Path = ANY_MODEL
     data: List[Path] = DATAS
-    out: Path = typer.Option(..., "-o", "--out", metavar="REPORT.html", help="One page that stands by itself.")
+    out: Path = typer.Option(..., "-o", "--out", metavar="REPORT.html", help="The report: one HTML file that needs no other.")
     arithmetic: Arithmetic = ARITHMETIC
     compiled: bool = COMPILED
 

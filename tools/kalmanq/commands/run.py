@@ -45,17 +45,17 @@ class Options:
     model: Path = ANY_MODEL
     data: List[Path] = DATAS
     arithmetic: Arithmetic = ARITHMETIC
-    smooth: bool = typer.Option(False, "--smooth", help="Each row given all rows, too.")
-    lag: Optional[int] = typer.Option(None, "--lag", metavar="L", min=0, help="The state L rows ago, too.")
-    forecast: int = typer.Option(0, "--forecast", metavar="K", min=0, max=10_000, help="Rows of dt ahead of the last one; the last control stays.")
-    robust: Optional[choices("Loss", LOSSES)] = typer.Option(None, "--robust", help="For outliers (gate, huber, student) or jumps.")
-    way: Optional[choices("Way", WAYS)] = typer.Option(None, "--as", help="f32 and q31: to the bit what the C file of `design --way` computes.")
+    smooth: bool = typer.Option(False, "--smooth", help="Smooth: also give each state given all rows.")
+    lag: Optional[int] = typer.Option(None, "--lag", metavar="L", min=0, help="At each row, also give the state of L rows ago.")
+    forecast: int = typer.Option(0, "--forecast", metavar="K", min=0, max=10_000, help="Forecast K rows of dt after the last one; the last control stays.")
+    robust: Optional[choices("Loss", LOSSES)] = typer.Option(None, "--robust", help="Against outliers (gate, huber, student), or for jumps of the state (jump).")
+    way: Optional[choices("Way", WAYS)] = typer.Option(None, "--as", help="f32, q31: compute bit for bit as the C file of `design --way`.")
     compiled: bool = COMPILED
-    method: Optional[choices("NonlinearMethod", METHODS)] = typer.Option(None, "--method", help="Of a nonlinear model; extended if left out.")
-    iterate: Optional[int] = typer.Option(None, "--iterate", metavar="N", min=1, max=1000, help="Of iterated and posterior: linearise each update so often; 4 if left out.")
-    passes: Optional[int] = typer.Option(None, "--passes", metavar="N", min=1, max=1000, help="Of a nonlinear model's --smooth: the most passes that linearise at smoothed states.")
-    out: Optional[Path] = typer.Option(None, "--out", metavar="OUT.csv", help="A row for each row of data.")
-    plot: Optional[Path] = typer.Option(None, "--plot", metavar="OUT.png", help="Data, means and bands.")
+    method: Optional[choices("NonlinearMethod", METHODS)] = typer.Option(None, "--method", help="Nonlinear model: how to linearise; extended by default.")
+    iterate: Optional[int] = typer.Option(None, "--iterate", metavar="N", min=1, max=1000, help="Methods iterated and posterior: linearise each update N times; 4 by default.")
+    passes: Optional[int] = typer.Option(None, "--passes", metavar="N", min=1, max=1000, help="Nonlinear model with --smooth: at most N passes, each linearised at the smoothed states before it.")
+    out: Optional[Path] = typer.Option(None, "--out", metavar="OUT.csv", help="Write the results: a row for each row of data.")
+    plot: Optional[Path] = typer.Option(None, "--plot", metavar="OUT.png", help="Draw data, means and bands of 95 %.")
     json: bool = JSON
 
 

@@ -37,16 +37,16 @@ ROWS = 200  # if nothing says how many
 @dataclass(frozen=True)
 class Options:
     model: Path = ANY_MODEL
-    rows: Optional[int] = typer.Option(None, "-n", "--rows", min=1, max=100_000_000, help="Rows to draw; 200 if left out, or as many as CONTROLS.csv or TIMES.csv has.")
+    rows: Optional[int] = typer.Option(None, "-n", "--rows", metavar="N", min=1, max=100_000_000, help="Number of rows; by default 200, or as many as CONTROLS.csv or TIMES.csv has.")
     seed: int = typer.Option(1, "--seed", min=0, help="The same seed gives the same rows everywhere.")
-    out: Optional[Path] = typer.Option(None, "--out", metavar="OUT.csv", help="Otherwise to the terminal.")
-    truth: bool = typer.Option(False, "--truth", help="The states, too, as NAME_true.")
-    gap: Optional[Tuple[int, int]] = typer.Option(None, "--gap", metavar="FIRST END", help="Rows without measurements.")
-    controls: Optional[Path] = typer.Option(None, "--controls", metavar="CONTROLS.csv", help="Controls, by name; 0 if left out.")
-    at: Optional[Path] = typer.Option(None, "--at", metavar="TIMES.csv", help="Rows at its times; in steps of dt if left out.")
-    runs: Optional[int] = typer.Option(None, "--runs", min=1, max=10_000_000, help="Draw and filter so often: a row a run.")
-    arithmetic: Optional[Arithmetic] = typer.Option(None, "--arith", help="Of the runs' filter; f64 if left out.")
-    smooth: bool = typer.Option(False, "--smooth", help="Smooth each run, too.")
+    out: Optional[Path] = typer.Option(None, "--out", metavar="OUT.csv", help="Write to this file; by default to the terminal.")
+    truth: bool = typer.Option(False, "--truth", help="Also write the true states, as columns NAME_true.")
+    gap: Optional[Tuple[int, int]] = typer.Option(None, "--gap", metavar="FIRST END", help="No measurements in the rows from FIRST to before END.")
+    controls: Optional[Path] = typer.Option(None, "--controls", metavar="CONTROLS.csv", help="A CSV file of controls, by name; 0 by default.")
+    at: Optional[Path] = typer.Option(None, "--at", metavar="TIMES.csv", help="A CSV file of times, one for each row; by default a row every dt.")
+    runs: Optional[int] = typer.Option(None, "--runs", metavar="N", min=1, max=10_000_000, help="Simulate and filter N times; the output is a row of errors for each run.")
+    arithmetic: Optional[Arithmetic] = typer.Option(None, "--arith", help="With --runs: the filter's arithmetic; f64 by default.")
+    smooth: bool = typer.Option(False, "--smooth", help="With --runs: smooth each run, too.")
     compiled: bool = COMPILED
     workers: Optional[int] = WORKERS
     dask: Optional[str] = DASK

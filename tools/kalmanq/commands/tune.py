@@ -25,9 +25,9 @@ ROWS = 200  # that are drawn where no data are given
 @dataclass(frozen=True)
 class Options:
     model: Path = MODEL
-    data: List[Path] = typer.Argument(None, metavar="DATA.csv", help="A recording; several files are joined by their times; drawn from the model if left out.")
-    out: Path = typer.Option(Path("tune.html"), "-o", "--out", metavar="TUNE.html", help="One page that stands by itself: it needs no server and no network.")
-    open: bool = typer.Option(False, "--open", help="Open it in the browser.")
+    data: List[Path] = typer.Argument(None, metavar="DATA.csv", help="A CSV file with a header, or several, joined by their times; simulated from the model by default.")
+    out: Path = typer.Option(Path("tune.html"), "-o", "--out", metavar="TUNE.html", help="The page: one HTML file that needs no server and no network.")
+    open: bool = typer.Option(False, "--open", help="Open the page in the browser.")
 
 
 def tune_file(options: Options, console: Console) -> None:

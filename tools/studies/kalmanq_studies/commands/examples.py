@@ -22,10 +22,10 @@ from kalmanq_studies.lectures.example import caption
 
 @dataclass(frozen=True)
 class Options:
-    name: Optional[choices("Example", EXAMPLES)] = typer.Argument(None, metavar="EXAMPLE", help="Otherwise the list of them.")
-    arithmetic: choices("AnyArithmetic", [*ARITHMETICS, "all"]) = typer.Option("all", "--arith", help="The numbers to compute with.")
-    seed: int = typer.Option(1, "--seed", min=0, help="Of the measurements that are drawn.")
-    out: Optional[Path] = typer.Option(None, "--out", metavar="FIGURE.png", help="The example's figure.")
+    name: Optional[choices("Example", EXAMPLES)] = typer.Argument(None, metavar="EXAMPLE", help="Which example; without it, a list.")
+    arithmetic: choices("AnyArithmetic", [*ARITHMETICS, "all"]) = typer.Option("all", "--arith", help="The arithmetic to compute with.")
+    seed: int = typer.Option(1, "--seed", min=0, help="Seed of the simulated measurements.")
+    out: Optional[Path] = typer.Option(None, "--out", metavar="FIGURE.png", help="Write the example's figure to this file.")
     json: bool = JSON
 
 

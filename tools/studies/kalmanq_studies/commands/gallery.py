@@ -29,8 +29,8 @@ from kalmanq_studies.gallery.sources import Data
 
 @dataclass(frozen=True)
 class Options:
-    name: Optional[choices("Entry", ENTRIES)] = typer.Argument(None, metavar="MODEL", help="Otherwise the list of them.")
-    out: Optional[Path] = typer.Option(None, "--out", metavar="FOLDER", help="Where files go; it has to be there.")
+    name: Optional[choices("Entry", ENTRIES)] = typer.Argument(None, metavar="MODEL", help="Which model; without it, a list.")
+    out: Optional[Path] = typer.Option(None, "--out", metavar="FOLDER", help="Write the files to this folder, which must exist.")
     json: bool = JSON
 
 

@@ -33,7 +33,7 @@ COLOURS = 256  # of a picture: of fewer, some curves come out in one colour
 @dataclass(frozen=True)
 class Options:
     name: choices("Study", ["heavy-tails"]) = typer.Argument(..., metavar="NAME", help="heavy-tails: where the state jumps.")
-    out: Path = typer.Option(..., "-o", "--out", metavar="FOLDER", help="Where the page goes; it has to be there.")
+    out: Path = typer.Option(..., "-o", "--out", metavar="FOLDER", help="Write the page to this folder, which must exist.")
     quick: bool = typer.Option(False, "--quick", help="Few runs, in less than a minute.")
     seed: int = typer.Option(1, "--seed", min=0, help="The same seed gives the same page.")
     workers: Optional[int] = WORKERS
