@@ -51,6 +51,13 @@ def test_run_writes_what_the_twin_says(arithmetic, tmp_path):
     assert plot.read_bytes()[:8] == PNG
 
 
+def test_data_that_do_not_fit_name_the_next_command(tmp_path):
+    wrong = tmp_path / "wrong.toml"
+    for R, said in (("15099.0", False), ("150.0", True), ("1.5e6", True)):
+        wrong.write_text('[model]\nA = [1]\nH = [1]\nQ = [1468.0]\nP0 = "unknown"\n[measurements]\nnames = ["flow"]\n'.replace("H =", f"R = {R}\nH ="))
+        assert ("kalmanq report shows where" in kalmanq("run", wrong, NILE).stdout) == said
+
+
 @pytest.mark.parametrize("more", [(), ("--compiled", "--arith", "f32")])
 def test_a_forecast_leaves_the_last_control_as_it_is(more, tmp_path):
     model, head = EXAMPLES / "cart.toml", "range,push\n0.1,0\n0.2,1\n0.1,3\n"

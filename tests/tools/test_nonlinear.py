@@ -647,6 +647,8 @@ def test_compare_and_check(tmp_path):
     without = tmp_path / "without.csv"
     without.write_text("range,bearing\n" + "".join(f"{a},{b}\n" for a, b in z))
     assert "smoothed_rms" not in json.loads(kalmanq("compare", TRACK, without, "--json").stdout)["methods"]["extended"]
+    said = kalmanq("compare", TRACK, without).stdout
+    assert "posterior" in said and "6 passes" not in said and "simulate --truth" in said
     for path, data in ((TRACK, TRACK_DATA), (BATTERY, None)):
         done = kalmanq("check", path, *([data] if data else []), "--json")
         assert done.returncode == 0 and json.loads(done.stdout)["ranges"]["good"], done.stderr

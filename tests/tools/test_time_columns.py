@@ -246,6 +246,12 @@ def test_names_that_loggers_give_are_times(head, per_second, tmp_path):
 def test_a_clock_goes_on_over_midnight_where_a_date_is_beside_it(tmp_path):
     at = ["2026-02-28,23:59:58", "2026-02-28,23:59:59", "2026-03-01,0:00:00", "2026-03-01,00:00:01"]
     assert read_and_told(written(tmp_path, data_of("date,time", at)))[0].tolist() == [0, 1, 2, 3]
+    turned = [",".join(one.split(",")[::-1]) for one in at]
+    assert read_and_told(written(tmp_path, data_of("time,date", turned)))[0].tolist() == [0, 1, 2, 3]
+    other = ["8:00:00,01.03.2026", "8:00:01,01.03.2026", "08:00:02,01.03.2026"]  # no date of ISO 8601: the clock alone
+    assert read_and_told(written(tmp_path, data_of("time,date", other)))[0].tolist() == [0, 1, 2]
+    seconds = ["2026-03-01 08:00:00,5", "2026-03-01 08:00:01,5"]
+    assert read_and_told(written(tmp_path, data_of("date,time", seconds)))[0].tolist() == [0, 1]
 
 
 def test_a_column_that_rises_like_a_clock_and_is_not_taken_is_warned_of(tmp_path):

@@ -46,6 +46,7 @@ def compare_file(options: Options, console: Console) -> None:
         if options.json:
             return print_json(figures)
         console.print(_table(figures, model.name, len(z)))
+        _tell_refused(figures, console)
     elif model.has_errors:
         raise KalmanqError("of error states f32 is compared with double by kalmanq compile: it is in NAME_report.txt")
     else:
@@ -61,6 +62,7 @@ def compare_file(options: Options, console: Console) -> None:
         if options.json:
             return print_json({"arithmetics": figures, "methods": found})
         console.print(_table(figures, model.name, len(z)))
+        _tell_refused(figures, console)
         _tell_methods(model, found, len(z), truth is not None, console)
     tell_written([options.plot], console)
 
@@ -77,7 +79,7 @@ def _table(figures: dict[str, dict], name: str, rows: int) -> Table:
                  title=f"{name}: worst errors of {rows} rows compared with double")
     for name, of in figures.items():
         if "refused" in of:
-            made.add_row(name, of["refused"])
+            made.add_row(name, "refused")
         else:
             made.add_row(name, f"{of['mean_error_in_sigma']:.2g}", f"{of['worst_row']}, {of['worst_state']}",
                          f"{of['sigma_relative_error']:.2g}", f"{of['log_likelihood_error']:.2g}",
@@ -89,9 +91,15 @@ def _tell_methods(model: NonlinearModel, found: dict[str, dict], rows: int, is_k
     console.print(_methods_table(model, found, rows, is_known))
     for told in sorted({one for of in found.values() for one in of.get("warnings", [])}):
         console.print(f"(!) {told}")
-    for method, of in found.items():
+    if not is_known:
+        console.print("more passes of the smoother are compared where the data have the true states (kalmanq simulate --truth)")
+    _tell_refused(found, console)
+
+
+def _tell_refused(found: dict[str, dict], console: Console) -> None:
+    for name, of in found.items():
         if "refused" in of:
-            console.print(f"{method}: {of['refused']}")
+            console.print(f"{name}: {of['refused']}")
 
 
 def _methods_table(model: NonlinearModel, found: dict[str, dict], rows: int, is_known: bool) -> Table:
@@ -104,6 +112,8 @@ def _methods_table(model: NonlinearModel, found: dict[str, dict], rows: int, is_
         if "refused" in of:
             made.add_row(method, "refused")
             continue
+        if not is_known and "nis_per_measurement" not in of:
+            continue  # more passes, of which nothing is known
         cells = [_cell(of.get("nis_per_measurement"), ".3f"), _cell(of.get("log_likelihood"), ".2f")]
         if is_known:
             cells += [_cell(of.get("filtered_nees_per_state"), ".4g"), _cell(of["smoothed_nees_per_state"], ".4g")]

@@ -15,6 +15,7 @@ from rich.console import Console
 from kalmanq.commands.messages import print_json, table, tell_written
 from kalmanq.commands.options import JSON, MODEL, ChipArithmetic, choices, command_of
 from kalmanq.compiler import offers as compiled_offers, report as compiled_report
+from kalmanq.compiler.costs import NOT_ESTIMATED
 from kalmanq.compiler.host import Host
 from kalmanq.compiler.offers import COLUMNS, Offer, add_ways, offers
 from kalmanq.compiler.product import fingerprint, remarked
@@ -301,9 +302,11 @@ def _tell_ways(made: Designs, chosen: Optional[Way], console: Console) -> None:
 
 def _tell_compiled(made: Designs, compiled: Sequence[Offer], console: Console) -> None:
     shown = table(*COLUMNS, title="compiled for this model alone (kalmanq compile)")
+    for column in shown.columns[:2]:
+        column.no_wrap = True  # numbers may take two lines
     told = [one for one in compiled if one.form != "covariance" or made.part.core in one.costs]
     for one in told:
-        shown.add_row(*one.cells(made.part.core))
+        shown.add_row(*("-" if cell == NOT_ESTIMATED else cell for cell in one.cells(made.part.core)))
     console.print(shown)
     console.print(f"  {compiled_offers.EXPLAINED}")
     for one in told:

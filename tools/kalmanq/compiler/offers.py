@@ -29,10 +29,10 @@ WAY = "compiled"
 SAID = "C for this model alone, in straight lines: --out writes what kalmanq compile writes"
 SAVES = 0.85  # of a row that has not settled: the covariance form is shown where it costs less
 CORES, LEAST_STATES = {"f32": "m4f", "q31": "m3"}, 4  # f32 with fewer states: the factor is as cheap
-COLUMNS = ("arithmetic", "form", "two calls", "settled", "settled step", "settles in", "flash", "RAM", "stack", "mean",
-           "P")
+COLUMNS = ("arithmetic", "form", "two calls", "settled", "settled step", "settles in", "flash", "RAM", "stack",
+           "mean error", "P error")
 EXPLAINED = "instructions of a row in two calls before the gain is constant and after, and of one step after; full samples " \
-            "until then; bytes; errors in sigma and in sigma_i sigma_j"
+            "until then; bytes; errors in sigma and in sigma_i sigma_j; -: not estimated"
 
 
 @dataclass(frozen=True)

@@ -18,7 +18,7 @@ from kalmanq.data.files import whole
 from kalmanq.data.layouts import (
     AnySource, Numbers, Source, TableError, has_decimal_comma, opened, place_of, places_of, separator_of, source_of)
 from kalmanq.data.time_columns import TimeColumn, judge_units
-from kalmanq.data.times import CLOCK, Times, date_and_clock, place_of_clock, time_column, unnamed_times
+from kalmanq.data.times import CLOCK, DAY, Times, date_and_clock, place_of_clock, time_column, unnamed_times
 from kalmanq.errors import KalmanqError, KalmanqWarning
 from kalmanq.model import Model, Quantity
 
@@ -104,7 +104,6 @@ class Table:
         stamped = {name: place_of(source, cells, name, "", self._line) for name in stamps if name in cells}
         place = time_column(source, cells, [*self._places, *stamped.values()], [one.name for one in wanted] if dt is None or cure else ())
         self._clock = None if place is None or source.layout.time else place_of_clock(cells, place)
-        place = self._clock[0] if self._clock else place
         self._unnamed = cells if place is None and dt is not None and is_alone and not source.layout.time else None
         self.times = None if dt is None or place is None else TimeColumn(source, cells[place], place, dt)
         self._stamps = {name: TimeColumn(source, name, where, dt) for name, where in stamped.items()} if self.times else {}
@@ -217,11 +216,11 @@ class Table:
         cells = [row[place].strip() for row in block]
         if self._clock is None:
             return cells
-        clocks = [row[self._clock[1]].strip() for row in block]
-        if not CLOCK.fullmatch(clocks[0]):
-            self._clock = None  # of seconds, say: the date has all
+        both = [[row[place].strip() for row in block] for place in self._clock]
+        if not (DAY.fullmatch(both[0][0]) and CLOCK.fullmatch(both[1][0])):
+            self._clock = None  # one of them has all
             return cells
-        return [date_and_clock(*both) for both in zip(cells, clocks)]
+        return list(map(date_and_clock, *both))
 
     def _warn_of_unnamed_times(self, header: list[str], block: list[list[str]]) -> None:
         self._unnamed = None

@@ -17,6 +17,7 @@ DAYS, CLOCKS = ("date", "datum"), ("time", "zeit", "uhrzeit", "clock")  # names 
 STEP = re.compile(r"(d|delta_?)t|step|.*interval.*", re.I)  # a model that has it as a control knows of the times
 IRREGULAR = 0.2  # of the median step: months and rounded clocks are within
 CLOCK = re.compile(r"\d{1,2}:\d\d(:\d\d(\.\d+)?)?")
+DAY = re.compile(r"\d{4}-\d\d-\d\d")
 LOOKED_AT = 1000  # rows that tell whether a column without such a name may be of times
 NONE = "none"  # what --time says where there is no such column
 

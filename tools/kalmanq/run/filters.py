@@ -105,7 +105,7 @@ class Filter(Readable):
         require(self._call("forget", self.arithmetic.parameter(forgetting)), "forget")
 
     def forecast(self, steps: int, u: Optional[ArrayLike] = None, dt: Optional[float] = None) -> Filter:
-        """The state so many rows ahead, as a filter; u: steps x l; dt: of each, if not the model's."""
+        """The state so many rows ahead, as a filter; u: steps x l, 0 if left out; dt: of each, if not the model's."""
         if steps < 0:
             raise KalmanqError("steps: below 0")
         controls = controls_of(u, self.model, steps)
