@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import base64
 import json
 import re
 import shlex
@@ -15,6 +14,7 @@ import numpy as np
 import pytest
 
 import browser
+import tune_node
 from command import kalmanq
 from kalmanq import Filter, LagSmoother, Robust, Smoother, fit
 from kalmanq.data import joining
@@ -22,6 +22,7 @@ from kalmanq.fitting.entries import free_and_held
 from kalmanq.model import Model, Quantity, model_file
 from kalmanq.run.simulation import drawn
 from kalmanq.tune import page
+from tune_node import needs_browser, needs_node, numbers, ready, settled, shown
 from whole import WHOLE
 
 HERE = Path(__file__).parent
@@ -29,8 +30,6 @@ ROOT = HERE.parents[1]
 EXAMPLES = Path(page.HERE).parent / "examples"
 SOURCES = {"model": "model.toml", "data": "data.csv"}
 FILTERED = ("mean", "sigma", "innovation", "innovation_sigma", "nis", "log_likelihood")
-needs_node = pytest.mark.skipif(not shutil.which("node"), reason="node is not installed: tools/setup.sh, kq_setup browser")
-needs_browser = pytest.mark.skipif(not browser.found(), reason="chromium is not installed: tools/setup.sh, kq_setup browser")
 
 
 def read(name):
@@ -42,13 +41,7 @@ def content_of(model, z, u=None, times=None):
 
 
 def in_node(cases):
-    made = subprocess.run(["node", HERE / "tune_bits.js", page.HERE / "engine.js", page.CORE], input=json.dumps(cases), capture_output=True,
-                          text=True, check=True)
-    return json.loads(made.stdout)
-
-
-def numbers(text):
-    return np.frombuffer(base64.b64decode(text), "<f8")
+    return tune_node.ran(page.core(), cases)
 
 
 # ------------------------------------------------------------------------------ bits, in Node
@@ -310,21 +303,6 @@ def test_without_webassembly_it_says_what_to_install(tmp_path, monkeypatch):
 def chromium():
     with browser.Browser() as one:
         yield one
-
-
-def ready(chromium, path, **look):
-    chromium.errors.clear()
-    chromium.open(path, **look)
-    chromium.wait("document.body.dataset.took !== undefined")
-    settled(chromium)
-
-
-def settled(chromium):
-    chromium.wait("!filterRuns.busy && !smoothRuns.busy && !queued && !second.waiting.size")
-
-
-def shown(chromium, what):
-    return np.array(chromium.run(f"Array.from(drawn.{what}.low)"), float), np.array(chromium.run(f"Array.from(drawn.{what}.high)"), float)
 
 
 @needs_browser

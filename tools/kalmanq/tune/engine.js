@@ -296,9 +296,11 @@ function seen({ n, m, H, d }, i) {
   return null;
 }
 
-/* Of rows of states: what is shown, column i of so many, or H x + d */
-function chosen({ n, H, d, rows }, x, i) {
+/* What is shown of mean, smoothed or lagged rows x: column i of so many, or H x + d; of a nonlinear model its h */
+function chosen(engine, name, x, i) {
+  const { n, m, H, d, rows } = engine.model;
   if (i < n) return { x, width: n, i };
+  if (engine.hasExpected) return { x: engine.result(name === "mean" ? "expected" : `${name}_expected`), width: m, i: i - n };
   const c = i - n, made = new Float64Array(rows);
   for (let t = 0; t < rows; t++) {
     let sum = d ? d[c] : 0;
@@ -312,15 +314,15 @@ function chosen({ n, H, d, rows }, x, i) {
 function pictures(engine, shows, lag) {
   const { model } = engine, { n, m } = model, { state: i, measurement: c, first, last, columns } = shows;
   const curve = (name, width, k, sigma) => envelope(name && engine.result(name), width, k, first, last, columns, sigma && engine.result(sigma), BAND);
-  const drawn = (x) => { const of = chosen(model, x, i); return envelope(of.x, of.width, of.i, first, last, columns); };
-  const made = { first, last, filtered: drawn(engine.result("mean")), filteredBand: i < n ? curve("mean", n, i, "sigma") : null,
+  const drawn = (name, x = engine.result(name)) => { const of = chosen(engine, name, x, i); return envelope(of.x, of.width, of.i, first, last, columns); };
+  const made = { first, last, filtered: drawn("mean"), filteredBand: i < n ? curve("mean", n, i, "sigma") : null,
                  innovation: curve("innovation", m, c), innovationBand: curve(null, m, c, "innovation_sigma"), nis: envelope(shares(engine), 1, 0, first, last, columns) };
   const of = seen(model, i);
   if (of) {
     const z = envelope(engine.measurements(), m, of.c, first, last, columns), scaled = (from) => from.map((one) => (one - of.less) / of.scale);
     made.data = of.scale > 0 ? { low: scaled(z.low), high: scaled(z.high) } : { low: scaled(z.high), high: scaled(z.low) };
   }
-  if (lag > 0) made.lagged = drawn(shifted(engine.result("lagged"), n, lag));
+  if (lag > 0) made.lagged = drawn("lagged", shifted(engine.result("lagged"), n, lag));
   if (engine.ahead && i < n) {
     const x = engine.result("forecast"), s = engine.result("forecast_sigma");
     const one = (f) => Float64Array.from({ length: engine.ahead }, (_, t) => f(x[t * n + i], BAND * s[t * n + i]));
@@ -330,7 +332,7 @@ function pictures(engine, shows, lag) {
 }
 
 function smoothed(engine, { state: i, first, last, columns }) {
-  const x = engine.result("smoothed"), n = engine.model.n, of = chosen(engine.model, x, i);
+  const x = engine.result("smoothed"), n = engine.model.n, of = chosen(engine, "smoothed", x, i);
   return { smoothed: envelope(of.x, of.width, of.i, first, last, columns),
            smoothedBand: i < n ? envelope(x, n, i, first, last, columns, engine.result("smoothed_sigma"), BAND) : null };
 }
@@ -418,8 +420,8 @@ function fit(engine, asked, isFree, told = () => {}) {
 }
 
 async function made(wasm, model) {
-  const { instance } = await WebAssembly.instantiate(wasm, {});
-  return new Engine(instance, decoded(model));
+  const isLinear = model.kind !== "equations", { instance } = await WebAssembly.instantiate(wasm, isLinear ? {} : { env: mathematics() });
+  return isLinear ? new Engine(instance, decoded(model)) : new EquationEngine(instance, decodedEquations(model));
 }
 
 if (typeof module !== "undefined") module.exports = { made, decoded, consistency, autocorrelation, pictures, fit, distance, headroom, unpacked, smoothed };

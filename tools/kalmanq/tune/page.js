@@ -4,13 +4,14 @@
 const SOURCE = `<!DOCTYPE html>\n${document.documentElement.outerHTML}\n`;
 const $ = (id) => document.getElementById(id);
 const content = JSON.parse($("content").textContent);
+const isNonlinear = content.kind === "equations"; // its filter is the C that `kalmanq compile` emits
 const BEGIN = {
   theta: content.noises.map((one) => one.value), dt: content.flow ? content.flow.dt : undefined, free: content.noises.map(() => true), arithmetic: "f64", loss: "none", parameter: null,
   lag: 0, ahead: Math.max(10, Math.min(200, Math.round(content.rows / 10))), cells: {},
 };
-const USUAL = { none: null, gate: 0.9999, huber: 3, student: 10, jump: 9 };
+const USUAL = { none: null, gate: isNonlinear ? 4 : 0.9999, huber: 3, student: isNonlinear ? 4 : 10, jump: 9 };
 const LOSS_NOTES = {
-  none: "", gate: "Leaves out a row that is too far off; the parameter is the share of good rows that pass.",
+  none: "", gate: isNonlinear ? "Leaves out a measurement that is more than so many sigma off." : "Leaves out a row that is too far off; the parameter is the share of good rows that pass.",
   huber: "A row beyond k sigma counts less.", student: "Heavy tails with nu degrees of freedom.", jump: "Raises the covariance where a row says the state has jumped.",
 };
 const EVENTS = [[1, "a measurement was redundant"], [2, "overflow: a mean or variance is not representable"], [8, "a state saturated at the end of its range"],
@@ -98,12 +99,12 @@ async function runFilter({ kind, begun }) {
   if (told.refused) return refuse(told.refused);
   drawn = { ...drawn, pictures: told.pictures, consistency: told.consistency, correlation: told.correlation };
   if (kind === "run") Object.assign(drawn, { total: told.total, events: told.events, headroom: told.headroom });
-  if (kind === "run" && now === JSON.stringify([BEGIN.theta, BEGIN.dt]) && set.arithmetic === "f64" && set.loss === "none" && !Object.keys(set.cells).length) check(told.total);
+  if (kind === "run" && now === JSON.stringify([BEGIN.theta, BEGIN.dt]) && set.arithmetic === "f64" && set.loss === "none" && !Object.keys(set.cells).length) check(told);
   show(begun);
 }
 
 async function runSmoother({ kind, begun }) {
-  if (set.loss !== "none") { drawn.smoothed = null; return show(); }
+  if (!smooths()) { drawn.smoothed = null; return show(); }
   await edited(second, "second");
   const told = await second.ask({ kind, asked: asked(), shows: shown() });
   if (told.refused) { drawn.smoothed = null; return; }
@@ -138,9 +139,11 @@ async function measureDistance() {
   $("distance").textContent = `Farthest mean from f64. ${told.join("; ")}.`;
 }
 
-function check(total) {
-  const same = Object.is(total, content.total);
-  $("bits").textContent = same ? "same bits as on the host" : "other bits than on the host";
+function smooths() { return isNonlinear ? content.smooths : set.loss === "none"; }
+
+function check({ total, apart }) {
+  const same = isNonlinear ? apart === 0 : Object.is(total, content.total);
+  $("bits").textContent = same ? "same bits as on the host" : isNonlinear ? `within ${said(apart, 2)} sigma of the host` : "other bits than on the host";
   document.body.dataset.bits = same ? "same" : "other";
 }
 
@@ -227,7 +230,7 @@ function showSettings() {
   $("loss").value = set.loss;
   $("parameter").value = set.parameter === null ? "" : String(set.parameter);
   $("parameter").disabled = set.loss === "none";
-  $("loss-note").textContent = LOSS_NOTES[set.loss] + (set.loss === "none" ? "" : " No smoother then.");
+  $("loss-note").textContent = LOSS_NOTES[set.loss] + (smooths() ? "" : isNonlinear ? `No smoother: its history holds 32767 rows.` : " No smoother then.");
   $("lag").value = set.lag;
   $("ahead").value = set.ahead;
   for (const [id, name] of [["arithmetics", "arithmetic"], ["loss", "loss"], ["parameter", "parameter"], ["lag", "lag"], ["ahead", "ahead"]]) {
@@ -239,6 +242,7 @@ function showSettings() {
   const count = Object.keys(set.cells).length;
   $("painted").textContent = count ? `${count} ${count === 1 ? "value" : "values"} changed.` : "The recording is as it was.";
   $("commands").textContent = commands();
+  showSource();
   showCosts();
 }
 
@@ -313,7 +317,7 @@ function showNumbers(ahead) {
   document.querySelector(".legend .smoothed").hidden = !drawn.smoothed;
   for (const one of document.querySelectorAll(".with-band")) one.hidden = !drawn.pictures.filteredBand;
   document.querySelector(".legend .data").hidden = !drawn.pictures.data;
-  const found = EVENTS.filter(([bit]) => drawn.events & bit).map(([, text]) => text);
+  const events = isNonlinear ? content.filters[`${set.loss}_${set.arithmetic}`].events : EVENTS, found = events.filter(([bit]) => drawn.events & bit).map(([, text]) => text);
   tell(found.join("; "), found.length > 0);
   $("headroom").hidden = !drawn.headroom || set.arithmetic !== "q31";
   if (drawn.headroom) showHeadroom(drawn.headroom);
@@ -341,7 +345,7 @@ function refuse(text) { tell(text, true); document.body.dataset.refused = text; 
 function showCosts() {
   const of = (content.costs[$("core").value] || {})[set.arithmetic === "q31" ? "q31" : "f32"] || {};
   const cells = (tag, values) => { const row = document.createElement("tr"); values.forEach((one) => { const cell = document.createElement(tag); cell.textContent = one; row.append(cell); }); return row; };
-  $("costs").replaceChildren(cells("th", [set.arithmetic === "q31" ? "q31" : "f32", "instr./step", "flash", "RAM", "stack"]),
+  $("costs").replaceChildren(cells("th", isNonlinear ? ["f32", "instructions"] : [set.arithmetic === "q31" ? "q31" : "f32", "instr./step", "flash", "RAM", "stack"]),
     ...Object.entries(of).map(([way, values]) => cells("td", [way, ...values.map((one) => one.toLocaleString("en").replaceAll(",", "\u2009"))])));
 }
 
@@ -362,11 +366,24 @@ async function runFit() {
 }
 
 function quoted(text) { return /^[\w./+-]+$/.test(text) ? text : `'${text.replaceAll("'", "'\\''")}'`; }
-function tuned() { return `${content.name.replace(/[^\w-]+/g, "_") || "model"}_tuned.toml`; }
+function tuned() { return `${content.name.replace(/[^\w-]+/g, "_") || "model"}_tuned.${isNonlinear ? "py" : "toml"}`; }
 
-function commands() {
-  const { model, data } = content.sources, core = $("core").value || "m4f", chip = set.arithmetic === "q31" ? "q31" : "f32";
-  const names = content.noises.filter((one, k) => set.free[k]).map((one) => one.fit), files = data ? ` ${data.split(" ").map(quoted).join(" ")}` : " DATA.csv";
+function commands() { return isNonlinear ? commandsOfEquations() : commandsOfMatrices(); }
+
+function filesOfData() { const { data } = content.sources; return data ? ` ${data.split(" ").map(quoted).join(" ")}` : " DATA.csv"; }
+
+/* Where all of Q and R is free, and nothing else */
+function commandsOfEquations() {
+  const files = filesOfData(), names = content.noises.map((one) => one.fit), loss = set.loss === "none" ? "" : ` --${set.loss} ${set.parameter}`;
+  const isFit = set.free.every(Boolean) && names.every(Boolean), file = quoted(content.sources.model);
+  return [...(isFit ? [`kalmanq fit ${file}${files} --free Q,R --q-form diagonal --r-form diagonal`] : []),
+          `kalmanq run ${tuned()}${files} --compiled --arith ${set.arithmetic} --smooth`,
+          `kalmanq compile ${tuned()} --arith ${set.arithmetic}${loss} -o ${content.c_name}.c`].join("\n");
+}
+
+function commandsOfMatrices() {
+  const { model } = content.sources, core = $("core").value || "m4f", chip = set.arithmetic === "q31" ? "q31" : "f32";
+  const names = content.noises.filter((one, k) => set.free[k]).map((one) => one.fit), files = filesOfData();
   const isDiscrete = names.every((one) => /^[QR](\[|$)/.test(one));
   const forms = isDiscrete ? " --q-form diagonal --r-form diagonal" : "";
   const fit = names.length && names.every(Boolean) && !names.some((one) => /^(Q|R|Qc)$/.test(one)) ? [`kalmanq fit ${quoted(model)}${files} --free ${quoted(names.join(","))}${forms}`] : [];
@@ -378,6 +395,31 @@ function modelText() {
   const { theta } = set, written = (value) => String(value).replace(/^(-?\d+)(e|$)/, "$1.0$2");
   return content.template.map((one) => (typeof one === "string" ? one : Array.isArray(one) ? written(one.reduce((sum, [k, factor]) => sum + factor * theta[k], 0))
     : one.dt ? written(set.dt) : written(one.of * Math.sqrt(theta[one.root] / content.noises[one.root].value)))).join("");
+}
+
+/* The model file and the commands, to be pasted into a shell */
+function script() {
+  const text = modelText(), line = text.endsWith("\n") ? "" : "\n";
+  return `cat > ${tuned()} <<'END_OF_MODEL'\n${text}${line}END_OF_MODEL\n${commands()}\n`;
+}
+
+async function copyScript() {
+  const done = await navigator.clipboard?.writeText(script()).then(() => true, () => false);
+  if (!done) { $("source").open = true; showSource(); getSelection().selectAllChildren($("source-text")); }
+  $("copied").textContent = done ? "Copied." : "The browser does not let a page copy: the text below is selected, Ctrl+C copies it.";
+}
+
+/* What a user takes along: of a nonlinear model the C of these noises, otherwise the model file */
+async function showSource() {
+  if (!$("source").open) return;
+  const asked = JSON.stringify([set.theta, set.dt, set.loss, set.arithmetic, set.parameter]), text = isNonlinear ? (await codeOf(content, set)).code : script();
+  if (asked === JSON.stringify([set.theta, set.dt, set.loss, set.arithmetic, set.parameter])) $("source-text").textContent = text;
+}
+
+async function saveCode() {
+  const { code, header } = await codeOf(content, set);
+  save(`${content.c_name}.h`, header, "text/plain");
+  save(`${content.c_name}.c`, code, "text/plain");
 }
 
 function pageText() {
@@ -521,6 +563,9 @@ function listen() {
   $("zoom-to").onclick = () => zoom(number("from", content.rows), number("to", content.rows) + 1);
   $("core").onchange = showSettings;
   $("save-model").onclick = () => save(tuned(), modelText(), "text/plain");
+  $("save-c").onclick = saveCode;
+  $("copy").onclick = copyScript;
+  $("source").ontoggle = showSource;
   $("save-page").onclick = () => save(`${content.name.replace(/[^\w-]+/g, "_") || "tune"}.html`, pageText(), "text/html");
   new ResizeObserver(() => redraw("look")).observe($("chart-state"));
   matchMedia("(prefers-color-scheme: dark)").addEventListener("change", show);
@@ -529,9 +574,9 @@ function listen() {
 }
 
 function setParameter(value) {
-  const levels = [0.9, 0.95, 0.99, 0.999, 0.9999];
-  if (!(value > 0) || (set.loss === "gate" && !levels.includes(value)) || (set.loss === "jump" && value < 1)) {
-    tell(set.loss === "gate" ? `the gate's share is one of ${levels.join(", ")}` : "the parameter is a number above 0", true);
+  const levels = [0.9, 0.95, 0.99, 0.999, 0.9999], isLevel = set.loss === "gate" && !isNonlinear;
+  if (!(value > 0 && Number.isFinite(value)) || (isLevel && !levels.includes(value)) || (set.loss === "jump" && value < 1)) {
+    tell(isLevel ? `the gate's share is one of ${levels.join(", ")}` : "the parameter is a number above 0", true);
     return showSettings();
   }
   change({ parameter: value });
@@ -540,8 +585,8 @@ function setParameter(value) {
 function title() {
   document.title = `${content.name}: tune`;
   $("name").textContent = content.name;
-  const { model, data } = content.sources;
-  $("facts").textContent = [`${model}, ${data || "drawn from the model"}`, `${content.rows} rows`, `${content.n} ${content.n === 1 ? "state" : "states"}, ${content.m} ${content.m === 1 ? "measurement" : "measurements"}`].join(" · ");
+  const { model, data } = content.sources, states = content.states_of_filter || content.n;
+  $("facts").textContent = [`${model}, ${data || "drawn from the model"}`, `${content.rows} rows`, `${states} ${states === 1 ? "state" : "states"}, ${content.m} ${content.m === 1 ? "measurement" : "measurements"}`].join(" · ");
 }
 
 async function begin() {
@@ -567,10 +612,16 @@ async function begin() {
     fixed.disabled = true;
     fixed.parentElement.title = "q31 needs ranges of all states and measurements in the model file";
   }
+  if (isNonlinear) {
+    for (const one of ["huber", "jump"]) $("loss").querySelector(`[value=${one}]`).remove();
+    $("save-c").hidden = false;
+    $("source-name").textContent = `C of this filter, as kalmanq compile writes ${content.c_name}.c`;
+    document.querySelector("[name=arithmetic][value=q31]").parentElement.hidden = $("lag").parentElement.hidden = true;
+  }
   $("from").value = 0;
   $("to").value = Math.min(content.rows - 1, 9);
   showSettings();
-  const wasm = await unpacked($("core-text").textContent), code = `${$("engine").textContent}\n${$("worker").textContent}`;
+  const wasm = await unpacked($("core-text").textContent), code = ["engine", "equations", "worker"].map((one) => $(one).textContent).join("\n");
   first = new Helper(wasm, code);
   second = new Helper(wasm, code);
   const made = await Promise.all([first.ready, second.ready]);

@@ -29,7 +29,8 @@ function desk() {
     /* All but what a smoother has to say */
     run({ asked, shows }) {
       const told = engine.run({ ...asked, smooth: false });
-      return { ...told, pictures: pictures(engine, shows, asked.lag), ...judged(shows), headroom: asked.arithmetic === "q31" ? headroom(engine) : null };
+      return { ...told, pictures: pictures(engine, shows, asked.lag), ...judged(shows), headroom: asked.arithmetic === "q31" ? headroom(engine) : null,
+               apart: engine.compared ? engine.compared() : null };
     },
     look: ({ asked, shows }) => ({ pictures: pictures(engine, shows, asked.lag), ...judged(shows) }),
     smooth,
