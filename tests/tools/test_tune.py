@@ -161,6 +161,36 @@ def test_other_sizes_of_the_noises():
         np.testing.assert_allclose(numbers(found["smoothed"]), Smoother(other).run(z, u, times=times).smoothed.ravel(), rtol=1e-7, atol=1e-7)
 
 
+@needs_node
+@pytest.mark.parametrize("name, rows", [("track", {10: 3, 11: 3, 12: 1, 30: 8, 34: 4}), ("nile", {20: 5, 22: 3})])
+def test_what_comes_late_counts_from_the_row_that_it_comes_in(name, rows):
+    """Compared with a filter that goes over all rows again, with what has come by then"""
+    model = read(name)
+    z = with_gaps(model)[:60] if name == "track" else joining.record(EXAMPLES / "nile.csv", model)[0][:60]
+    late = {t * model.m + c: by for t, by in rows.items() for c in range(model.m) if c == 0 or t < 30}
+    content = content_of(model, z)
+    asked = [{"theta": [one["value"] for one in content["noises"]], "arithmetic": arithmetic, "ahead": 3} for arithmetic in ("f64", "f32", "q31")]
+    told = in_node([{"content": content, "asked": one, "late": {"cells": list(late), "rows": list(late.values())}, "names": FILTERED + ("taken",)} for one in asked])
+    mean, sigma = np.empty((len(z), model.n)), np.empty((len(z), model.n))
+    for t in range(len(z)):
+        there = z[:t + 1].copy()
+        for cell, by in late.items():
+            if cell // model.m <= t < cell // model.m + by:
+                there[cell // model.m, cell % model.m] = np.nan
+        run = Filter(model).run(there)
+        mean[t], sigma[t] = run.mean[-1], run.sigma[-1]
+    in_time = Filter(model)
+    plain = in_time.run(z)
+    assert np.max(np.abs(plain.mean - mean) / sigma) > 0.1  # it matters
+    for one, found, most in zip(asked, told, (1e-9, 2e-5, 1e-5)):
+        off = np.abs(numbers(found["mean"]).reshape(mean.shape) - mean) / sigma
+        assert off.max() < most, one["arithmetic"]
+        np.testing.assert_allclose(numbers(found["sigma"]).reshape(mean.shape), sigma, rtol=max(most, 1e-9) * 10)
+        assert found["total"] == pytest.approx(in_time.log_likelihood, abs=1e-3 if most > 1e-6 else 1e-8)
+        np.testing.assert_array_equal(numbers(found["taken"]), (~np.isnan(z)).sum(axis=1))
+        assert np.sum(numbers(found["log_likelihood"])) == pytest.approx(found["total"], abs=1e-3 if most > 1e-6 else 1e-8)
+
+
 def model_of(content, theta, dt=None):
     """Of the model file that the page writes"""
     dt = dt or (content["flow"] or {}).get("dt")

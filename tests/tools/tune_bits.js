@@ -8,9 +8,10 @@ whole._compile(["engine.js", "equations.js"].map((name) => fs.readFileSync(path.
 const engine = whole.exports;
 const packed = (values) => Buffer.from(values.buffer, values.byteOffset, values.byteLength).toString("base64");
 
-async function one(core, { content, asked, names, free, code }) {
+async function one(core, { content, asked, names, free, code, late }) {
   if (code) return engine.codeOf(content, asked);
   const made = await engine.made(core, content);
+  if (late) made.setLate(late.cells, late.rows);
   if (free) return engine.fit(made, asked, free);
   const { total } = made.run(asked), told = names.map((name) => [name, packed(made.result(name))]);
   return { total, apart: made.compared ? made.compared() : null, ...Object.fromEntries(told) };

@@ -3,14 +3,14 @@
    worker, the page itself and Node use it alike. */
 
 /* Of a kq_tune (native/tune.h), in its order: 32 bits each */
-const FIELDS = ("arithmetic n m l rows processes factor unknown loss level run smooth only lag ahead A B Q G H R x0 P0 d parameter " +
-  "range fraction which z u mean sigma innovation innovation_sigma nis log_likelihood taken smoothed smoothed_sigma lagged " +
+const FIELDS = ("arithmetic n m l rows processes factor unknown loss level run smooth only lag ahead latest A B Q G H R x0 P0 d parameter " +
+  "range fraction which late z u mean sigma innovation innovation_sigma nis log_likelihood taken smoothed smoothed_sigma lagged " +
   "lagged_sigma forecast forecast_sigma total events part row quantity component bits").split(" ");
 const ARITHMETICS = ["f32", "f64", "q31"];
 const LOSSES = ["none", "gate", "huber", "student", "jump"];
 const LEVELS = [0.9, 0.95, 0.99, 0.999, 0.9999];
 const SATURATED = 8, LAGS = 20, BAND = 1.959963984540054, FARTHEST = 35;
-const PARTS = ["", "memory", "formats", "A, B, Q", "H, R", "P0", "measurements", "controls", "the run", "the smoother", "the lag"];
+const PARTS = ["", "memory", "formats", "A, B, Q", "H, R", "P0", "measurements", "controls", "the run", "the smoother", "the lag", "what comes late"];
 
 function numbersOf(text) {
   if (!text) return null;
@@ -86,6 +86,8 @@ class Engine {
     this.write(this.z, model.z);
     this.u = model.u ? this.put(model.u) : 0;
     this.which = model.which ? this.putWhole(model.which) : 0;
+    this.late = this.putWhole(new Int32Array(rows * m));
+    this.latest = 0;
     const quantities = [...model.states, ...model.measurements, ...model.controls];
     this.canFix = quantities.every((one) => one.range !== null);
     this.range = this.put(quantities.map((one) => one.range || 1));
@@ -122,6 +124,12 @@ class Engine {
     return this.view(this.out[name], (name.startsWith("forecast") ? this.ahead : rows) * width);
   }
   measurements() { return this.view(this.z, this.model.rows * this.model.m); }
+  /* Cells that come so many rows late; all others in time */
+  setLate(cells, rows) {
+    const late = new Int32Array(this.core.memory.buffer, this.late, this.model.rows * this.model.m).fill(0);
+    cells.forEach((cell, k) => { late[cell] = rows[k]; });
+    this.latest = Math.max(0, ...rows);
+  }
 
   /* A, B and Q of the step of another dt.  As it was given: those very bits. */
   step(theta, dt, made) {
@@ -167,9 +175,10 @@ class Engine {
     set({ arithmetic: ARITHMETICS.indexOf(asked.arithmetic), n: model.n, m: model.m, l: model.l, rows: model.rows,
           processes: model.processes, factor: model.factor, unknown: model.unknown, loss, level: LEVELS.indexOf(asked.parameter), run: 8,
           smooth: asked.smooth && !loss ? 1 : 0, only: asked.only ?? -1, lag: asked.lag > 0 ? asked.lag : -1, ahead: this.ahead, ...this.fixed, ...this.free,
-          range: this.range, fraction: this.fraction, which: this.which, z: this.z, u: this.u, ...this.out });
+          range: this.range, fraction: this.fraction, which: this.which, late: this.late, latest: loss ? 0 : this.latest, z: this.z, u: this.u, ...this.out });
     if (asked.all === false) set({ mean: 0, lag: -1, smooth: 0 });
     if (asked.alone) set({ total: 0, lag: -1 });
+    if (this.latest) set({ lag: -1 });
     const status = this.core.tune_run();
     if (status < 0) throw new Refusal(this.refusal(status));
     return { total: this.view(this.free.total, 1)[0], events: new Int32Array(this.core.memory.buffer)[this.at.events] };

@@ -7,7 +7,7 @@ const content = JSON.parse($("content").textContent);
 const isNonlinear = content.kind === "equations"; // its filter is the C that `kalmanq compile` emits
 const BEGIN = {
   theta: content.noises.map((one) => one.value), dt: content.flow ? content.flow.dt : undefined, free: content.noises.map(() => true), arithmetic: "f64", loss: "none", parameter: null,
-  lag: 0, ahead: Math.max(10, Math.min(200, Math.round(content.rows / 10))), cells: {},
+  lag: 0, ahead: Math.max(10, Math.min(200, Math.round(content.rows / 10))), cells: {}, late: {},
 };
 const USUAL = { none: null, gate: isNonlinear ? 4 : 0.9999, huber: 3, student: isNonlinear ? 4 : 10, jump: 9 };
 const LOSS_NOTES = {
@@ -18,7 +18,7 @@ const EVENTS = [[1, "a measurement was redundant"], [2, "overflow: a mean or var
                 [128, "precision lost: a sigma may be wrong by more than 5 %"], [512, "a low-noise measurement contradicts what was known"]];
 
 let set = JSON.parse(JSON.stringify(BEGIN)), shows = { state: 0, measurement: 0, first: 0, last: content.rows };
-let past = [], future = [], seenCells = set.cells, seenBy = { first: null, second: null };
+let past = [], future = [], seenBy = { first: [], second: [] };
 let drawn = { pictures: null, smoothed: null, total: null };
 const begunTotal = {};
 
@@ -88,9 +88,11 @@ function asked() {
 }
 
 async function edited(helper, who) {
-  if (seenBy[who] === set.cells) return;
-  seenBy[who] = set.cells;
-  await helper.ask({ kind: "edit", cells: Object.keys(set.cells).map(Number), values: Object.values(set.cells).map((one) => (one === null ? NaN : one)) });
+  const { cells, late } = set;
+  if (seenBy[who][0] === cells && seenBy[who][1] === late) return;
+  seenBy[who] = [cells, late];
+  await helper.ask({ kind: "edit", cells: Object.keys(cells).map(Number), values: Object.values(cells).map((one) => (one === null ? NaN : one)),
+                     late: Object.keys(late).map(Number), rows: Object.values(late) });
 }
 
 async function runFilter({ kind, begun }) {
@@ -99,7 +101,7 @@ async function runFilter({ kind, begun }) {
   if (told.refused) return refuse(told.refused);
   drawn = { ...drawn, pictures: told.pictures, consistency: told.consistency, correlation: told.correlation };
   if (kind === "run") Object.assign(drawn, { total: told.total, events: told.events, headroom: told.headroom });
-  if (kind === "run" && now === JSON.stringify([BEGIN.theta, BEGIN.dt]) && set.arithmetic === "f64" && set.loss === "none" && !Object.keys(set.cells).length) check(told);
+  if (kind === "run" && now === JSON.stringify([BEGIN.theta, BEGIN.dt]) && set.arithmetic === "f64" && set.loss === "none" && !isPainted()) check(told);
   show(begun);
 }
 
@@ -139,6 +141,7 @@ async function measureDistance() {
   $("distance").textContent = `Farthest mean from f64. ${told.join("; ")}.`;
 }
 
+function isPainted() { return Object.keys(set.cells).length + Object.keys(set.late).length > 0; }
 function smooths() { return isNonlinear ? content.smooths : set.loss === "none"; }
 
 function check({ total, apart }) {
@@ -239,11 +242,17 @@ function showSettings() {
   $("undo").disabled = !past.length;
   $("redo").disabled = !future.length;
   $("fit").disabled = !set.free.some(Boolean);
-  const count = Object.keys(set.cells).length;
-  $("painted").textContent = count ? `${count} ${count === 1 ? "value" : "values"} changed.` : "The recording is as it was.";
+  $("painted").textContent = painted();
   $("commands").textContent = commands();
   showSource();
   showCosts();
+}
+
+function painted() {
+  const count = Object.keys(set.cells).length, late = Object.keys(set.late).length, values = (k) => `${k} ${k === 1 ? "value" : "values"}`;
+  const parts = [...(count ? [`${values(count)} changed`] : []), ...(late ? [`${values(late)} late`] : [])];
+  if (late && set.loss !== "none") parts.push("with a gate or another loss all count as in time");
+  return parts.length ? `${parts.join("; ")}.` : "The recording is as it was.";
 }
 
 /* ------------------------------------------------------------------ showing */
@@ -287,6 +296,7 @@ function draw() {
     const more = { first: content.rows, last: content.rows + of.forecast.mean.length, colour: "forecast" };
     layers.push({ kind: "band", low: of.forecast.low, high: of.forecast.high, ...more }, { kind: "line", low: of.forecast.mean, high: of.forecast.mean, ...more });
   }
+  layers.unshift(...lateSpans().filter(([from, to]) => to > a && from < b).map(([from, to]) => ({ kind: "marked", from: Math.max(from, a), to: Math.min(to, b), colour: "late" })));
   if (overlay) layers.push({ kind: "marked", ...overlay });
   const xs = [a - 0.5, b - 0.5 + ahead], over = { xs: [a - 0.5, b - 0.5], marks: marks(a, b, charts.nis), whole: true };
   charts.state.draw({ xs, layers, marks: marks(a, b, charts.state), whole: true });
@@ -296,6 +306,16 @@ function draw() {
   charts.correlation.draw({ xs: [0, values.length + 1], ys: [-most, most], whole: true, layers: [{ kind: "bars", values, colour: "filtered" }, { kind: "level", value: 0, colour: "edge" },
     { kind: "level", value: bound, colour: "smoothed", dash: [5, 3] }, { kind: "level", value: -bound, colour: "smoothed", dash: [5, 3] }] });
   showNumbers(ahead);
+}
+
+/* Rows that follow each other and have something late */
+let spansOf = { late: null, made: [] };
+function lateSpans() {
+  if (spansOf.late === set.late) return spansOf.made;
+  const rows = [...new Set(Object.keys(set.late).map((cell) => Math.floor(cell / content.m)))].sort((one, other) => one - other), made = [];
+  for (const row of rows) if (made.length && made[made.length - 1][1] === row) made[made.length - 1][1]++; else made.push([row, row + 1]);
+  spansOf = { late: set.late, made };
+  return made;
 }
 
 function edges({ low, high }, first, last) {
@@ -312,6 +332,7 @@ function showNumbers(ahead) {
   $("nis-bounds").textContent = `95 %: ${of.low.toFixed(3)} to ${of.high.toFixed(3)}`;
   $("nis-mean").style.color = of.mean < of.low || of.mean > of.high ? "var(--bad)" : "";
   $("beyond").textContent = `${(100 * of.beyond).toFixed(1)} %`;
+  document.querySelector(".legend .late").hidden = !lateSpans().length;
   document.querySelector(".legend .lagged").hidden = !drawn.pictures.lagged;
   document.querySelector(".legend .forecast").hidden = !ahead;
   document.querySelector(".legend .smoothed").hidden = !drawn.smoothed;
@@ -447,11 +468,22 @@ function zoom(a, b) {
   redraw("look");
 }
 
+/* kind: gap, late or restore, of the rows and of the measurement that is chosen */
 function paint(kind, from, to) {
-  const cells = { ...set.cells }, { m } = content;
-  for (let t = clampRow(from); t < clampRow(to); t++) for (let c = 0; c < m; c++) if (kind === "gap") cells[t * m + c] = null; else delete cells[t * m + c];
-  change({ cells });
+  const cells = { ...set.cells }, late = { ...set.late }, { m } = content, only = $("of").value, by = rowsLate();
+  for (let t = clampRow(from); t < clampRow(to); t++) {
+    for (let c = 0; c < m; c++) {
+      const cell = t * m + c;
+      if (only !== "" && Number(only) !== c) continue;
+      if (kind === "restore") { delete cells[cell]; delete late[cell]; }
+      else if (kind === "gap") cells[cell] = null;
+      else late[cell] = by;
+    }
+  }
+  change({ cells, late });
 }
+
+function rowsLate() { return Math.max(1, Math.min(200, Math.round(Number($("late").value) || 1))); }
 
 function moveValue(row, value) {
   const of = seen(sizes, shows.state), t = Math.max(0, Math.min(content.rows - 1, Math.round(row)));
@@ -476,7 +508,7 @@ function listenToPicture() {
     if (!drag) return;
     if (drag.tool === "outlier") return moveValue(drag.row, charts.state.value(y));
     const [from, to] = [drag.row, charts.state.row(x)].sort((a, b) => a - b);
-    overlay = { from: clampRow(from), to: clampRow(to + 1), colour: drag.tool === "gap" ? "bad" : "accent" };
+    overlay = { from: clampRow(from), to: clampRow(to + 1), colour: { gap: "bad", late: "late" }[drag.tool] || "accent" };
     show();
   });
   const end = () => {
@@ -559,6 +591,7 @@ function listen() {
   $("ahead").onchange = () => change({ ahead: number("ahead", 2000) });
   $("fit").onclick = runFit;
   $("make-gap").onclick = () => paint("gap", number("from", content.rows), number("to", content.rows) + 1);
+  $("make-late").onclick = () => paint("late", number("from", content.rows), number("to", content.rows) + 1);
   $("restore").onclick = () => paint("restore", number("from", content.rows), number("to", content.rows) + 1);
   $("zoom-to").onclick = () => zoom(number("from", content.rows), number("to", content.rows) + 1);
   $("core").onchange = showSettings;
@@ -612,7 +645,11 @@ async function begin() {
     fixed.disabled = true;
     fixed.parentElement.title = "q31 needs ranges of all states and measurements in the model file";
   }
+  const correlated = !isNonlinear && numbersOf(content.R).some((one, k) => one !== 0 && k % content.m !== Math.floor(k / content.m));
+  options($("of"), [["", "all measurements"], ...(correlated ? [] : content.measurements.map((one, c) => [c, one.name]))]);
+  $("of-label").hidden = content.m === 1;
   if (isNonlinear) {
+    for (const one of ["late-tool", "late-label", "make-late"]) $(one).hidden = true;
     for (const one of ["huber", "jump"]) $("loss").querySelector(`[value=${one}]`).remove();
     $("save-c").hidden = false;
     $("source-name").textContent = `C of this filter, as kalmanq compile writes ${content.c_name}.c`;

@@ -20,10 +20,11 @@ function desk() {
       given = engine.measurements().slice();
       return {};
     },
-    edit({ cells, values }) {
+    edit({ cells, values, late, rows }) {
       const z = engine.measurements();
       z.set(given);
       cells.forEach((cell, k) => { z[cell] = values[k]; });
+      engine.setLate?.(late, rows);
       return {};
     },
     /* All but what a smoother has to say */
