@@ -16,7 +16,7 @@ import pytest
 import browser
 import tune_node
 from command import kalmanq
-from kalmanq import Filter, LagSmoother, Robust, Smoother, fit
+from kalmanq import Estimation, Filter, LagSmoother, Robust, Smoother, fit
 from kalmanq.data import joining
 from kalmanq.fitting.entries import free_and_held
 from kalmanq.model import Model, Quantity, model_file
@@ -235,6 +235,34 @@ def test_the_fit_finds_the_optimum_of_the_package():
         filter_ = Filter(model_of(content, found["theta"]))
         filter_.run(z)
         assert filter_.log_likelihood == pytest.approx(found["value"], abs=1e-7)
+
+
+@needs_node
+def test_a_step_of_em_is_the_cores():
+    """Two sensors, one of them with gaps, and a step that the core's EM (em.h) makes of the same rows"""
+    model = Model([[1.0, 1.0], [0.0, 0.9]], [[1.0, 0.0], [0.0, 1.0]], [[2.0, 0], [0, 0.5]], [[0.3, 0], [0, 0.1]], P0=[[4.0, 0], [0, 1.0]])
+    _, z = drawn(model, 80, 4, (30, 36))
+    content = content_of(model, z)
+    theta = [0.5, 0.2, 1.0, 1.5]
+    found, = in_node([{"content": content, "em": "step", "asked": {"theta": theta}}])
+    began = Model(model.A, model.H, np.diag(theta[:2]) if content["noises"][0]["kind"] == "R" else np.diag(theta[2:]), np.diag(theta[:2]), P0=model.P0)
+    stepped = Estimation(began, [z], ["Q", "R"], Q_form="diagonal", R_form="diagonal").run(iterations=1).model
+    np.testing.assert_allclose(found, [*np.diag(stepped.Q), *np.diag(stepped.R)], rtol=1e-6)
+
+
+@needs_node
+def test_em_finds_the_optimum_of_the_package():
+    for name, model, z, u, times in cases():
+        if name not in ("nile", "two_gauges", "trend_season", "sensors"):
+            continue
+        content = content_of(model, z, u, times)
+        theta = [one["value"] for one in content["noises"]]
+        found, = in_node([{"content": content, "em": "all", "asked": {"theta": theta}, "free": [True] * len(theta)}])
+        climbed, = in_node([{"content": content, "asked": {"theta": theta}, "free": [True] * len(theta)}])
+        assert found["hasEnded"] and found["value"] == pytest.approx(climbed["value"], abs=1e-6), name
+        if name == "nile":
+            best = fit(model, [z], ["Q", "R"], method="em", tolerance=1e-8)
+            assert found["value"] == pytest.approx(best.log_likelihood, abs=1e-6)
 
 
 REPLAY = """#include "cases.h"

@@ -4,14 +4,19 @@ const fs = require("fs");
 const path = require("path");
 
 const whole = new module.constructor("engine");
-whole._compile(["engine.js", "equations.js"].map((name) => fs.readFileSync(path.join(process.argv[2], name), "utf8")).join("\n"), "engine.js");
+whole._compile(["engine.js", "em.js", "equations.js"].map((name) => fs.readFileSync(path.join(process.argv[2], name), "utf8")).join("\n"), "engine.js");
 const engine = whole.exports;
 const packed = (values) => Buffer.from(values.buffer, values.byteOffset, values.byteLength).toString("base64");
 
-async function one(core, { content, asked, names, free, code, late }) {
+async function one(core, { content, asked, names, free, code, late, em }) {
   if (code) return engine.codeOf(content, asked);
   const made = await engine.made(core, content);
   if (late) made.setLate(late.cells, late.rows);
+  if (em === "step") {
+    const at = asked.theta.map((_, k) => k), f = engine.logLikelihoodOf(made, asked, at, { calls: 0 });
+    return engine.expectationStep(f, asked.theta.map(Math.log), engine.degrees(made), made.model.noises.map((one) => one.power)).map(Math.exp);
+  }
+  if (em) return engine.expectation(made, asked, free);
   if (free) return engine.fit(made, asked, free);
   const { total } = made.run(asked), told = names.map((name) => [name, packed(made.result(name))]);
   return { total, apart: made.compared ? made.compared() : null, ...Object.fromEntries(told) };

@@ -241,7 +241,7 @@ function showSettings() {
   }
   $("undo").disabled = !past.length;
   $("redo").disabled = !future.length;
-  $("fit").disabled = !set.free.some(Boolean);
+  $("fit").disabled = $("em-fit").disabled = !set.free.some(Boolean);
   $("painted").textContent = painted();
   $("commands").textContent = commands();
   showSource();
@@ -372,17 +372,20 @@ function showCosts() {
 
 /* ------------------------------------------------------------------ the fit, and what is taken along */
 
-async function runFit() {
-  const free = set.free.slice(), button = $("fit");
-  button.disabled = true;
+/* kind: fit, the climb, or em */
+async function runFit(kind) {
+  const free = set.free.slice(), buttons = [$("fit"), $("em-fit")], name = kind === "em" ? "EM" : "Climbing";
+  for (const one of buttons) one.disabled = true;
   await edited(second, "second");
-  $("fitted").textContent = "Climbing …";
-  const found = await second.ask({ kind: "fit", asked: { ...asked(), loss: "none" }, free }, (now) => { $("fitted").textContent = `Climbing … log-likelihood ${now.value.toFixed(6)}`; });
-  button.disabled = false;
+  $("fitted").textContent = `${name} …`;
+  const found = await second.ask({ kind, asked: { ...asked(), loss: "none" }, free },
+                                 (now) => { $("fitted").textContent = `${name} … log-likelihood ${now.value.toFixed(6)}${now.steps ? `, ${now.steps} steps` : ""}`; });
+  for (const one of buttons) one.disabled = false;
   if (found.refused) { $("fitted").textContent = found.refused; return; }
   const gone = content.noises.filter((one, k) => free[k] && found.theta[k] < 1e-8 * one.value).map((one) => one.key);
-  $("fitted").textContent = `Log-likelihood ${found.value.toFixed(6)} after ${found.calls} runs.${gone.length ? ` Nothing is left of ${gone.join(", ")}.` : ""}`;
-  document.body.dataset.fitted = String(found.value);
+  const more = found.hasEnded === false ? " It still gains: EM is slow here, so climb from this point." : "";
+  $("fitted").textContent = `Log-likelihood ${found.value.toFixed(6)} after ${found.steps ? `${found.steps} steps of EM, ` : ""}${found.calls} runs.${gone.length ? ` Nothing is left of ${gone.join(", ")}.` : ""}${more}`;
+  document.body.dataset[kind === "em" ? "expected" : "fitted"] = String(found.value);
   change({ theta: found.theta });
 }
 
@@ -589,7 +592,8 @@ function listen() {
   $("parameter").onchange = () => setParameter(Number($("parameter").value.replace(",", ".")));
   $("lag").onchange = () => change({ lag: number("lag", 200) });
   $("ahead").onchange = () => change({ ahead: number("ahead", 2000) });
-  $("fit").onclick = runFit;
+  $("fit").onclick = () => runFit("fit");
+  $("em-fit").onclick = () => runFit("em");
   $("make-gap").onclick = () => paint("gap", number("from", content.rows), number("to", content.rows) + 1);
   $("make-late").onclick = () => paint("late", number("from", content.rows), number("to", content.rows) + 1);
   $("restore").onclick = () => paint("restore", number("from", content.rows), number("to", content.rows) + 1);
@@ -649,7 +653,7 @@ async function begin() {
   options($("of"), [["", "all measurements"], ...(correlated ? [] : content.measurements.map((one, c) => [c, one.name]))]);
   $("of-label").hidden = content.m === 1;
   if (isNonlinear) {
-    for (const one of ["late-tool", "late-label", "make-late"]) $(one).hidden = true;
+    for (const one of ["late-tool", "late-label", "make-late", "em-fit"]) $(one).hidden = true;
     for (const one of ["huber", "jump"]) $("loss").querySelector(`[value=${one}]`).remove();
     $("save-c").hidden = false;
     $("source-name").textContent = `C of this filter, as kalmanq compile writes ${content.c_name}.c`;
@@ -658,7 +662,7 @@ async function begin() {
   $("from").value = 0;
   $("to").value = Math.min(content.rows - 1, 9);
   showSettings();
-  const wasm = await unpacked($("core-text").textContent), code = ["engine", "equations", "worker"].map((one) => $(one).textContent).join("\n");
+  const wasm = await unpacked($("core-text").textContent), code = ["engine", "em", "equations", "worker"].map((one) => $(one).textContent).join("\n");
   first = new Helper(wasm, code);
   second = new Helper(wasm, code);
   const made = await Promise.all([first.ready, second.ready]);

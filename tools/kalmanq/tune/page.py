@@ -48,7 +48,7 @@ def page(model: Union[Model, NonlinearModel], z: np.ndarray, u: Optional[np.ndar
     given, module = equations.content(model, z, u, times, sources) if isinstance(model, NonlinearModel) else \
         (content(model, z, u, times, sources), core())
     wasm = base64.b64encode(gzip.compress(module, 9, mtime=0)).decode()
-    pieces = {"STYLE": _file("page.css"), "ENGINE": _file("engine.js"), "EQUATIONS": _file("equations.js"), "WORKER": _file("worker.js"),
+    pieces = {"STYLE": _file("page.css"), "ENGINE": _file("engine.js"), "EM": _file("em.js"), "EQUATIONS": _file("equations.js"), "WORKER": _file("worker.js"),
               "CHARTS": _file("charts.js"), "PAGE": _file("page.js"), "CORE": wasm, "CONTENT": for_script(given), "SETTINGS": "null"}
     made = _file("page.html")
     for name, text in pieces.items():

@@ -37,6 +37,7 @@ function desk() {
     smooth,
     look_smooth: ({ asked, shows }) => (smoothedState === -1 || smoothedState === shows.state ? { pictures: smoothed(engine, shows) } : smooth({ asked, shows })),
     fit: ({ asked, free }, tell) => fit(engine, asked, free, tell),
+    em: ({ asked, free }, tell) => expectation(engine, asked, free, tell),
     distance: ({ asked }) => ({ far: Object.fromEntries((engine.canFix ? ["f32", "q31"] : ["f32"]).map((one) => [one, far(asked, one)])) }),
   };
 
