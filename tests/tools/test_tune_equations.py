@@ -100,6 +100,27 @@ def test_what_is_told_of_rows_is_the_hosts(exact):
 
 
 @needs_node
+def test_what_comes_late_is_taken_when_it_comes(exact):
+    """Compared with the emitted C over all rows again, with what has come by then: the same bits"""
+    model, z, u, content, core = exact
+    late = {t * model.m + c: by for t, by in {8: 4, 9: 4, 10: 1, 30: 7}.items() for c in range(model.m) if t != 30 or c == 0}
+    asked = [asked_of(content, arithmetic=arithmetic, smooth=False, loss="gate", parameter=4.0) for arithmetic in ("f32", "f64")]
+    told = tune_node.ran(core, [{"content": content, "asked": one, "late": {"cells": list(late), "rows": list(late.values())}, "names": ["mean", "taken"]} for one in asked])
+    for one, found in zip(asked, told):
+        mean = np.empty((len(z), model.n))
+        with Host(compiled_equations(model, "kf", Options(one["arithmetic"], gate=4.0))) as host:
+            for t in range(len(z)):
+                there = z[:t + 1].copy()
+                for cell, by in late.items():
+                    if cell // model.m <= t < cell // model.m + by:
+                        there[cell // model.m, cell % model.m] = np.nan
+                mean[t] = host.run(there, np.vstack([u[:1], u[:t]]), now=u[:t + 1]).mean[-1]
+            in_time = host.run(z, np.vstack([u[:1], u[:-1]]), now=u)
+        np.testing.assert_array_equal(numbers(found["mean"]).reshape(mean.shape), mean)
+        assert np.any(mean[8:14] != in_time.mean[8:14])
+
+
+@needs_node
 def test_the_c_is_the_text_that_compile_writes(exact):
     model, z, u, content, core = exact
     cases = [(loss, parameter, arithmetic) for loss, parameter in (("none", None), ("gate", 2.5), ("student", 7.0)) for arithmetic in ("f32", "f64")]

@@ -156,23 +156,40 @@ static tune_state tune_now(void)
     return made;
 }}
 
-static void tune_filter(const tune_run *of, {name}_history *history)
+/* Row t with what has come by another one */
+static void tune_row(const tune_run *of, {name}_history *history, int t, int by)
 {{
-    const double *z = of->z, *u = of->u, *clock = of->clock;
-    for (int t = 0; t < of->rows; t++, z += {m}, clock += 3) {{
-        const unsigned present = tune_present(of, t);
-        const int what = (t ? {predicts} : 0) | (present ? {updates} : 0);
-        {type} v[{m}], w[{l} + 1], at[{l} + 1];
-        unsigned taken = 0;
-        (void)w, (void)at, (void)history;
+    const double *z = of->z + t * {m}, *u = of->u, *clock = of->clock + 3 * t;
+    const unsigned present = tune_present(of, t, by);
+    const int what = (t ? {predicts} : 0) | (present ? {updates} : 0);
+    {type} v[{m}], w[{l} + 1], at[{l} + 1];
+    unsigned taken = 0;
+    (void)u, (void)w, (void)at, (void)history;
 {given}
 {predict}
-        tune_state before = tune_now();
-        tune_expect(of, &before, t);
+    const tune_state before = tune_now();
+    tune_expect(of, &before, t);
 {update}
-        before = tune_now();
-        tune_judge(of, &before, t, taken);
+    tune_judge(of, t, taken);
+}}
+
+/* kept: filters before the last rows, from which those are taken again once something of them comes */
+static void tune_filter(const tune_run *of, {name}_history *history, {name}_filter *kept)
+{{
+    const int most = of->latest + 1;
+    for (int t = 0; t < of->rows; t++) {{
+        const int first = tune_first(of, t);
+        kept[t % most] = f;
+        if (first < t) f = kept[first % most];
+        for (int s = first; s <= t; s++) {{
+            kept[s % most] = f;
+            tune_row(of, history, s, t);
+        }}
+        if (!of->mean) continue;
+        const tune_state made = tune_now();
+        tune_tell(of, &made, of->u + t * {l}, of->clock[3 * t + 2], t, of->mean, of->sigma, of->expected);
     }}
+    tune_total(of);
 }}
 
 static void tune_smooth(const tune_run *of, const {name}_history *history)
@@ -205,11 +222,11 @@ int {name}_tune(void)
     tune_run *of = tune_request();
     void *mark = tune_mark();
     {name}_history *history = tune_take(sizeof *history);
-    if (!history) return 0;
+    {name}_filter *kept = tune_take(((size_t)of->latest + 1) * sizeof *kept);
+    if (!history || !kept) return 0;
     {name}_start(&f);
     {name}_history_start(history);
-    *of->total = 0;
-    tune_filter(of, history);
+    tune_filter(of, history, kept);
     of->events = f.events;
     const {name}_filter reached = f;
     if (of->smooth) tune_smooth(of, history);
@@ -232,7 +249,7 @@ def driver(product: Product) -> str:
     last = [f"w[{k}] = {a.from_double('controls', k, f'of->u[{of.l} * last + {k}]')};" for k in range(of.l)]
     read = [f"made.x[{i}] = {a.mean_double(i)};" for i in range(len(given.carried))]
     return RUN.format(name=name, type=a.type, n=of.n, m=of.m, l=of.l, predicts=PREDICTS, updates=UPDATES, entry=a.covariance_double("i", "j"),
-                      read=_inside(read, 1), given=_inside(convert, 2), predict=_inside(rows[:1], 2), update=_inside(rows[1:], 2), last=_inside(last, 1))
+                      read=_inside(read, 1), given=_inside(convert, 1), predict=_inside(rows[:1], 1), update=_inside(rows[1:], 1), last=_inside(last, 1))
 
 
 def _inside(lines: Sequence[str], depth: int) -> str:

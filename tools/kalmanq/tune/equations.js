@@ -2,7 +2,7 @@
 /* A nonlinear model: the C that `kalmanq compile` emits for it, in WebAssembly, over a recording.  It answers as Engine does. */
 
 /* Of a tune_run (c/run.h), in its order: 32 bits each */
-const RUN_FIELDS = ("n m c l rows smooth ahead R z u clock step mean sigma expected innovation innovation_sigma nis log_likelihood taken " +
+const RUN_FIELDS = ("n m c l rows smooth ahead latest late R z u clock step mean sigma expected innovation innovation_sigma nis log_likelihood taken " +
   "smoothed smoothed_sigma smoothed_expected forecast forecast_sigma total events").split(" ");
 const FUNCTIONS = ["sin", "cos", "tan", "asin", "acos", "atan", "sinh", "cosh", "tanh", "asinh", "acosh", "atanh", "exp", "expm1", "log", "log1p", "cbrt", "atan2", "pow"];
 
@@ -34,8 +34,9 @@ class EquationEngine {
     this.at = Object.fromEntries(RUN_FIELDS.map((name, k) => [name, (this.core.tune_request() >> 2) + k]));
     const { n, m, rows } = model;
     this.mostAhead = 2000;
+    this.latest = 0;
     this.fixed = { z: this.put(model.z), u: this.put(model.u), clock: this.put(model.clock), step: this.put([model.step]),
-                   R: this.take(m * m), total: this.take(1) };
+                   R: this.take(m * m), late: this.take(Math.ceil((rows * m) / 2)), total: this.take(1) };
     this.out = {};
     for (const [name, width] of [["mean", n], ["sigma", n], ["expected", m], ["innovation", m], ["innovation_sigma", m], ["nis", 1], ["log_likelihood", 1],
       ["taken", 1], ["smoothed", n], ["smoothed_sigma", n], ["smoothed_expected", m]]) this.out[name] = this.take(rows * width);
@@ -55,6 +56,12 @@ class EquationEngine {
     return this.view(this.out[name], (name.startsWith("forecast") ? this.ahead : rows) * width);
   }
   measurements() { return this.view(this.fixed.z, this.model.rows * this.model.m); }
+  /* Cells that come so many rows late; all others in time */
+  setLate(cells, rows) {
+    const late = new Int32Array(this.core.memory.buffer, this.fixed.late, this.model.rows * this.model.m).fill(0);
+    cells.forEach((cell, k) => { late[cell] = rows[k]; });
+    this.latest = Math.max(0, ...rows);
+  }
   limit(dof) { return this.model.limits[dof]; }
 
   /* The emitted C's numbers and R, at these sizes of the noises */
@@ -74,7 +81,7 @@ class EquationEngine {
     const ask = new Int32Array(this.core.memory.buffer), set = (given) => { for (const [field, value] of Object.entries(given)) ask[this.at[field]] = value; };
     this.ahead = isAll && !asked.alone ? Math.min(asked.ahead || 0, this.mostAhead) : 0;
     set({ n: model.states_of_filter, m: model.m, c: model.n, l: model.l, rows: model.rows, smooth: asked.smooth && model.smooths ? 1 : 0, ahead: this.ahead,
-          ...this.fixed, ...this.out });
+          latest: isAll && !asked.smooth ? this.latest : 0, ...this.fixed, ...this.out });
     if (!isAll) set({ mean: 0, smooth: 0 });
     if (!this.core[`${name}_tune`]()) throw new Refusal("not enough memory for so many rows");
     return { total: this.view(this.fixed.total, 1)[0], events: new Int32Array(this.core.memory.buffer)[this.at.events] };

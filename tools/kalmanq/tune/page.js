@@ -251,7 +251,7 @@ function showSettings() {
 function painted() {
   const count = Object.keys(set.cells).length, late = Object.keys(set.late).length, values = (k) => `${k} ${k === 1 ? "value" : "values"}`;
   const parts = [...(count ? [`${values(count)} changed`] : []), ...(late ? [`${values(late)} late`] : [])];
-  if (late && set.loss !== "none") parts.push("with a gate or another loss all count as in time");
+  if (late && set.loss !== "none" && !isNonlinear) parts.push("with a gate or another loss all count as in time");
   return parts.length ? `${parts.join("; ")}.` : "The recording is as it was.";
 }
 
@@ -653,7 +653,7 @@ async function begin() {
   options($("of"), [["", "all measurements"], ...(correlated ? [] : content.measurements.map((one, c) => [c, one.name]))]);
   $("of-label").hidden = content.m === 1;
   if (isNonlinear) {
-    for (const one of ["late-tool", "late-label", "make-late", "em-fit"]) $(one).hidden = true;
+    $("em-fit").hidden = true;
     for (const one of ["huber", "jump"]) $("loss").querySelector(`[value=${one}]`).remove();
     $("save-c").hidden = false;
     $("source-name").textContent = `C of this filter, as kalmanq compile writes ${content.c_name}.c`;

@@ -10,11 +10,27 @@ static double e[M], S[M * M]; /* of the row at work: innovations and their covar
 
 tune_run *tune_request(void) { return &request; }
 
-unsigned tune_present(const tune_run *of, int row)
+unsigned tune_present(const tune_run *of, int row, int by)
 {
     unsigned made = 0;
-    for (int j = 0; j < of->m; j++) made |= (of->z[row * of->m + j] == of->z[row * of->m + j] ? 1u : 0u) << j;
+    for (int j = 0; j < of->m; j++) {
+        const int k = row * of->m + j, has_come = !of->latest || row + of->late[k] <= by;
+        made |= (has_come && of->z[k] == of->z[k] ? 1u : 0u) << j;
+    }
     return made;
+}
+
+int tune_first(const tune_run *of, int t)
+{
+    for (int s = t > of->latest ? t - of->latest : 0; s < t; s++)
+        if (tune_present(of, s, t) != tune_present(of, s, t - 1)) return s;
+    return t;
+}
+
+void tune_total(const tune_run *of)
+{
+    *of->total = 0;
+    for (int t = 0; t < of->rows; t++) *of->total += of->log_likelihood[t];
 }
 
 void tune_expect(const tune_run *of, const tune_state *before, int row)
@@ -58,22 +74,20 @@ static double scored(int m, unsigned taken, double *logarithm)
     return nis;
 }
 
-void tune_judge(const tune_run *of, const tune_state *after, int row, unsigned taken)
+void tune_judge(const tune_run *of, int row, unsigned taken)
 {
     const int m = of->m;
     int count = 0;
     double logarithm = 0;
     for (int j = 0; j < m; j++) count += (int)(taken >> j & 1u);
-    const double nis = scored(m, taken, &logarithm), score = taken ? -(nis + logarithm + count * LOG_2_PI) / 2 : 0;
-    *of->total += score;
+    const double nis = scored(m, taken, &logarithm);
+    of->log_likelihood[row] = taken ? -(nis + logarithm + count * LOG_2_PI) / 2 : 0;
     if (!of->mean) return;
-    tune_tell(of, after, of->u + row * of->l, of->clock[3 * row + 2], row, of->mean, of->sigma, of->expected);
     for (int j = 0; j < m; j++) {
         of->innovation[row * m + j] = e[j];
         of->innovation_sigma[row * m + j] = sqrt(S[j * m + j]);
     }
     of->nis[row] = taken ? nis : NAN;
-    of->log_likelihood[row] = score;
     of->taken[row] = count;
 }
 

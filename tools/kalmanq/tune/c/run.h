@@ -10,6 +10,8 @@ typedef struct {
     int32_t n, m, c, l, rows;
     int32_t smooth; /* 0, 1 */
     int32_t ahead;  /* rows of the forecast */
+    int32_t latest; /* rows that a measurement comes late at most; 0: all in time */
+    const int32_t *late;    /* rows x m: how many rows later it comes; read where latest is above 0 */
     const double *R;        /* m x m; where R is a function: factors of what it answers */
     const double *z, *u;    /* rows x m, NaN: missing; rows x l, from a row to the next */
     const double *clock;    /* rows x 3: t of the row before, the step between them, t of the row */
@@ -37,12 +39,16 @@ void tune_explain(const double *x, const double *z, const double *u, double t, c
 /* J, c x n: of nominal numbers by their errors.  0: the numbers are the states. */
 int tune_by_errors(const double *x, double *J);
 
-/* Bits of the measurements that a row has */
-unsigned tune_present(const tune_run *of, int row);
+/* Bits of the measurements of a row that have come by another one */
+unsigned tune_present(const tune_run *of, int row, int by);
+/* The first row of which something comes at row t, or t */
+int tune_first(const tune_run *of, int t);
+/* The log-likelihood of all rows */
+void tune_total(const tune_run *of);
 /* Before the update of a row: what it will be judged by */
 void tune_expect(const tune_run *of, const tune_state *before, int row);
 /* After it */
-void tune_judge(const tune_run *of, const tune_state *after, int row, unsigned taken);
+void tune_judge(const tune_run *of, int row, unsigned taken);
 /* A row of means, sigmas and h */
 void tune_tell(const tune_run *of, const tune_state *of_row, const double *u, double t, int row, double *mean, double *sigma, double *expected);
 
