@@ -393,7 +393,12 @@ def test_the_page_does_what_the_package_says(nile, chromium):
     chromium.run("document.getElementById('fit').click()")
     chromium.wait("document.body.dataset.fitted !== undefined")
     settled(chromium)
-    assert float(chromium.run("document.body.dataset.fitted")) == pytest.approx(fit(model, [z], ["Q", "R"]).log_likelihood, abs=1e-6)
+    best = fit(model, [z], ["Q", "R"]).log_likelihood
+    assert float(chromium.run("document.body.dataset.fitted")) == pytest.approx(best, abs=1e-6)
+    chromium.run("document.getElementById('reset').click(); document.getElementById('em-fit').click()")
+    chromium.wait("document.body.dataset.expected !== undefined")
+    settled(chromium)
+    assert float(chromium.run("document.body.dataset.expected")) == pytest.approx(best, abs=1e-6)
     assert not chromium.errors
 
 
@@ -416,6 +421,22 @@ def test_gaps_are_painted_and_taken_along(nile, chromium, tmp_path):
     chromium.drag((at[0], at[1] - 30), tuple(at))
     settled(chromium)
     assert chromium.run("set.cells[20]") == pytest.approx(900, abs=10)
+    # rows that come late: dragged
+    chromium.run("document.querySelector('[value=late]').click(); document.getElementById('late').value = 4")
+    box = chromium.run("(() => { const b = document.getElementById('chart-state').getBoundingClientRect(); return [b.left + charts.state.x(60), b.left + charts.state.x(63), b.top + 60]; })()")
+    before = shown(chromium, "pictures.filtered")[0]
+    chromium.drag((box[0], box[2]), (box[1], box[2]))
+    settled(chromium)
+    assert chromium.run("set.late") == {str(k): 4 for k in range(60, 64)}
+    after = shown(chromium, "pictures.filtered")[0]
+    changed = np.flatnonzero(np.abs(after - before) > 1e-6)
+    assert changed[0] == 60 and changed[-1] == 66 and np.allclose(before[67:], after[67:])
+    assert not chromium.run("document.querySelector('.legend .late').hidden")
+    chromium.run("document.getElementById('undo').click()")
+    settled(chromium)
+    np.testing.assert_array_equal(shown(chromium, "pictures.filtered")[0], before)
+    script = chromium.run("script()")
+    assert script.startswith("cat > nile_tuned.toml <<'END_OF_MODEL'") and script.rstrip().endswith("nile_tuned.c")
     chromium.run("setNoise(1, 5000)")
     settled(chromium)
     again, tuned = tmp_path / "again.html", tmp_path / "tuned.toml"
@@ -440,6 +461,7 @@ def test_gaps_are_painted_and_taken_along(nile, chromium, tmp_path):
 def test_widths_names_and_the_tree(nile, chromium, tmp_path):
     for width in (400, 900, 1600):
         ready(chromium, nile, width=width, dark=width == 900)
+        chromium.run("document.getElementById('source').open = true")
         assert chromium.run("document.documentElement.scrollWidth") == width
     roles = {"button", "slider", "textbox", "combobox", "spinbutton", "checkbox", "radio", "group", "table"}
     nameless = [one["role"]["value"] for one in chromium.accessible()

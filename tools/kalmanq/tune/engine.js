@@ -229,23 +229,21 @@ function consistency(engine) {
   return { mean: sum / freedom, low: 1 - spread, high: 1 + spread, beyond: beyond / rows, rows };
 }
 
-/* Of the innovations of one measurement, in their sigmas, at lags 1 ... */
+/* Of the innovations of one measurement, in their sigmas, from one of them to the next: a slow sensor's rows between are left out */
 function autocorrelation(engine, c) {
   const { m, rows } = engine.model, e = engine.result("innovation"), s = engine.result("innovation_sigma");
-  const nu = new Float64Array(rows);
-  let power = 0, count = 0;
+  const nu = [];
   for (let t = 0; t < rows; t++) {
     const one = e[t * m + c] / s[t * m + c];
-    nu[t] = Number.isFinite(one) ? one : 0;
-    if (nu[t] !== 0) { power += nu[t] * nu[t]; count++; }
+    if (Number.isFinite(one)) nu.push(one);
   }
-  const made = [];
-  for (let k = 1; k <= Math.min(LAGS, rows - 1); k++) {
+  const power = nu.reduce((sum, one) => sum + one * one, 0), made = [];
+  for (let k = 1; k <= Math.min(LAGS, nu.length - 1); k++) {
     let sum = 0;
-    for (let t = k; t < rows; t++) sum += nu[t] * nu[t - k];
+    for (let t = k; t < nu.length; t++) sum += nu[t] * nu[t - k];
     made.push(sum / power);
   }
-  return { values: made, bound: BAND / Math.sqrt(count) };
+  return { values: made, bound: BAND / Math.sqrt(nu.length) };
 }
 
 /* Largest |mean| and |measurement| over their ranges, of q31 */

@@ -146,7 +146,7 @@ function smooths() { return isNonlinear ? content.smooths : set.loss === "none";
 
 function check({ total, apart }) {
   const same = isNonlinear ? apart === 0 : Object.is(total, content.total);
-  $("bits").textContent = same ? "same bits as on the host" : isNonlinear ? `within ${said(apart, 2)} sigma of the host` : "other bits than on the host";
+  $("bits").textContent = same ? "begun with the host's bits" : isNonlinear ? `begun ${said(apart, 2)} sigma from the host` : "begun with other bits than the host";
   document.body.dataset.bits = same ? "same" : "other";
 }
 
@@ -571,7 +571,7 @@ function captions() {
   const state = quantity(), over = content.times ? `over time [${content.unit}]` : "over rows", measured = content.measurements[shows.measurement];
   $("state-caption").textContent = `${named(state)}, ${over}`;
   $("innovation-caption").textContent = `Innovations of ${named(measured)}, with the band of 95 %`;
-  $("correlation-caption").textContent = `Autocorrelation of the innovations of ${measured.name}, by lag, with the bound of 95 %`;
+  $("correlation-caption").textContent = `Autocorrelation of the innovations of ${measured.name}, from measurement to measurement, with the bound of 95 %`;
   $("chart-state").setAttribute("aria-label", `Picture of ${named(state)}, ${over}`);
 }
 
