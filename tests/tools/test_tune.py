@@ -22,7 +22,7 @@ from kalmanq.fitting.entries import free_and_held
 from kalmanq.model import Model, Quantity, model_file
 from kalmanq.run.simulation import drawn
 from kalmanq.tune import page
-from tune_node import needs_browser, needs_node, numbers, ready, settled, shown
+from tune_node import nameless, needs_browser, needs_node, numbers, ready, settled, shown
 from whole import WHOLE
 
 HERE = Path(__file__).parent
@@ -463,10 +463,7 @@ def test_widths_names_and_the_tree(nile, chromium, tmp_path):
         ready(chromium, nile, width=width, dark=width == 900)
         chromium.run("document.getElementById('source').open = true")
         assert chromium.run("document.documentElement.scrollWidth") == width
-    roles = {"button", "slider", "textbox", "combobox", "spinbutton", "checkbox", "radio", "group", "table"}
-    nameless = [one["role"]["value"] for one in chromium.accessible()
-                if not one.get("ignored") and one.get("role", {}).get("value") in roles - {"table"} and not one.get("name", {}).get("value")]
-    assert not nameless
+    assert not nameless(chromium)
     # text of others: shown, never run
     bad = "</script><img src=x onerror=alert(1)>"
     model = Model([[1.0]], [[1.0]], [[1.0]], [[1.0]], name=bad, states=[bad], measurements=[Quantity(bad, "\"'<b>", 9.0)])

@@ -21,7 +21,7 @@ from kalmanq.nonlinear import file, read
 from kalmanq.nonlinear.simulation import simulate
 from kalmanq.tune import emitted, equations
 from kalmanq.tune.equation_noises import noises_of, text_of
-from tune_node import needs_browser, needs_node, numbers, ready, settled, shown
+from tune_node import nameless, needs_browser, needs_node, numbers, ready, settled, shown
 from whole import WHOLE
 
 OTHERS = [0.25, 3e-6, 0.07, 4.0, 0.3]  # of the correlated ones powers of 4: other factors are off by a last bit
@@ -246,6 +246,11 @@ def test_the_page_of_a_nonlinear_model(tmp_path):
         assert code.split("\n", 3)[3] == (tmp_path / "battery.c").read_text().split("\n", 4)[4]  # but for the line with the file's digest
         chromium.run("document.getElementById('source').open = true")
         chromium.wait("document.getElementById('source-text').textContent.includes('battery_predict')")
+        assert not nameless(chromium)
+        for width in (400, 900, 1600):
+            chromium.look(width, 900, dark=width == 900)
+            assert chromium.run("document.documentElement.scrollWidth") == width
+        chromium.look(1200, 900)
         again = tmp_path / "again.html"
         again.write_text(chromium.run("pageText()"), encoding="utf-8")
         told = chromium.run("JSON.stringify([set, drawn.total])")

@@ -42,3 +42,10 @@ def settled(chromium: browser.Browser) -> None:
 
 def shown(chromium: browser.Browser, what: str) -> tuple[np.ndarray, np.ndarray]:
     return np.array(chromium.run(f"Array.from(drawn.{what}.low)"), float), np.array(chromium.run(f"Array.from(drawn.{what}.high)"), float)
+
+
+def nameless(chromium: browser.Browser) -> list[str]:
+    """Roles of what a reader of the screen has no name for"""
+    roles = {"button", "slider", "textbox", "combobox", "spinbutton", "checkbox", "radio", "group"}
+    return [one["role"]["value"] for one in chromium.accessible()
+            if not one.get("ignored") and one.get("role", {}).get("value") in roles and not one.get("name", {}).get("value")]
