@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import base64
 import json
 import re
 import shlex
@@ -15,13 +14,15 @@ import numpy as np
 import pytest
 
 import browser
+import tune_node
 from command import kalmanq
-from kalmanq import Filter, LagSmoother, Robust, Smoother, fit
+from kalmanq import Estimation, Filter, LagSmoother, Robust, Smoother, fit
 from kalmanq.data import joining
 from kalmanq.fitting.entries import free_and_held
 from kalmanq.model import Model, Quantity, model_file
 from kalmanq.run.simulation import drawn
 from kalmanq.tune import page
+from tune_node import nameless, needs_browser, needs_node, numbers, ready, settled, shown
 from whole import WHOLE
 
 HERE = Path(__file__).parent
@@ -29,8 +30,6 @@ ROOT = HERE.parents[1]
 EXAMPLES = Path(page.HERE).parent / "examples"
 SOURCES = {"model": "model.toml", "data": "data.csv"}
 FILTERED = ("mean", "sigma", "innovation", "innovation_sigma", "nis", "log_likelihood")
-needs_node = pytest.mark.skipif(not shutil.which("node"), reason="node is not installed: tools/setup.sh, kq_setup browser")
-needs_browser = pytest.mark.skipif(not browser.found(), reason="chromium is not installed: tools/setup.sh, kq_setup browser")
 
 
 def read(name):
@@ -42,13 +41,7 @@ def content_of(model, z, u=None, times=None):
 
 
 def in_node(cases):
-    made = subprocess.run(["node", HERE / "tune_bits.js", page.HERE / "engine.js", page.CORE], input=json.dumps(cases), capture_output=True,
-                          text=True, check=True)
-    return json.loads(made.stdout)
-
-
-def numbers(text):
-    return np.frombuffer(base64.b64decode(text), "<f8")
+    return tune_node.ran(page.core(), cases)
 
 
 # ------------------------------------------------------------------------------ bits, in Node
@@ -168,6 +161,36 @@ def test_other_sizes_of_the_noises():
         np.testing.assert_allclose(numbers(found["smoothed"]), Smoother(other).run(z, u, times=times).smoothed.ravel(), rtol=1e-7, atol=1e-7)
 
 
+@needs_node
+@pytest.mark.parametrize("name, rows", [("track", {10: 3, 11: 3, 12: 1, 30: 8, 34: 4}), ("nile", {20: 5, 22: 3})])
+def test_what_comes_late_counts_from_the_row_that_it_comes_in(name, rows):
+    """Compared with a filter that goes over all rows again, with what has come by then"""
+    model = read(name)
+    z = with_gaps(model)[:60] if name == "track" else joining.record(EXAMPLES / "nile.csv", model)[0][:60]
+    late = {t * model.m + c: by for t, by in rows.items() for c in range(model.m) if c == 0 or t < 30}
+    content = content_of(model, z)
+    asked = [{"theta": [one["value"] for one in content["noises"]], "arithmetic": arithmetic, "ahead": 3} for arithmetic in ("f64", "f32", "q31")]
+    told = in_node([{"content": content, "asked": one, "late": {"cells": list(late), "rows": list(late.values())}, "names": FILTERED + ("taken",)} for one in asked])
+    mean, sigma = np.empty((len(z), model.n)), np.empty((len(z), model.n))
+    for t in range(len(z)):
+        there = z[:t + 1].copy()
+        for cell, by in late.items():
+            if cell // model.m <= t < cell // model.m + by:
+                there[cell // model.m, cell % model.m] = np.nan
+        run = Filter(model).run(there)
+        mean[t], sigma[t] = run.mean[-1], run.sigma[-1]
+    in_time = Filter(model)
+    plain = in_time.run(z)
+    assert np.max(np.abs(plain.mean - mean) / sigma) > 0.1  # it matters
+    for one, found, most in zip(asked, told, (1e-9, 2e-5, 1e-5)):
+        off = np.abs(numbers(found["mean"]).reshape(mean.shape) - mean) / sigma
+        assert off.max() < most, one["arithmetic"]
+        np.testing.assert_allclose(numbers(found["sigma"]).reshape(mean.shape), sigma, rtol=max(most, 1e-9) * 10)
+        assert found["total"] == pytest.approx(in_time.log_likelihood, abs=1e-3 if most > 1e-6 else 1e-8)
+        np.testing.assert_array_equal(numbers(found["taken"]), (~np.isnan(z)).sum(axis=1))
+        assert np.sum(numbers(found["log_likelihood"])) == pytest.approx(found["total"], abs=1e-3 if most > 1e-6 else 1e-8)
+
+
 def model_of(content, theta, dt=None):
     """Of the model file that the page writes"""
     dt = dt or (content["flow"] or {}).get("dt")
@@ -212,6 +235,34 @@ def test_the_fit_finds_the_optimum_of_the_package():
         filter_ = Filter(model_of(content, found["theta"]))
         filter_.run(z)
         assert filter_.log_likelihood == pytest.approx(found["value"], abs=1e-7)
+
+
+@needs_node
+def test_a_step_of_em_is_the_cores():
+    """Two sensors, one of them with gaps, and a step that the core's EM (em.h) makes of the same rows"""
+    model = Model([[1.0, 1.0], [0.0, 0.9]], [[1.0, 0.0], [0.0, 1.0]], [[2.0, 0], [0, 0.5]], [[0.3, 0], [0, 0.1]], P0=[[4.0, 0], [0, 1.0]])
+    _, z = drawn(model, 80, 4, (30, 36))
+    content = content_of(model, z)
+    theta = [0.5, 0.2, 1.0, 1.5]
+    found, = in_node([{"content": content, "em": "step", "asked": {"theta": theta}}])
+    began = Model(model.A, model.H, np.diag(theta[:2]) if content["noises"][0]["kind"] == "R" else np.diag(theta[2:]), np.diag(theta[:2]), P0=model.P0)
+    stepped = Estimation(began, [z], ["Q", "R"], Q_form="diagonal", R_form="diagonal").run(iterations=1).model
+    np.testing.assert_allclose(found, [*np.diag(stepped.Q), *np.diag(stepped.R)], rtol=1e-6)
+
+
+@needs_node
+def test_em_finds_the_optimum_of_the_package():
+    for name, model, z, u, times in cases():
+        if name not in ("nile", "two_gauges", "trend_season", "sensors"):
+            continue
+        content = content_of(model, z, u, times)
+        theta = [one["value"] for one in content["noises"]]
+        found, = in_node([{"content": content, "em": "all", "asked": {"theta": theta}, "free": [True] * len(theta)}])
+        climbed, = in_node([{"content": content, "asked": {"theta": theta}, "free": [True] * len(theta)}])
+        assert found["hasEnded"] and found["value"] == pytest.approx(climbed["value"], abs=1e-6), name
+        if name == "nile":
+            best = fit(model, [z], ["Q", "R"], method="em", tolerance=1e-8)
+            assert found["value"] == pytest.approx(best.log_likelihood, abs=1e-6)
 
 
 REPLAY = """#include "cases.h"
@@ -312,21 +363,6 @@ def chromium():
         yield one
 
 
-def ready(chromium, path, **look):
-    chromium.errors.clear()
-    chromium.open(path, **look)
-    chromium.wait("document.body.dataset.took !== undefined")
-    settled(chromium)
-
-
-def settled(chromium):
-    chromium.wait("!filterRuns.busy && !smoothRuns.busy && !queued && !second.waiting.size")
-
-
-def shown(chromium, what):
-    return np.array(chromium.run(f"Array.from(drawn.{what}.low)"), float), np.array(chromium.run(f"Array.from(drawn.{what}.high)"), float)
-
-
 @needs_browser
 def test_the_page_does_what_the_package_says(nile, chromium):
     model = read("nile")
@@ -357,7 +393,12 @@ def test_the_page_does_what_the_package_says(nile, chromium):
     chromium.run("document.getElementById('fit').click()")
     chromium.wait("document.body.dataset.fitted !== undefined")
     settled(chromium)
-    assert float(chromium.run("document.body.dataset.fitted")) == pytest.approx(fit(model, [z], ["Q", "R"]).log_likelihood, abs=1e-6)
+    best = fit(model, [z], ["Q", "R"]).log_likelihood
+    assert float(chromium.run("document.body.dataset.fitted")) == pytest.approx(best, abs=1e-6)
+    chromium.run("document.getElementById('reset').click(); document.getElementById('em-fit').click()")
+    chromium.wait("document.body.dataset.expected !== undefined")
+    settled(chromium)
+    assert float(chromium.run("document.body.dataset.expected")) == pytest.approx(best, abs=1e-6)
     assert not chromium.errors
 
 
@@ -380,6 +421,22 @@ def test_gaps_are_painted_and_taken_along(nile, chromium, tmp_path):
     chromium.drag((at[0], at[1] - 30), tuple(at))
     settled(chromium)
     assert chromium.run("set.cells[20]") == pytest.approx(900, abs=10)
+    # rows that come late: dragged
+    chromium.run("document.querySelector('[value=late]').click(); document.getElementById('late').value = 4")
+    box = chromium.run("(() => { const b = document.getElementById('chart-state').getBoundingClientRect(); return [b.left + charts.state.x(60), b.left + charts.state.x(63), b.top + 60]; })()")
+    before = shown(chromium, "pictures.filtered")[0]
+    chromium.drag((box[0], box[2]), (box[1], box[2]))
+    settled(chromium)
+    assert chromium.run("set.late") == {str(k): 4 for k in range(60, 64)}
+    after = shown(chromium, "pictures.filtered")[0]
+    changed = np.flatnonzero(np.abs(after - before) > 1e-6)
+    assert changed[0] == 60 and changed[-1] == 66 and np.allclose(before[67:], after[67:])
+    assert not chromium.run("document.querySelector('.legend .late').hidden")
+    chromium.run("document.getElementById('undo').click()")
+    settled(chromium)
+    np.testing.assert_array_equal(shown(chromium, "pictures.filtered")[0], before)
+    script = chromium.run("script()")
+    assert script.startswith("cat > nile_tuned.toml <<'END_OF_MODEL'") and script.rstrip().endswith("nile_tuned.c")
     chromium.run("setNoise(1, 5000)")
     settled(chromium)
     again, tuned = tmp_path / "again.html", tmp_path / "tuned.toml"
@@ -404,11 +461,9 @@ def test_gaps_are_painted_and_taken_along(nile, chromium, tmp_path):
 def test_widths_names_and_the_tree(nile, chromium, tmp_path):
     for width in (400, 900, 1600):
         ready(chromium, nile, width=width, dark=width == 900)
+        chromium.run("document.getElementById('source').open = true")
         assert chromium.run("document.documentElement.scrollWidth") == width
-    roles = {"button", "slider", "textbox", "combobox", "spinbutton", "checkbox", "radio", "group", "table"}
-    nameless = [one["role"]["value"] for one in chromium.accessible()
-                if not one.get("ignored") and one.get("role", {}).get("value") in roles - {"table"} and not one.get("name", {}).get("value")]
-    assert not nameless
+    assert not nameless(chromium)
     # text of others: shown, never run
     bad = "</script><img src=x onerror=alert(1)>"
     model = Model([[1.0]], [[1.0]], [[1.0]], [[1.0]], name=bad, states=[bad], measurements=[Quantity(bad, "\"'<b>", 9.0)])

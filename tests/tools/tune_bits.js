@@ -1,18 +1,30 @@
-// node tune_bits.js ENGINE CORE.wasm < cases: runs each case by the page's own engine, and prints what it came to.
+// node tune_bits.js FOLDER < cases: runs each case by the page's own engine, out of its folder, and prints what it came to.
 "use strict";
 const fs = require("fs");
-const engine = require(process.argv[2]);
+const path = require("path");
 
+const whole = new module.constructor("engine");
+whole._compile(["engine.js", "em.js", "equations.js"].map((name) => fs.readFileSync(path.join(process.argv[2], name), "utf8")).join("\n"), "engine.js");
+const engine = whole.exports;
 const packed = (values) => Buffer.from(values.buffer, values.byteOffset, values.byteLength).toString("base64");
 
-async function main() {
-  const core = fs.readFileSync(process.argv[3]), told = [];
-  for (const { content, asked, names, free } of JSON.parse(fs.readFileSync(0))) {
-    const made = await engine.made(core, content);
-    if (free) { told.push(engine.fit(made, asked, free)); continue; }
-    const { total } = made.run(asked);
-    told.push({ total, ...Object.fromEntries(names.map((name) => [name, packed(made.result(name))])) });
+async function one(core, { content, asked, names, free, code, late, em }) {
+  if (code) return engine.codeOf(content, asked);
+  const made = await engine.made(core, content);
+  if (late) made.setLate(late.cells, late.rows);
+  if (em === "step") {
+    const at = asked.theta.map((_, k) => k), f = engine.logLikelihoodOf(made, asked, at, { calls: 0 });
+    return engine.expectationStep(f, asked.theta.map(Math.log), engine.degrees(made), made.model.noises.map((one) => one.power)).map(Math.exp);
   }
+  if (em) return engine.expectation(made, asked, free);
+  if (free) return engine.fit(made, asked, free);
+  const { total } = made.run(asked), told = names.map((name) => [name, packed(made.result(name))]);
+  return { total, apart: made.compared ? made.compared() : null, ...Object.fromEntries(told) };
+}
+
+async function main() {
+  const { core, cases } = JSON.parse(fs.readFileSync(0)), told = [];
+  for (const given of cases) told.push(await one(Buffer.from(core, "base64"), given));
   process.stdout.write(JSON.stringify(told));
 }
 main();

@@ -1,4 +1,5 @@
-"""tune_speed.py [MODEL.toml]: what a page of `kalmanq tune` takes in this machine's Chromium, at 1e3, 1e4 and 1e5 rows.
+"""tune_speed.py [MODEL]: what a page of `kalmanq tune` takes in this machine's Chromium, at 1e3, 1e4 and 1e5 rows; of a nonlinear
+model (MODEL.py) at most at as many as its smoother takes.
 
 A redraw: from the change of a noise to the picture of it: filter, smoother and statistics of all rows, in f64."""
 
@@ -11,7 +12,10 @@ from pathlib import Path
 import numpy as np
 
 from browser import Browser
-from kalmanq.model import model_file
+from kalmanq.commands.options import read_any
+from kalmanq.compiler.request import MOST_STEPS
+from kalmanq.nonlinear import NonlinearModel
+from kalmanq.nonlinear.simulation import simulate
 from kalmanq.run.simulation import drawn
 from kalmanq.tune import page
 
@@ -30,12 +34,14 @@ MEASURE = """(async () => {
 
 def main() -> None:
     path = Path(sys.argv[1]) if len(sys.argv) > 1 else page.HERE.parent / "examples" / "track.toml"
-    model = model_file.read(path)
+    model = read_any(path)
+    is_nonlinear = isinstance(model, NonlinearModel)
     print(f"{path.name}, n = {model.n}, m = {model.m}, f64; of {REDRAWS} redraws the least, the median and the most")
     with tempfile.TemporaryDirectory() as folder, Browser() as browser:
-        for rows in (1000, 10_000, 100_000):
+        for rows in (1000, 10_000, MOST_STEPS if is_nonlinear else 100_000):
             file = Path(folder) / "tune.html"
-            file.write_text(page.page(model, drawn(model, rows, 1, None)[1], None, None, {"model": path.name, "data": ""}), encoding="utf-8")
+            z, u = simulate(model, rows, 1)[1:] if is_nonlinear else (drawn(model, rows, 1, None)[1], None)
+            file.write_text(page.page(model, z, u, None, {"model": path.name, "data": ""}), encoding="utf-8")
             browser.open(file)
             browser.wait("document.body.dataset.took !== undefined")
             first = browser.run("document.body.dataset.took")

@@ -17,6 +17,8 @@ from rich.console import Console
 from kalmanq.commands.messages import EXTRAS, print_json, table
 from kalmanq.commands.options import JSON, command_of
 from kalmanq.compiler.host import NoCompiler, compiler
+from kalmanq.errors import KalmanqError
+from kalmanq.tune import emitted
 from kalmanq.tune.page import CORE
 
 
@@ -54,7 +56,7 @@ PROGRAMS = (  # what serves the C that design and compile write: on a chip, and 
 def look() -> list[Found]:
     modules = [Found(name, _module(name), serves, _cure(name)) for name, serves in MODULES.items()]
     programs = [Found(name, _program([name]), serves, f"apt install {packages}") for name, serves, packages in PROGRAMS]
-    return [Found("python", platform.python_version(), "all commands", ""), *modules, _host_compiler(), _webassembly(), *programs]
+    return [Found("python", platform.python_version(), "all commands", ""), *modules, _host_compiler(), _webassembly(), _clang(), *programs]
 
 
 def _module(name: str) -> Optional[str]:
@@ -83,6 +85,13 @@ def _host_compiler() -> Found:
 
 def _webassembly() -> Found:
     return Found("the library in WebAssembly", "found" if CORE.exists() else None, "tune", "apt install clang lld, then install kalmanq again")
+
+
+def _clang() -> Found:
+    try:
+        return Found("clang and wasm-ld", _program([emitted.tools()[0]]), "tune of nonlinear models", "apt install clang lld")
+    except KalmanqError:
+        return Found("clang and wasm-ld", None, "tune of nonlinear models", "apt install clang lld")
 
 
 def _program(words: Sequence[str]) -> Optional[str]:

@@ -133,7 +133,8 @@ def _independent(model: Model, single: bool) -> tuple[Numbers, np.ndarray, list[
 def _unit_lower(R: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     root = np.linalg.cholesky(R)
     diagonal = np.diag(root)
-    return root / diagonal, diagonal**2
+    alone = np.count_nonzero(R, axis=1) == 1  # its variance to the last bit
+    return root / diagonal, np.where(alone, np.diag(R), diagonal**2)
 
 
 def groups(R: np.ndarray) -> list[int]:

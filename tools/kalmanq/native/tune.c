@@ -41,6 +41,7 @@ static int are_upper(const kq_tune *of)
 #define has_low_words 1
 #include "tune_types.h"
 #include "tune_float.h"
+#include "tune_late.h"
 #include "tune_run.h"
 #undef K
 #undef num
@@ -56,6 +57,7 @@ static int are_upper(const kq_tune *of)
 #define has_low_words 0
 #include "tune_types.h"
 #include "tune_float.h"
+#include "tune_late.h"
 #include "tune_run.h"
 #undef K
 #undef num
@@ -72,6 +74,7 @@ static int are_upper(const kq_tune *of)
 #define has_exact_variance 1
 #include "tune_types.h"
 #include "tune_fixed.h"
+#include "tune_late.h"
 #include "tune_run.h"
 
 double tune_limit(int m, int level) { return kq_chi_square_limit_f64(m, (kq_level)level); }

@@ -10,7 +10,7 @@ typedef enum { TUNE_PLAIN, TUNE_GATE, TUNE_HUBER, TUNE_STUDENT, TUNE_JUMP } tune
 /* What was refused: engine.js says it in words. */
 typedef enum {
     TUNE_NOTHING, TUNE_MEMORY, TUNE_FORMATS, TUNE_PROCESS, TUNE_SENSOR, TUNE_PRIOR, TUNE_MEASUREMENTS, TUNE_CONTROLS,
-    TUNE_RUN, TUNE_SMOOTHER, TUNE_LAG
+    TUNE_RUN, TUNE_SMOOTHER, TUNE_LAG, TUNE_LATE
 } tune_part;
 
 /* Each field is 32 bits.  Matrices are row-major. */
@@ -25,12 +25,14 @@ typedef struct {
     int32_t only;      /* the state that is wanted smoothed; -1: all */
     int32_t lag;       /* rows; -1: none */
     int32_t ahead;     /* rows of the forecast */
+    int32_t latest;    /* rows that a measurement comes late at most; 0: all in time */
     const double *A, *B, *Q, *G, *H, *R, *x0, *P0;
     const double *d;         /* m; NULL: 0 */
     const double *parameter; /* of a loss */
     const double *range;     /* n + m + l, of q31 */
     const int32_t *fraction; /* n + m + l, of q31 */
     const int32_t *which;    /* rows: the process before each; NULL: the first */
+    const int32_t *late;     /* rows x m: how many rows later it comes; read where latest is above 0 */
     const double *z, *u;     /* rows x m, NaN: missing; rows x l, from a row to the next, or NULL */
     /* Results.  mean NULL: the total alone.  What is not to be had is NaN. */
     double *mean, *sigma, *innovation, *innovation_sigma, *nis, *log_likelihood, *taken;

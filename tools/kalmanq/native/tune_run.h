@@ -202,7 +202,7 @@ static kq_status K(filter_all)(K(tuned) *r)
     K(written) w;
     kq_status status = of->mean ? K(ask_for_rows)(r, &w) : KQ_OK;
     if (!status) status = K(begin)(r, 0);
-    if (!status) status = K(run)(r, 0, (size_t)of->rows);
+    if (!status) status = of->latest > 0 && of->mean ? K(run_late)(r, (size_t)of->latest) : K(run)(r, 0, (size_t)of->rows);
     if (status) return status;
     *of->total = K(double_of_score)(K(log_likelihood)(&r->filter));
     of->events = (int32_t)K(events)(&r->filter);

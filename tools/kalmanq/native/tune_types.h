@@ -9,5 +9,6 @@ typedef struct {
     K(history) history;
     K(lag) lag;
     K(sequence) q;
+    const num *late_z; /* rows as they are measured, where some come late */
     kq_format_q31 formats[3 * KQ_SIZE_MAX]; /* q31: of states, measurements and controls, one after the other */
 } K(tuned);

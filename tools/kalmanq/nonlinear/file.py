@@ -64,6 +64,11 @@ def read(path: Path, constants: Optional[Numbers] = None) -> NonlinearModel:
     return model
 
 
+def read_text(path: Path, text: str) -> NonlinearModel:
+    """The model of a text in the place of the file's"""
+    return _model(Path(path), text.encode("utf-8"))
+
+
 def _model(path: Path, source: bytes, constants: Optional[Numbers] = None) -> NonlinearModel:
     key = ""
     try:

@@ -128,13 +128,13 @@ class Formulas:
                 rows = jacobian(self.change, list(self.x))
                 return [[add(one, float(i == k)) for k, one in enumerate(row)] for i, row in enumerate(rows)]
         after = [np.array(one, object) for one in (self._with_errors(self.moved), self.moved)]
-        return self._by_errors(self._traced_at(self.given["minus"], after, self.n))
+        return self.by_errors(self._traced_at(self.given["minus"], after, self.n))
 
     @cached_property
     def derived_measurement(self) -> Rows:
         """H, of h: m x n"""
         if "plus" in self.given:
-            return self._by_errors(self._with_errors(self.expected))
+            return self.by_errors(self._with_errors(self.expected))
         with using(self.graph):
             return jacobian(self.expected, list(self.x))
 
@@ -143,7 +143,7 @@ class Formulas:
         with using(self.graph):
             return [substituted(one, values, memo) for one in rows]
 
-    def _by_errors(self, rows: Sequence[Node]) -> Rows:
+    def by_errors(self, rows: Sequence[Node]) -> Rows:
         """Derivatives where the errors are 0"""
         none, memo = {f"d{k}": 0.0 for k in range(self.n)}, {}
         with using(self.graph):

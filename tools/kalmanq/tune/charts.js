@@ -127,7 +127,10 @@ class Chart {
   }
   points({ low, high, first, last, colour: name }) {
     if (low.length < last - first) return this.spans({ low, high, first, last, colour: name });
-    const { pen } = this, n = low.length, dense = n > (this.box.right - this.box.left) / 3, size = dense ? 1.2 : 2;
+    this.dots({ low, high, first, last, colour: name }, low.length > (this.box.right - this.box.left) / 3 ? 1.2 : 2);
+  }
+  dots({ low, high, first, last, colour: name }, size) {
+    const { pen } = this, n = low.length;
     pen.fillStyle = colour(name);
     for (let k = 0; k < n; k++) {
       if (Number.isNaN(low[k])) continue;
@@ -141,9 +144,11 @@ class Chart {
       }
     }
   }
-  /* Of many rows in a column: from the least to the most */
+  /* Of many rows in a column: from the least to the most; where most columns have one value, or none, as dots */
   spans({ low, high, first, last, colour: name }) {
     const { pen } = this, n = low.length;
+    const several = low.reduce((count, one, k) => count + (high[k] > one), 0), some = low.reduce((count, one) => count + !Number.isNaN(one), 0);
+    if (several < 0.2 * some) return this.dots({ low, high, first, last, colour: name }, 1.8);
     pen.strokeStyle = colour(name);
     pen.lineWidth = 1;
     pen.globalAlpha = 0.55;

@@ -3,14 +3,14 @@
    worker, the page itself and Node use it alike. */
 
 /* Of a kq_tune (native/tune.h), in its order: 32 bits each */
-const FIELDS = ("arithmetic n m l rows processes factor unknown loss level run smooth only lag ahead A B Q G H R x0 P0 d parameter " +
-  "range fraction which z u mean sigma innovation innovation_sigma nis log_likelihood taken smoothed smoothed_sigma lagged " +
+const FIELDS = ("arithmetic n m l rows processes factor unknown loss level run smooth only lag ahead latest A B Q G H R x0 P0 d parameter " +
+  "range fraction which late z u mean sigma innovation innovation_sigma nis log_likelihood taken smoothed smoothed_sigma lagged " +
   "lagged_sigma forecast forecast_sigma total events part row quantity component bits").split(" ");
 const ARITHMETICS = ["f32", "f64", "q31"];
 const LOSSES = ["none", "gate", "huber", "student", "jump"];
 const LEVELS = [0.9, 0.95, 0.99, 0.999, 0.9999];
 const SATURATED = 8, LAGS = 20, BAND = 1.959963984540054, FARTHEST = 35;
-const PARTS = ["", "memory", "formats", "A, B, Q", "H, R", "P0", "measurements", "controls", "the run", "the smoother", "the lag"];
+const PARTS = ["", "memory", "formats", "A, B, Q", "H, R", "P0", "measurements", "controls", "the run", "the smoother", "the lag", "what comes late"];
 
 function numbersOf(text) {
   if (!text) return null;
@@ -86,6 +86,8 @@ class Engine {
     this.write(this.z, model.z);
     this.u = model.u ? this.put(model.u) : 0;
     this.which = model.which ? this.putWhole(model.which) : 0;
+    this.late = this.putWhole(new Int32Array(rows * m));
+    this.latest = 0;
     const quantities = [...model.states, ...model.measurements, ...model.controls];
     this.canFix = quantities.every((one) => one.range !== null);
     this.range = this.put(quantities.map((one) => one.range || 1));
@@ -122,6 +124,12 @@ class Engine {
     return this.view(this.out[name], (name.startsWith("forecast") ? this.ahead : rows) * width);
   }
   measurements() { return this.view(this.z, this.model.rows * this.model.m); }
+  /* Cells that come so many rows late; all others in time */
+  setLate(cells, rows) {
+    const late = new Int32Array(this.core.memory.buffer, this.late, this.model.rows * this.model.m).fill(0);
+    cells.forEach((cell, k) => { late[cell] = rows[k]; });
+    this.latest = Math.max(0, ...rows);
+  }
 
   /* A, B and Q of the step of another dt.  As it was given: those very bits. */
   step(theta, dt, made) {
@@ -167,9 +175,10 @@ class Engine {
     set({ arithmetic: ARITHMETICS.indexOf(asked.arithmetic), n: model.n, m: model.m, l: model.l, rows: model.rows,
           processes: model.processes, factor: model.factor, unknown: model.unknown, loss, level: LEVELS.indexOf(asked.parameter), run: 8,
           smooth: asked.smooth && !loss ? 1 : 0, only: asked.only ?? -1, lag: asked.lag > 0 ? asked.lag : -1, ahead: this.ahead, ...this.fixed, ...this.free,
-          range: this.range, fraction: this.fraction, which: this.which, z: this.z, u: this.u, ...this.out });
+          range: this.range, fraction: this.fraction, which: this.which, late: this.late, latest: loss ? 0 : this.latest, z: this.z, u: this.u, ...this.out });
     if (asked.all === false) set({ mean: 0, lag: -1, smooth: 0 });
     if (asked.alone) set({ total: 0, lag: -1 });
+    if (this.latest) set({ lag: -1 });
     const status = this.core.tune_run();
     if (status < 0) throw new Refusal(this.refusal(status));
     return { total: this.view(this.free.total, 1)[0], events: new Int32Array(this.core.memory.buffer)[this.at.events] };
@@ -220,23 +229,21 @@ function consistency(engine) {
   return { mean: sum / freedom, low: 1 - spread, high: 1 + spread, beyond: beyond / rows, rows };
 }
 
-/* Of the innovations of one measurement, in their sigmas, at lags 1 ... */
+/* Of the innovations of one measurement, in their sigmas, from one of them to the next: a slow sensor's rows between are left out */
 function autocorrelation(engine, c) {
   const { m, rows } = engine.model, e = engine.result("innovation"), s = engine.result("innovation_sigma");
-  const nu = new Float64Array(rows);
-  let power = 0, count = 0;
+  const nu = [];
   for (let t = 0; t < rows; t++) {
     const one = e[t * m + c] / s[t * m + c];
-    nu[t] = Number.isFinite(one) ? one : 0;
-    if (nu[t] !== 0) { power += nu[t] * nu[t]; count++; }
+    if (Number.isFinite(one)) nu.push(one);
   }
-  const made = [];
-  for (let k = 1; k <= Math.min(LAGS, rows - 1); k++) {
+  const power = nu.reduce((sum, one) => sum + one * one, 0), made = [];
+  for (let k = 1; k <= Math.min(LAGS, nu.length - 1); k++) {
     let sum = 0;
-    for (let t = k; t < rows; t++) sum += nu[t] * nu[t - k];
+    for (let t = k; t < nu.length; t++) sum += nu[t] * nu[t - k];
     made.push(sum / power);
   }
-  return { values: made, bound: BAND / Math.sqrt(count) };
+  return { values: made, bound: BAND / Math.sqrt(nu.length) };
 }
 
 /* Largest |mean| and |measurement| over their ranges, of q31 */
@@ -296,9 +303,11 @@ function seen({ n, m, H, d }, i) {
   return null;
 }
 
-/* Of rows of states: what is shown, column i of so many, or H x + d */
-function chosen({ n, H, d, rows }, x, i) {
+/* What is shown of mean, smoothed or lagged rows x: column i of so many, or H x + d; of a nonlinear model its h */
+function chosen(engine, name, x, i) {
+  const { n, m, H, d, rows } = engine.model;
   if (i < n) return { x, width: n, i };
+  if (engine.hasExpected) return { x: engine.result(name === "mean" ? "expected" : `${name}_expected`), width: m, i: i - n };
   const c = i - n, made = new Float64Array(rows);
   for (let t = 0; t < rows; t++) {
     let sum = d ? d[c] : 0;
@@ -312,15 +321,15 @@ function chosen({ n, H, d, rows }, x, i) {
 function pictures(engine, shows, lag) {
   const { model } = engine, { n, m } = model, { state: i, measurement: c, first, last, columns } = shows;
   const curve = (name, width, k, sigma) => envelope(name && engine.result(name), width, k, first, last, columns, sigma && engine.result(sigma), BAND);
-  const drawn = (x) => { const of = chosen(model, x, i); return envelope(of.x, of.width, of.i, first, last, columns); };
-  const made = { first, last, filtered: drawn(engine.result("mean")), filteredBand: i < n ? curve("mean", n, i, "sigma") : null,
+  const drawn = (name, x = engine.result(name)) => { const of = chosen(engine, name, x, i); return envelope(of.x, of.width, of.i, first, last, columns); };
+  const made = { first, last, filtered: drawn("mean"), filteredBand: i < n ? curve("mean", n, i, "sigma") : null,
                  innovation: curve("innovation", m, c), innovationBand: curve(null, m, c, "innovation_sigma"), nis: envelope(shares(engine), 1, 0, first, last, columns) };
   const of = seen(model, i);
   if (of) {
     const z = envelope(engine.measurements(), m, of.c, first, last, columns), scaled = (from) => from.map((one) => (one - of.less) / of.scale);
     made.data = of.scale > 0 ? { low: scaled(z.low), high: scaled(z.high) } : { low: scaled(z.high), high: scaled(z.low) };
   }
-  if (lag > 0) made.lagged = drawn(shifted(engine.result("lagged"), n, lag));
+  if (lag > 0) made.lagged = drawn("lagged", shifted(engine.result("lagged"), n, lag));
   if (engine.ahead && i < n) {
     const x = engine.result("forecast"), s = engine.result("forecast_sigma");
     const one = (f) => Float64Array.from({ length: engine.ahead }, (_, t) => f(x[t * n + i], BAND * s[t * n + i]));
@@ -330,7 +339,7 @@ function pictures(engine, shows, lag) {
 }
 
 function smoothed(engine, { state: i, first, last, columns }) {
-  const x = engine.result("smoothed"), n = engine.model.n, of = chosen(engine.model, x, i);
+  const x = engine.result("smoothed"), n = engine.model.n, of = chosen(engine, "smoothed", x, i);
   return { smoothed: envelope(of.x, of.width, of.i, first, last, columns),
            smoothedBand: i < n ? envelope(x, n, i, first, last, columns, engine.result("smoothed_sigma"), BAND) : null };
 }
@@ -418,8 +427,8 @@ function fit(engine, asked, isFree, told = () => {}) {
 }
 
 async function made(wasm, model) {
-  const { instance } = await WebAssembly.instantiate(wasm, {});
-  return new Engine(instance, decoded(model));
+  const isLinear = model.kind !== "equations", { instance } = await WebAssembly.instantiate(wasm, isLinear ? {} : { env: mathematics() });
+  return isLinear ? new Engine(instance, decoded(model)) : new EquationEngine(instance, decodedEquations(model));
 }
 
 if (typeof module !== "undefined") module.exports = { made, decoded, consistency, autocorrelation, pictures, fit, distance, headroom, unpacked, smoothed };

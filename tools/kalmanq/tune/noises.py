@@ -106,14 +106,14 @@ def _of_entries(model: Model) -> Iterator[Candidate]:
             yield f"G[*,{c}] x", 1.0, lambda value, c=c: model.changed(G=model.G * np.where(np.arange(model.G.shape[1]) == c, np.sqrt(value), 1.0))
     else:
         name, Q = ("Qc", of.Qc) if of else ("Q", model.Q)
-        for key, value, part in _blocks(name, Q):
+        for key, value, part in blocks(name, Q):
             yield key, value, (lambda size, part=part, value=value: model.flowing(Qc=Q + (size - value) * part)) if of else \
                 (lambda size, part=part, value=value: model.changed(Q=Q + (size - value) * part))
-    for key, value, part in _blocks("R", model.R):
+    for key, value, part in blocks("R", model.R):
         yield key, value, lambda size, part=part, value=value: model.changed(R=model.R + (size - value) * part)
 
 
-def _blocks(name: str, given: np.ndarray) -> Iterator[tuple[str, float, np.ndarray]]:
+def blocks(name: str, given: np.ndarray) -> Iterator[tuple[str, float, np.ndarray]]:
     """Variances that stand alone, and blocks of correlated ones, whose size is a factor"""
     left = {i for i in range(len(given)) if given[i, i] != 0}
     while left:
@@ -213,7 +213,7 @@ def _without_builder(model: Model) -> Model:
     return made
 
 
-def _mark(k: int) -> float:
+def mark(k: int) -> float:
     """A number that no model has"""
     return float(f"7.{k:05d}1e-250")
 
@@ -222,7 +222,7 @@ def _pieces(model: Model, noises: Sequence[Noise], with_dt: bool) -> list[Any]:
     marks: dict[str, Any] = {}
 
     def marked(what: Any) -> float:
-        value = _mark(len(marks))
+        value = mark(len(marks))
         marks[repr(value)] = what
         return value
 
@@ -231,8 +231,13 @@ def _pieces(model: Model, noises: Sequence[Noise], with_dt: bool) -> list[Any]:
         made.builder["dt"] = marked({"dt": 1})
     elif with_dt:
         made.continuous = replace(made.continuous, dt=marked({"dt": 1}))
-    text, at = model_file.text_of(made), 0
+    return split(model_file.text_of(made), marks)
+
+
+def split(text: str, marks: dict[str, Any]) -> list[Any]:
+    """marks: what stands for which number of the text"""
     pieces: list[Any] = []
+    at = 0
     for found in sorted((text.index(mark, begin), mark) for mark in marks for begin in _begins(text, mark)):
         pieces += [text[at : found[0]], marks[found[1]]]
         at = found[0] + len(found[1])
@@ -269,10 +274,10 @@ def _with_marks(model: Model, noises: Sequence[Noise], marked: Callable[[Any], f
         return replace_matrices(model, Q=_marked_sums(model.Q, noises, "Q", marked), R=R)
     of = model.continuous
     Qc = of.Qc.copy()
-    blocks = {key: part for key, _, part in _blocks("Qc", of.Qc)}
+    named = {key: part for key, _, part in blocks("Qc", of.Qc)}
     for k, one in enumerate(noises):
-        for i, j in np.argwhere(np.triu(blocks.get(one.key, np.zeros_like(Qc)))):
-            Qc[i, j] = Qc[j, i] = marked([[k, float(blocks[one.key][i, j])]])
+        for i, j in np.argwhere(np.triu(named.get(one.key, np.zeros_like(Qc)))):
+            Qc[i, j] = Qc[j, i] = marked([[k, float(named[one.key][i, j])]])
     return replace_matrices(model, Qc=Qc, R=R)
 
 

@@ -4,20 +4,21 @@
 const SOURCE = `<!DOCTYPE html>\n${document.documentElement.outerHTML}\n`;
 const $ = (id) => document.getElementById(id);
 const content = JSON.parse($("content").textContent);
+const isNonlinear = content.kind === "equations"; // its filter is the C that `kalmanq compile` emits
 const BEGIN = {
   theta: content.noises.map((one) => one.value), dt: content.flow ? content.flow.dt : undefined, free: content.noises.map(() => true), arithmetic: "f64", loss: "none", parameter: null,
-  lag: 0, ahead: Math.max(10, Math.min(200, Math.round(content.rows / 10))), cells: {},
+  lag: 0, ahead: Math.max(10, Math.min(200, Math.round(content.rows / 10))), cells: {}, late: {},
 };
-const USUAL = { none: null, gate: 0.9999, huber: 3, student: 10, jump: 9 };
+const USUAL = { none: null, gate: isNonlinear ? 4 : 0.9999, huber: 3, student: isNonlinear ? 4 : 10, jump: 9 };
 const LOSS_NOTES = {
-  none: "", gate: "Leaves out a row that is too far off; the parameter is the share of good rows that pass.",
+  none: "", gate: isNonlinear ? "Leaves out a measurement that is more than so many sigma off." : "Leaves out a row that is too far off; the parameter is the share of good rows that pass.",
   huber: "A row beyond k sigma counts less.", student: "Heavy tails with nu degrees of freedom.", jump: "Raises the covariance where a row says the state has jumped.",
 };
 const EVENTS = [[1, "a measurement was redundant"], [2, "overflow: a mean or variance is not representable"], [8, "a state saturated at the end of its range"],
                 [128, "precision lost: a sigma may be wrong by more than 5 %"], [512, "a low-noise measurement contradicts what was known"]];
 
 let set = JSON.parse(JSON.stringify(BEGIN)), shows = { state: 0, measurement: 0, first: 0, last: content.rows };
-let past = [], future = [], seenCells = set.cells, seenBy = { first: null, second: null };
+let past = [], future = [], seenBy = { first: [], second: [] };
 let drawn = { pictures: null, smoothed: null, total: null };
 const begunTotal = {};
 
@@ -87,9 +88,11 @@ function asked() {
 }
 
 async function edited(helper, who) {
-  if (seenBy[who] === set.cells) return;
-  seenBy[who] = set.cells;
-  await helper.ask({ kind: "edit", cells: Object.keys(set.cells).map(Number), values: Object.values(set.cells).map((one) => (one === null ? NaN : one)) });
+  const { cells, late } = set;
+  if (seenBy[who][0] === cells && seenBy[who][1] === late) return;
+  seenBy[who] = [cells, late];
+  await helper.ask({ kind: "edit", cells: Object.keys(cells).map(Number), values: Object.values(cells).map((one) => (one === null ? NaN : one)),
+                     late: Object.keys(late).map(Number), rows: Object.values(late) });
 }
 
 async function runFilter({ kind, begun }) {
@@ -98,12 +101,12 @@ async function runFilter({ kind, begun }) {
   if (told.refused) return refuse(told.refused);
   drawn = { ...drawn, pictures: told.pictures, consistency: told.consistency, correlation: told.correlation };
   if (kind === "run") Object.assign(drawn, { total: told.total, events: told.events, headroom: told.headroom });
-  if (kind === "run" && now === JSON.stringify([BEGIN.theta, BEGIN.dt]) && set.arithmetic === "f64" && set.loss === "none" && !Object.keys(set.cells).length) check(told.total);
+  if (kind === "run" && now === JSON.stringify([BEGIN.theta, BEGIN.dt]) && set.arithmetic === "f64" && set.loss === "none" && !isPainted()) check(told);
   show(begun);
 }
 
 async function runSmoother({ kind, begun }) {
-  if (set.loss !== "none") { drawn.smoothed = null; return show(); }
+  if (!smooths()) { drawn.smoothed = null; return show(); }
   await edited(second, "second");
   const told = await second.ask({ kind, asked: asked(), shows: shown() });
   if (told.refused) { drawn.smoothed = null; return; }
@@ -138,9 +141,12 @@ async function measureDistance() {
   $("distance").textContent = `Farthest mean from f64. ${told.join("; ")}.`;
 }
 
-function check(total) {
-  const same = Object.is(total, content.total);
-  $("bits").textContent = same ? "same bits as on the host" : "other bits than on the host";
+function isPainted() { return Object.keys(set.cells).length + Object.keys(set.late).length > 0; }
+function smooths() { return isNonlinear ? content.smooths : set.loss === "none"; }
+
+function check({ total, apart }) {
+  const same = isNonlinear ? apart === 0 : Object.is(total, content.total);
+  $("bits").textContent = same ? "begun with the host's bits" : isNonlinear ? `begun ${said(apart, 2)} sigma from the host` : "begun with other bits than the host";
   document.body.dataset.bits = same ? "same" : "other";
 }
 
@@ -227,7 +233,7 @@ function showSettings() {
   $("loss").value = set.loss;
   $("parameter").value = set.parameter === null ? "" : String(set.parameter);
   $("parameter").disabled = set.loss === "none";
-  $("loss-note").textContent = LOSS_NOTES[set.loss] + (set.loss === "none" ? "" : " No smoother then.");
+  $("loss-note").textContent = LOSS_NOTES[set.loss] + (smooths() ? "" : isNonlinear ? `No smoother: its history holds 32767 rows.` : " No smoother then.");
   $("lag").value = set.lag;
   $("ahead").value = set.ahead;
   for (const [id, name] of [["arithmetics", "arithmetic"], ["loss", "loss"], ["parameter", "parameter"], ["lag", "lag"], ["ahead", "ahead"]]) {
@@ -235,11 +241,18 @@ function showSettings() {
   }
   $("undo").disabled = !past.length;
   $("redo").disabled = !future.length;
-  $("fit").disabled = !set.free.some(Boolean);
-  const count = Object.keys(set.cells).length;
-  $("painted").textContent = count ? `${count} ${count === 1 ? "value" : "values"} changed.` : "The recording is as it was.";
+  $("fit").disabled = $("em-fit").disabled = !set.free.some(Boolean);
+  $("painted").textContent = painted();
   $("commands").textContent = commands();
+  showSource();
   showCosts();
+}
+
+function painted() {
+  const count = Object.keys(set.cells).length, late = Object.keys(set.late).length, values = (k) => `${k} ${k === 1 ? "value" : "values"}`;
+  const parts = [...(count ? [`${values(count)} changed`] : []), ...(late ? [`${values(late)} late`] : [])];
+  if (late && set.loss !== "none" && !isNonlinear) parts.push("with a gate or another loss all count as in time");
+  return parts.length ? `${parts.join("; ")}.` : "The recording is as it was.";
 }
 
 /* ------------------------------------------------------------------ showing */
@@ -283,6 +296,7 @@ function draw() {
     const more = { first: content.rows, last: content.rows + of.forecast.mean.length, colour: "forecast" };
     layers.push({ kind: "band", low: of.forecast.low, high: of.forecast.high, ...more }, { kind: "line", low: of.forecast.mean, high: of.forecast.mean, ...more });
   }
+  layers.unshift(...lateSpans().filter(([from, to]) => to > a && from < b).map(([from, to]) => ({ kind: "marked", from: Math.max(from, a), to: Math.min(to, b), colour: "late" })));
   if (overlay) layers.push({ kind: "marked", ...overlay });
   const xs = [a - 0.5, b - 0.5 + ahead], over = { xs: [a - 0.5, b - 0.5], marks: marks(a, b, charts.nis), whole: true };
   charts.state.draw({ xs, layers, marks: marks(a, b, charts.state), whole: true });
@@ -292,6 +306,16 @@ function draw() {
   charts.correlation.draw({ xs: [0, values.length + 1], ys: [-most, most], whole: true, layers: [{ kind: "bars", values, colour: "filtered" }, { kind: "level", value: 0, colour: "edge" },
     { kind: "level", value: bound, colour: "smoothed", dash: [5, 3] }, { kind: "level", value: -bound, colour: "smoothed", dash: [5, 3] }] });
   showNumbers(ahead);
+}
+
+/* Rows that follow each other and have something late */
+let spansOf = { late: null, made: [] };
+function lateSpans() {
+  if (spansOf.late === set.late) return spansOf.made;
+  const rows = [...new Set(Object.keys(set.late).map((cell) => Math.floor(cell / content.m)))].sort((one, other) => one - other), made = [];
+  for (const row of rows) if (made.length && made[made.length - 1][1] === row) made[made.length - 1][1]++; else made.push([row, row + 1]);
+  spansOf = { late: set.late, made };
+  return made;
 }
 
 function edges({ low, high }, first, last) {
@@ -308,12 +332,13 @@ function showNumbers(ahead) {
   $("nis-bounds").textContent = `95 %: ${of.low.toFixed(3)} to ${of.high.toFixed(3)}`;
   $("nis-mean").style.color = of.mean < of.low || of.mean > of.high ? "var(--bad)" : "";
   $("beyond").textContent = `${(100 * of.beyond).toFixed(1)} %`;
+  document.querySelector(".legend .late").hidden = !lateSpans().length;
   document.querySelector(".legend .lagged").hidden = !drawn.pictures.lagged;
   document.querySelector(".legend .forecast").hidden = !ahead;
   document.querySelector(".legend .smoothed").hidden = !drawn.smoothed;
   for (const one of document.querySelectorAll(".with-band")) one.hidden = !drawn.pictures.filteredBand;
   document.querySelector(".legend .data").hidden = !drawn.pictures.data;
-  const found = EVENTS.filter(([bit]) => drawn.events & bit).map(([, text]) => text);
+  const events = isNonlinear ? content.filters[`${set.loss}_${set.arithmetic}`].events : EVENTS, found = events.filter(([bit]) => drawn.events & bit).map(([, text]) => text);
   tell(found.join("; "), found.length > 0);
   $("headroom").hidden = !drawn.headroom || set.arithmetic !== "q31";
   if (drawn.headroom) showHeadroom(drawn.headroom);
@@ -341,32 +366,48 @@ function refuse(text) { tell(text, true); document.body.dataset.refused = text; 
 function showCosts() {
   const of = (content.costs[$("core").value] || {})[set.arithmetic === "q31" ? "q31" : "f32"] || {};
   const cells = (tag, values) => { const row = document.createElement("tr"); values.forEach((one) => { const cell = document.createElement(tag); cell.textContent = one; row.append(cell); }); return row; };
-  $("costs").replaceChildren(cells("th", [set.arithmetic === "q31" ? "q31" : "f32", "instr./step", "flash", "RAM", "stack"]),
+  $("costs").replaceChildren(cells("th", isNonlinear ? ["f32", "instructions"] : [set.arithmetic === "q31" ? "q31" : "f32", "instr./step", "flash", "RAM", "stack"]),
     ...Object.entries(of).map(([way, values]) => cells("td", [way, ...values.map((one) => one.toLocaleString("en").replaceAll(",", "\u2009"))])));
 }
 
 /* ------------------------------------------------------------------ the fit, and what is taken along */
 
-async function runFit() {
-  const free = set.free.slice(), button = $("fit");
-  button.disabled = true;
+/* kind: fit, the climb, or em */
+async function runFit(kind) {
+  const free = set.free.slice(), buttons = [$("fit"), $("em-fit")], name = kind === "em" ? "EM" : "Climbing";
+  for (const one of buttons) one.disabled = true;
   await edited(second, "second");
-  $("fitted").textContent = "Climbing …";
-  const found = await second.ask({ kind: "fit", asked: { ...asked(), loss: "none" }, free }, (now) => { $("fitted").textContent = `Climbing … log-likelihood ${now.value.toFixed(6)}`; });
-  button.disabled = false;
+  $("fitted").textContent = `${name} …`;
+  const found = await second.ask({ kind, asked: { ...asked(), loss: "none" }, free },
+                                 (now) => { $("fitted").textContent = `${name} … log-likelihood ${now.value.toFixed(6)}${now.steps ? `, ${now.steps} steps` : ""}`; });
+  for (const one of buttons) one.disabled = false;
   if (found.refused) { $("fitted").textContent = found.refused; return; }
   const gone = content.noises.filter((one, k) => free[k] && found.theta[k] < 1e-8 * one.value).map((one) => one.key);
-  $("fitted").textContent = `Log-likelihood ${found.value.toFixed(6)} after ${found.calls} runs.${gone.length ? ` Nothing is left of ${gone.join(", ")}.` : ""}`;
-  document.body.dataset.fitted = String(found.value);
+  const more = found.hasEnded === false ? " It still gains: EM is slow here, so climb from this point." : "";
+  $("fitted").textContent = `Log-likelihood ${found.value.toFixed(6)} after ${found.steps ? `${found.steps} steps of EM, ` : ""}${found.calls} runs.${gone.length ? ` Nothing is left of ${gone.join(", ")}.` : ""}${more}`;
+  document.body.dataset[kind === "em" ? "expected" : "fitted"] = String(found.value);
   change({ theta: found.theta });
 }
 
 function quoted(text) { return /^[\w./+-]+$/.test(text) ? text : `'${text.replaceAll("'", "'\\''")}'`; }
-function tuned() { return `${content.name.replace(/[^\w-]+/g, "_") || "model"}_tuned.toml`; }
+function tuned() { return `${content.name.replace(/[^\w-]+/g, "_") || "model"}_tuned.${isNonlinear ? "py" : "toml"}`; }
 
-function commands() {
-  const { model, data } = content.sources, core = $("core").value || "m4f", chip = set.arithmetic === "q31" ? "q31" : "f32";
-  const names = content.noises.filter((one, k) => set.free[k]).map((one) => one.fit), files = data ? ` ${data.split(" ").map(quoted).join(" ")}` : " DATA.csv";
+function commands() { return isNonlinear ? commandsOfEquations() : commandsOfMatrices(); }
+
+function filesOfData() { const { data } = content.sources; return data ? ` ${data.split(" ").map(quoted).join(" ")}` : " DATA.csv"; }
+
+/* Where all of Q and R is free, and nothing else */
+function commandsOfEquations() {
+  const files = filesOfData(), names = content.noises.map((one) => one.fit), loss = set.loss === "none" ? "" : ` --${set.loss} ${set.parameter}`;
+  const isFit = set.free.every(Boolean) && names.every(Boolean), file = quoted(content.sources.model);
+  return [...(isFit ? [`kalmanq fit ${file}${files} --free Q,R --q-form diagonal --r-form diagonal`] : []),
+          `kalmanq run ${tuned()}${files} --compiled --arith ${set.arithmetic} --smooth`,
+          `kalmanq compile ${tuned()} --arith ${set.arithmetic}${loss} -o ${content.c_name}.c`].join("\n");
+}
+
+function commandsOfMatrices() {
+  const { model } = content.sources, core = $("core").value || "m4f", chip = set.arithmetic === "q31" ? "q31" : "f32";
+  const names = content.noises.filter((one, k) => set.free[k]).map((one) => one.fit), files = filesOfData();
   const isDiscrete = names.every((one) => /^[QR](\[|$)/.test(one));
   const forms = isDiscrete ? " --q-form diagonal --r-form diagonal" : "";
   const fit = names.length && names.every(Boolean) && !names.some((one) => /^(Q|R|Qc)$/.test(one)) ? [`kalmanq fit ${quoted(model)}${files} --free ${quoted(names.join(","))}${forms}`] : [];
@@ -378,6 +419,31 @@ function modelText() {
   const { theta } = set, written = (value) => String(value).replace(/^(-?\d+)(e|$)/, "$1.0$2");
   return content.template.map((one) => (typeof one === "string" ? one : Array.isArray(one) ? written(one.reduce((sum, [k, factor]) => sum + factor * theta[k], 0))
     : one.dt ? written(set.dt) : written(one.of * Math.sqrt(theta[one.root] / content.noises[one.root].value)))).join("");
+}
+
+/* The model file and the commands, to be pasted into a shell */
+function script() {
+  const text = modelText(), line = text.endsWith("\n") ? "" : "\n";
+  return `cat > ${tuned()} <<'END_OF_MODEL'\n${text}${line}END_OF_MODEL\n${commands()}\n`;
+}
+
+async function copyScript() {
+  const done = await navigator.clipboard?.writeText(script()).then(() => true, () => false);
+  if (!done) { $("source").open = true; showSource(); getSelection().selectAllChildren($("source-text")); }
+  $("copied").textContent = done ? "Copied." : "The browser does not let a page copy: the text below is selected, Ctrl+C copies it.";
+}
+
+/* What a user takes along: of a nonlinear model the C of these noises, otherwise the model file */
+async function showSource() {
+  if (!$("source").open) return;
+  const asked = JSON.stringify([set.theta, set.dt, set.loss, set.arithmetic, set.parameter]), text = isNonlinear ? (await codeOf(content, set)).code : script();
+  if (asked === JSON.stringify([set.theta, set.dt, set.loss, set.arithmetic, set.parameter])) $("source-text").textContent = text;
+}
+
+async function saveCode() {
+  const { code, header } = await codeOf(content, set);
+  save(`${content.c_name}.h`, header, "text/plain");
+  save(`${content.c_name}.c`, code, "text/plain");
 }
 
 function pageText() {
@@ -405,11 +471,22 @@ function zoom(a, b) {
   redraw("look");
 }
 
+/* kind: gap, late or restore, of the rows and of the measurement that is chosen */
 function paint(kind, from, to) {
-  const cells = { ...set.cells }, { m } = content;
-  for (let t = clampRow(from); t < clampRow(to); t++) for (let c = 0; c < m; c++) if (kind === "gap") cells[t * m + c] = null; else delete cells[t * m + c];
-  change({ cells });
+  const cells = { ...set.cells }, late = { ...set.late }, { m } = content, only = $("of").value, by = rowsLate();
+  for (let t = clampRow(from); t < clampRow(to); t++) {
+    for (let c = 0; c < m; c++) {
+      const cell = t * m + c;
+      if (only !== "" && Number(only) !== c) continue;
+      if (kind === "restore") { delete cells[cell]; delete late[cell]; }
+      else if (kind === "gap") cells[cell] = null;
+      else late[cell] = by;
+    }
+  }
+  change({ cells, late });
 }
+
+function rowsLate() { return Math.max(1, Math.min(200, Math.round(Number($("late").value) || 1))); }
 
 function moveValue(row, value) {
   const of = seen(sizes, shows.state), t = Math.max(0, Math.min(content.rows - 1, Math.round(row)));
@@ -434,7 +511,7 @@ function listenToPicture() {
     if (!drag) return;
     if (drag.tool === "outlier") return moveValue(drag.row, charts.state.value(y));
     const [from, to] = [drag.row, charts.state.row(x)].sort((a, b) => a - b);
-    overlay = { from: clampRow(from), to: clampRow(to + 1), colour: drag.tool === "gap" ? "bad" : "accent" };
+    overlay = { from: clampRow(from), to: clampRow(to + 1), colour: { gap: "bad", late: "late" }[drag.tool] || "accent" };
     show();
   });
   const end = () => {
@@ -494,7 +571,7 @@ function captions() {
   const state = quantity(), over = content.times ? `over time [${content.unit}]` : "over rows", measured = content.measurements[shows.measurement];
   $("state-caption").textContent = `${named(state)}, ${over}`;
   $("innovation-caption").textContent = `Innovations of ${named(measured)}, with the band of 95 %`;
-  $("correlation-caption").textContent = `Autocorrelation of the innovations of ${measured.name}, by lag, with the bound of 95 %`;
+  $("correlation-caption").textContent = `Autocorrelation of the innovations of ${measured.name}, from measurement to measurement, with the bound of 95 %`;
   $("chart-state").setAttribute("aria-label", `Picture of ${named(state)}, ${over}`);
 }
 
@@ -515,12 +592,17 @@ function listen() {
   $("parameter").onchange = () => setParameter(Number($("parameter").value.replace(",", ".")));
   $("lag").onchange = () => change({ lag: number("lag", 200) });
   $("ahead").onchange = () => change({ ahead: number("ahead", 2000) });
-  $("fit").onclick = runFit;
+  $("fit").onclick = () => runFit("fit");
+  $("em-fit").onclick = () => runFit("em");
   $("make-gap").onclick = () => paint("gap", number("from", content.rows), number("to", content.rows) + 1);
+  $("make-late").onclick = () => paint("late", number("from", content.rows), number("to", content.rows) + 1);
   $("restore").onclick = () => paint("restore", number("from", content.rows), number("to", content.rows) + 1);
   $("zoom-to").onclick = () => zoom(number("from", content.rows), number("to", content.rows) + 1);
   $("core").onchange = showSettings;
   $("save-model").onclick = () => save(tuned(), modelText(), "text/plain");
+  $("save-c").onclick = saveCode;
+  $("copy").onclick = copyScript;
+  $("source").ontoggle = showSource;
   $("save-page").onclick = () => save(`${content.name.replace(/[^\w-]+/g, "_") || "tune"}.html`, pageText(), "text/html");
   new ResizeObserver(() => redraw("look")).observe($("chart-state"));
   matchMedia("(prefers-color-scheme: dark)").addEventListener("change", show);
@@ -529,9 +611,9 @@ function listen() {
 }
 
 function setParameter(value) {
-  const levels = [0.9, 0.95, 0.99, 0.999, 0.9999];
-  if (!(value > 0) || (set.loss === "gate" && !levels.includes(value)) || (set.loss === "jump" && value < 1)) {
-    tell(set.loss === "gate" ? `the gate's share is one of ${levels.join(", ")}` : "the parameter is a number above 0", true);
+  const levels = [0.9, 0.95, 0.99, 0.999, 0.9999], isLevel = set.loss === "gate" && !isNonlinear;
+  if (!(value > 0 && Number.isFinite(value)) || (isLevel && !levels.includes(value)) || (set.loss === "jump" && value < 1)) {
+    tell(isLevel ? `the gate's share is one of ${levels.join(", ")}` : "the parameter is a number above 0", true);
     return showSettings();
   }
   change({ parameter: value });
@@ -540,8 +622,8 @@ function setParameter(value) {
 function title() {
   document.title = `${content.name}: tune`;
   $("name").textContent = content.name;
-  const { model, data } = content.sources;
-  $("facts").textContent = [`${model}, ${data || "drawn from the model"}`, `${content.rows} rows`, `${content.n} ${content.n === 1 ? "state" : "states"}, ${content.m} ${content.m === 1 ? "measurement" : "measurements"}`].join(" · ");
+  const { model, data } = content.sources, states = content.states_of_filter || content.n;
+  $("facts").textContent = [`${model}, ${data || "drawn from the model"}`, `${content.rows} rows`, `${states} ${states === 1 ? "state" : "states"}, ${content.m} ${content.m === 1 ? "measurement" : "measurements"}`].join(" · ");
 }
 
 async function begin() {
@@ -567,10 +649,20 @@ async function begin() {
     fixed.disabled = true;
     fixed.parentElement.title = "q31 needs ranges of all states and measurements in the model file";
   }
+  const correlated = !isNonlinear && numbersOf(content.R).some((one, k) => one !== 0 && k % content.m !== Math.floor(k / content.m));
+  options($("of"), [["", "all measurements"], ...(correlated ? [] : content.measurements.map((one, c) => [c, one.name]))]);
+  $("of-label").hidden = content.m === 1;
+  if (isNonlinear) {
+    $("em-fit").hidden = true;
+    for (const one of ["huber", "jump"]) $("loss").querySelector(`[value=${one}]`).remove();
+    $("save-c").hidden = false;
+    $("source-name").textContent = `C of this filter, as kalmanq compile writes ${content.c_name}.c`;
+    document.querySelector("[name=arithmetic][value=q31]").parentElement.hidden = $("lag").parentElement.hidden = true;
+  }
   $("from").value = 0;
   $("to").value = Math.min(content.rows - 1, 9);
   showSettings();
-  const wasm = await unpacked($("core-text").textContent), code = `${$("engine").textContent}\n${$("worker").textContent}`;
+  const wasm = await unpacked($("core-text").textContent), code = ["engine", "em", "equations", "worker"].map((one) => $(one).textContent).join("\n");
   first = new Helper(wasm, code);
   second = new Helper(wasm, code);
   const made = await Promise.all([first.ready, second.ready]);

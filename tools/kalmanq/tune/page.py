@@ -6,16 +6,18 @@ import base64
 import gzip
 import json
 from pathlib import Path
-from typing import Any, Optional, Sequence
+from typing import Any, Optional, Sequence, Union
 
 import numpy as np
 
 from kalmanq.errors import KalmanqError
 from kalmanq.firmware.costs import CORES, estimate, is_measured
 from kalmanq.model import Model
-from kalmanq.model.model import Quantity
+from kalmanq.nonlinear import NonlinearModel
 from kalmanq.run.filters import Filter
-from kalmanq.tune.noises import MATRICES, Noise, Shape, has_dt, noises_of, rest_of
+from kalmanq.tune import emitted, equations
+from kalmanq.tune.noises import Noise, Shape, has_dt, noises_of, rest_of
+from kalmanq.tune.packing import noise_content, packed, quantities
 
 HERE = Path(__file__).resolve().parent
 CORE = HERE / "core.wasm"
@@ -32,11 +34,22 @@ def core() -> bytes:
     return CORE.read_bytes()
 
 
-def page(model: Model, z: np.ndarray, u: Optional[np.ndarray], times: Optional[np.ndarray], sources: dict[str, str]) -> str:
+def require(model: Union[Model, NonlinearModel]) -> None:
+    """What a page of the model is made by"""
+    if isinstance(model, NonlinearModel):
+        emitted.tools()
+    else:
+        core()
+
+
+def page(model: Union[Model, NonlinearModel], z: np.ndarray, u: Optional[np.ndarray], times: Optional[np.ndarray], sources: dict[str, str]) -> str:
     """sources: names of the files that it is of"""
-    wasm = base64.b64encode(gzip.compress(core(), 9, mtime=0)).decode()
-    pieces = {"STYLE": _file("page.css"), "ENGINE": _file("engine.js"), "WORKER": _file("worker.js"), "CHARTS": _file("charts.js"),
-              "PAGE": _file("page.js"), "CORE": wasm, "CONTENT": for_script(content(model, z, u, times, sources)), "SETTINGS": "null"}
+    refuse(model, z, u)
+    given, module = equations.content(model, z, u, times, sources) if isinstance(model, NonlinearModel) else \
+        (content(model, z, u, times, sources), core())
+    wasm = base64.b64encode(gzip.compress(module, 9, mtime=0)).decode()
+    pieces = {"STYLE": _file("page.css"), "ENGINE": _file("engine.js"), "EM": _file("em.js"), "EQUATIONS": _file("equations.js"), "WORKER": _file("worker.js"),
+              "CHARTS": _file("charts.js"), "PAGE": _file("page.js"), "CORE": wasm, "CONTENT": for_script(given), "SETTINGS": "null"}
     made = _file("page.html")
     for name, text in pieces.items():
         before, mark, after = made.partition(f"/*{name}*/")
@@ -60,7 +73,6 @@ def for_script(given: Any) -> str:
 
 
 def content(model: Model, z: np.ndarray, u: Optional[np.ndarray], times: Optional[np.ndarray], sources: dict[str, str]) -> dict[str, Any]:
-    refuse(model, z, u)
     dt, which = steps_of(model, times)
     shape = Shape(dt)
     noises, template = noises_of(model, shape)
@@ -69,7 +81,7 @@ def content(model: Model, z: np.ndarray, u: Optional[np.ndarray], times: Optiona
     filter_.run(z, u, times=times)
     return {
         "name": model.name, "sources": sources, "n": model.n, "m": model.m, "l": model.l, "rows": len(z),
-        "states": _quantities(model.states), "measurements": _quantities(model.measurements), "controls": _quantities(model.controls),
+        "states": quantities(model.states), "measurements": quantities(model.measurements), "controls": quantities(model.controls),
         "processes": len(arrays["A"]), "factor": 0 if model.G is None else model.G.shape[1],
         "unknown": sum(1 << int(i) for i in np.flatnonzero(model.unknown)),
         **{name: packed(arrays[name]) for name in ("A", "B", "Q", "G", "H", "R", "x0", "P0", "d")},
@@ -77,11 +89,11 @@ def content(model: Model, z: np.ndarray, u: Optional[np.ndarray], times: Optiona
         "z": packed(z), "u": packed(_with_ones(model, u, len(z))), "which": packed(which), "times": packed(times),
         "unit": model.continuous.unit if model.continuous and times is not None else "",
         "flow": flow(model, noises) if has_dt(model, shape) else None,
-        "noises": [_noise(one) for one in noises], "template": template, "total": filter_.log_likelihood,
+        "noises": [noise_content(one) for one in noises], "template": template, "total": filter_.log_likelihood,
         "cores": CORES, "costs": costs(model)}
 
 
-def refuse(model: Model, z: np.ndarray, u: Optional[np.ndarray]) -> None:
+def refuse(model: Union[Model, NonlinearModel], z: np.ndarray, u: Optional[np.ndarray]) -> None:
     if model.inputs and (u is None or np.any(np.isnan(u))):
         row = 0 if u is None else int(np.argmax(np.any(np.isnan(u), axis=1)))
         raise KalmanqError(f"row {row}: a control is missing: give all controls, or leave B out of the model")
@@ -117,20 +129,6 @@ def _with_ones(model: Model, u: Optional[np.ndarray], rows: int) -> Optional[np.
         return None
     given = np.zeros((rows, 0)) if u is None else np.reshape(u, (rows, -1))
     return np.hstack([given, np.ones((rows, model.l - given.shape[1]))])
-
-
-def packed(array: Optional[np.ndarray]) -> Optional[str]:
-    return None if array is None else base64.b64encode(np.ascontiguousarray(array, "<f8").tobytes()).decode()
-
-
-def _quantities(given: Sequence[Quantity]) -> list[dict[str, Any]]:
-    return [{"name": one.name, "unit": one.unit, "range": one.range, "fraction": one.fraction} for one in given]
-
-
-def _noise(one: Noise) -> dict[str, Any]:
-    parts = {name: packed(one.parts.get(name)) for name in MATRICES}
-    return {"key": one.key, "value": one.value, "kind": one.kind, "unit": one.unit, "hint": one.hint, "power": one.power,
-            "columns": one.columns, "fit": one.fit, **parts}
 
 
 def costs(model: Model) -> dict[str, dict[str, dict[str, list[int]]]]:

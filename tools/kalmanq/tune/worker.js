@@ -20,21 +20,24 @@ function desk() {
       given = engine.measurements().slice();
       return {};
     },
-    edit({ cells, values }) {
+    edit({ cells, values, late, rows }) {
       const z = engine.measurements();
       z.set(given);
       cells.forEach((cell, k) => { z[cell] = values[k]; });
+      engine.setLate?.(late, rows);
       return {};
     },
     /* All but what a smoother has to say */
     run({ asked, shows }) {
       const told = engine.run({ ...asked, smooth: false });
-      return { ...told, pictures: pictures(engine, shows, asked.lag), ...judged(shows), headroom: asked.arithmetic === "q31" ? headroom(engine) : null };
+      return { ...told, pictures: pictures(engine, shows, asked.lag), ...judged(shows), headroom: asked.arithmetic === "q31" ? headroom(engine) : null,
+               apart: engine.compared ? engine.compared() : null };
     },
     look: ({ asked, shows }) => ({ pictures: pictures(engine, shows, asked.lag), ...judged(shows) }),
     smooth,
     look_smooth: ({ asked, shows }) => (smoothedState === -1 || smoothedState === shows.state ? { pictures: smoothed(engine, shows) } : smooth({ asked, shows })),
     fit: ({ asked, free }, tell) => fit(engine, asked, free, tell),
+    em: ({ asked, free }, tell) => expectation(engine, asked, free, tell),
     distance: ({ asked }) => ({ far: Object.fromEntries((engine.canFix ? ["f32", "q31"] : ["f32"]).map((one) => [one, far(asked, one)])) }),
   };
 
