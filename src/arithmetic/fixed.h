@@ -53,12 +53,17 @@ static inline int32_t shift_down_rounded(int32_t a, int32_t shift)
     return shift > 31 ? 0 : shift_rounded(a, (int)shift);
 }
 
+/* shift_down_rounded_wide by 0, or by 32 and more */
+KQ_COLD KQ_NOINLINE static int64_t shift_far_rounded(int64_t a, int32_t shift)
+{
+    if (shift == 0) return a;
+    return shift > 63 ? 0 : ((a >> (shift - 1)) + 1) >> 1;
+}
+
 /* a 2^-shift rounded to nearest, |a| < 2^63 - 1; most shifts are below 32, and cost a 32-bit core less */
 static inline int64_t shift_down_rounded_wide(int64_t a, int32_t shift)
 {
-    if (shift > 0 && shift < 32) return shift_rounded_long(a, (int)shift);
-    if (shift == 0) return a;
-    return shift > 63 ? 0 : ((a >> (shift - 1)) + 1) >> 1;
+    return shift > 0 && shift < 32 ? shift_rounded_long(a, (int)shift) : shift_far_rounded(a, shift);
 }
 
 /* a 2^shift, 0 <= shift <= 31 (63) */

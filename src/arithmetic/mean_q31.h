@@ -57,7 +57,7 @@ static inline wide carried_get(const int32_t *x, int n, int i)
 }
 
 /* Beyond the word: with a carry, and held where that ends */
-KQ_NOINLINE static unsigned carried_set(int32_t *x, int n, int i, int64_t value)
+KQ_COLD KQ_NOINLINE static unsigned carried_set(int32_t *x, int n, int i, int64_t value)
 {
     const wide held = value > carried_max    ? carried_max
                       : value < -carried_max ? -carried_max
@@ -101,7 +101,7 @@ static inline int64_t word_product(scaled c, int32_t high, int32_t low)
 }
 
 /* c x_i in units of 2^-26, rounded; |c| <= 16, which is 2^30 2^-26, so nothing is shifted up. */
-static inline int64_t wide_product(scaled c, int32_t high, int32_t low)
+KQ_SHARED int64_t wide_product(scaled c, int32_t high, int32_t low)
 {
     return shift_down_rounded_wide(word_product(c, high, low), -26 - c.exponent);
 }
@@ -148,7 +148,7 @@ KQ_KERNEL unsigned mean_correct(int32_t *x, int n, int i, scaled b, scaled w)
 }
 
 /* mean_correct where x may have carries: |x| < 2^61, so that nothing is cut unseen */
-static inline unsigned mean_correct_exactly(int32_t *x, int n, int i, scaled b, scaled w)
+KQ_COLD static inline unsigned mean_correct_exactly(int32_t *x, int n, int i, scaled b, scaled w)
 {
     const wide d = wide_from(product(b.mantissa, w.mantissa), b.exponent + w.exponent + 24, 62);
     return wide_set_carried(x, n, i, sum_of(carried_get(x, n, i), d, 63));
@@ -246,7 +246,7 @@ KQ_KERNEL scaled mean_residual(int32_t z, const scaled *h, const int32_t *x, int
  * below 2^57 + 2^61 + 16 2^32, and the carries into `high`, in units of 2^6, and what these leave.
  * A carry of 2^5 at most times a mantissa is below 2^36.
  */
-KQ_NOINLINE static scaled mean_residual_carried(int32_t z, const scaled *h, const int32_t *x, int n)
+KQ_COLD KQ_NOINLINE static scaled mean_residual_carried(int32_t z, const scaled *h, const int32_t *x, int n)
 {
     int64_t low = shift_up_wide(z, 26, 57), high = 0;
     for (int k = 0; k < n; k++) {

@@ -47,7 +47,7 @@ static inline void root_times_row(scaled *out, const num *S, const num *f, int n
     for (int i = 0; i < n; i++) {
         out[i] = (scaled){0};
         for (int j = i; j < n; j++) {
-            const scaled entry = scaled_normal(root_entry(S, n, i, j));
+            const scaled entry = root_number(S, n, i, j);
             out[i] = scaled_plus(out[i], scaled_times(entry, row_entry(f, n, j)));
         }
     }
@@ -84,14 +84,14 @@ KQ_COLD KQ_NOINLINE static int root_is_ill_conditioned(const num *S, int n, scal
         v[j] = scaled_root(root_product(S, n, j, j));
         if (scaled_is_zero(v[j])) continue;
         for (int i = j; i >= 0; i--) {
-            const scaled own = scaled_normal(root_entry(S, n, i, i));
+            const scaled own = root_number(S, n, i, i);
             scaled sum = i == j ? v[j] : zero;
             for (int k = i + 1; k <= j; k++) {
-                sum = scaled_minus(sum, scaled_times(scaled_normal(root_entry(S, n, i, k)), v[k]));
+                sum = scaled_minus(sum, scaled_times(root_number(S, n, i, k), v[k]));
             }
             if (i == j && scaled_is_zero(own)) return 1;
             v[i] = scaled_is_zero(own) ? zero : scaled_over(sum, own);
-            total = scaled_products(total, scaled_one, v[i], v[i]);
+            total = scaled_add_square(total, v[i]);
         }
     }
     return !scaled_is_less(total, num_most_condition);

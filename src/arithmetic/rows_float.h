@@ -20,8 +20,14 @@ static const num num_one = 1;
 
 static inline const num *exponents_of(const num *S, int n) { return S + KQ_TRIANGLE(n); }
 
-/* Two rows at a time save loads, which count; in fixed point multiplications do. */
-enum { rows_in_pairs = 1, rows_share_exponents = 0 };
+/* Two rows at a time save loads, which count where the core has instructions for the products and memory is not
+   short. */
+#if defined(KQ_SMALL_CODE)
+enum { rows_in_pairs = 0 };
+#else
+enum { rows_in_pairs = KQ_NUM_BITS <= KQ_FLOAT_BITS };
+#endif
+enum { rows_share_exponents = 0 };
 
 /* Where sizes are known, S is in registers: a row of it cannot be selected.  Up to so many states a
    step works on a copy that is in registers, and up to so many its components are unrolled. */
@@ -117,6 +123,8 @@ static inline scaled root_entry(const num *S, int n, int i, int k)
     return S[column(k) + i];
 }
 
+static inline scaled root_number(const num *S, int n, int i, int k) { return root_entry(S, n, i, k); }
+
 static inline scaled root_sum(sum total, const num *S, int n, int i, int j)
 {
     (void)S, (void)n, (void)i, (void)j;
@@ -141,7 +149,7 @@ static inline void row_fitted(num *row, const scaled *entries, int width)
 }
 
 /* Row i of S through the rotations of cosines c and sines t.  Answers entry i of S f / sqrt(s). */
-static inline scaled turn_root_row(num *S, const scaled *c, const scaled *t, scaled *scratch, int n,
+KQ_COLD static inline scaled turn_root_row(num *S, const scaled *c, const scaled *t, scaled *scratch, int n,
                                    int i)
 {
     num *s = S + column(i) + i, b = 0;
@@ -173,7 +181,7 @@ static inline void row_forget(num *S, scaled *scratch, int n, int i, int end)
 }
 
 /* Row i of S, columns i .. end - 1, += rest / h */
-static inline void mend_root_row(num *S, const scaled *rest, scaled h, scaled *scratch, int n, int i,
+KQ_COLD static inline void mend_root_row(num *S, const scaled *rest, scaled h, scaled *scratch, int n, int i,
                                  int end)
 {
     num *s = S + column(i) + i;
@@ -196,7 +204,7 @@ static inline scaled mean_resolution(const scaled *h, int n)
  * variance below it says nothing.  (64 eps)^2: f's own rounding, and that of S
  * from earlier updates, whose rows were longer.
  */
-static num project_exactly(num *f, const num *S, const num *h, num *rests, int n)
+KQ_COLD static num project_exactly(num *f, const num *S, const num *h, num *rests, int n)
 {
     num total = 0;
     (void)rests;

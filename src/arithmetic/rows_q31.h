@@ -138,6 +138,14 @@ static inline scaled root_entry(const int32_t *S, int n, int i, int k)
     return (scaled){S[column(k) + i], S[KQ_TRIANGLE(n) + i]};
 }
 
+KQ_OF_WORDS packed packed_entry(const int32_t *S, int n, int i, int k)
+{
+    return pack(scaled_normal(root_entry(S, n, i, k)));
+}
+
+/* The entry, normalised */
+KQ_OF_NUMBERS scaled root_number(const int32_t *S, int n, int i, int k) { return unpack(packed_entry(S, n, i, k)); }
+
 /* A sum of products of the entries of rows i and j as a number */
 static inline scaled root_sum(sum total, const int32_t *S, int n, int i, int j)
 {
@@ -203,7 +211,7 @@ static inline void row_fitted(int32_t *row, const scaled *entries, int width)
 }
 
 /* Row i of S <- its n - i entries */
-static inline void root_set_row(int32_t *S, const scaled *entries, int n, int i)
+KQ_COLD static inline void root_set_row(int32_t *S, const scaled *entries, int n, int i)
 {
     const int32_t exponent = fitted_exponent(entries, n - i);
     int32_t *s = S + column(i) + i;
@@ -219,7 +227,7 @@ static inline int32_t turn_word(scaled a) { return word_of(scaled_shift(a, 31));
 
 /* Row i of S through the rotations of cosines c and sines t, its exponent becoming that of what is
    left of it.  Answers entry i of S f / sqrt(s), which is as long as the row was at most. */
-static inline scaled turn_root_row(int32_t *S, const scaled *c, const scaled *t, scaled *entries,
+KQ_COLD static inline scaled turn_root_row(int32_t *S, const scaled *c, const scaled *t, scaled *entries,
                                    int n, int i)
 {
     const int32_t exponent = S[KQ_TRIANGLE(n) + i], *s = S + column(i) + i;
@@ -245,14 +253,14 @@ static inline void row_clear(int32_t *S, int n, int i)
 static inline int mending_rounds(scaled r, scaled sigma) { return r.exponent < 2 * sigma.exponent - 66; }
 
 /* Row i of S, columns i .. end - 1, <- 0, its exponent becoming that of what is left */
-static inline void row_forget(int32_t *S, scaled *entries, int n, int i, int end)
+KQ_COLD static inline void row_forget(int32_t *S, scaled *entries, int n, int i, int end)
 {
-    for (int j = i; j < n; j++) entries[j - i] = j < end ? (scaled){0, 0} : scaled_normal(root_entry(S, n, i, j));
+    for (int j = i; j < n; j++) entries[j - i] = j < end ? (scaled){0, 0} : root_number(S, n, i, j);
     root_set_row(S, entries, n, i);
 }
 
 /* Row i of S, columns i .. end - 1, += rest / h, its exponent becoming that of what it is then */
-static inline void mend_root_row(int32_t *S, const scaled *rest, scaled h, scaled *entries, int n,
+KQ_COLD static inline void mend_root_row(int32_t *S, const scaled *rest, scaled h, scaled *entries, int n,
                                  int i, int end)
 {
     const int32_t exponent = S[KQ_TRIANGLE(n) + i], *s = S + column(i) + i;
@@ -275,11 +283,11 @@ KQ_SHARED scaled mean_resolution(const scaled *h, int n)
 }
 
 /* f_j += h_k S_kj, k <= j, for rows that have no bit on the scale of all of them */
-static void project_far(scaled *f, const int32_t *S, const scaled *h, uint32_t far, int n)
+KQ_COLD static void project_far(scaled *f, const int32_t *S, const scaled *h, uint32_t far, int n)
 {
     for (int k = 0; k < n; k++) {
         for (int j = k; j < n && (far >> k & 1); j++) {
-            f[j] = scaled_plus(f[j], scaled_times(h[k], scaled_normal(root_entry(S, n, k, j))));
+            f[j] = scaled_plus(f[j], scaled_times(h[k], root_number(S, n, k, j)));
         }
     }
 }
@@ -291,7 +299,7 @@ static void project_far(scaled *f, const int32_t *S, const scaled *h, uint32_t f
  * what rounding alone makes of f'f, 16 units of each entry, or 2 last bits of the mean: a variance
  * below either says nothing.
  */
-static scaled project_exactly(scaled *f, const int32_t *S, const scaled *h, scaled *rests, int n)
+KQ_COLD static scaled project_exactly(scaled *f, const int32_t *S, const scaled *h, scaled *rests, int n)
 {
     int32_t *c = &f[0].mantissa, *low = &rests[0].mantissa, exponent = lowest_exponent;
     uint32_t size = 0, far = 0;

@@ -42,6 +42,7 @@ static inline scaled scaled_products(scaled a, scaled b, scaled c, scaled d)
     return a * b + c * d;
 }
 
+static inline scaled scaled_add_square(scaled total, scaled a) { return total + a * a; }
 static inline scaled scaled_root(scaled a) { return num_root(a); }
 static inline scaled scaled_of_word(num a) { return a; }
 static inline int scaled_is_less(scaled a, scaled b) { return a < b; }

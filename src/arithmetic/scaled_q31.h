@@ -108,11 +108,16 @@ static inline scaled scaled_times(scaled a, scaled b)
     return scaled_of_product(a.mantissa, b.mantissa, a.exponent + b.exponent);
 }
 
-/* b != 0.  1 / |b| = reciprocal(2 |b|) 2^-62 */
-KQ_SHARED scaled scaled_over(scaled a, scaled b)
+/* b != 0.  1 / |b| = reciprocal(2 |b|) 2^-62; exponent: a's less b's */
+KQ_OF_WORDS packed packed_over(int32_t a, int32_t b, int32_t exponent)
 {
-    const int32_t inverse = (int32_t)(reciprocal(magnitude(b.mantissa) << 1) >> 1);
-    return scaled_of_product(b.mantissa < 0 ? -a.mantissa : a.mantissa, inverse, a.exponent - b.exponent - 61);
+    const int32_t inverse = (int32_t)(reciprocal(magnitude(b) << 1) >> 1);
+    return pack(scaled_of_product(b < 0 ? -a : a, inverse, exponent - 61));
+}
+
+KQ_OF_NUMBERS scaled scaled_over(scaled a, scaled b)
+{
+    return unpack(packed_over(a.mantissa, b.mantissa, a.exponent - b.exponent));
 }
 
 KQ_OF_WORDS packed packed_plus(int32_t a, int32_t p, int32_t b, int32_t q)
@@ -152,6 +157,18 @@ KQ_SHARED scaled scaled_products(scaled a, scaled b, scaled c, scaled d)
     return scaled_of(high, exponent);
 }
 
+/* total + a^2 */
+KQ_OF_WORDS packed packed_square_added(int32_t total, int32_t p, int32_t a, int32_t q)
+{
+    const scaled of_a = {a, q};
+    return pack(scaled_products((scaled){total, p}, scaled_one, of_a, of_a));
+}
+
+KQ_OF_NUMBERS scaled scaled_add_square(scaled total, scaled a)
+{
+    return unpack(packed_square_added(total.mantissa, total.exponent, a.mantissa, a.exponent));
+}
+
 /* a >= 0: sqrt(m 2^e) = sqrt(v) 2^((e - odd) / 2), v = m or, for e odd, 2 m: in [2^30, 2^32) */
 KQ_OF_WORDS packed packed_root(int32_t a, int32_t exponent)
 {
@@ -167,11 +184,16 @@ KQ_OF_NUMBERS scaled scaled_root(scaled a) { return unpack(packed_root(a.mantiss
 
 static inline scaled scaled_of_word(int32_t a) { return scaled_of(a, 0); }
 
-/* a < b, for a, b >= 0 */
-static inline int scaled_is_less(scaled a, scaled b)
+/* a 2^p < b 2^q, for a, b >= 0 */
+KQ_OF_WORDS int words_are_less(int32_t a, int32_t p, int32_t b, int32_t q)
 {
-    if (a.mantissa == 0 || b.mantissa == 0) return a.mantissa < b.mantissa;
-    return a.exponent < b.exponent || (a.exponent == b.exponent && a.mantissa < b.mantissa);
+    if (a == 0 || b == 0) return a < b;
+    return p < q || (p == q && a < b);
+}
+
+KQ_OF_NUMBERS int scaled_is_less(scaled a, scaled b)
+{
+    return words_are_less(a.mantissa, a.exponent, b.mantissa, b.exponent);
 }
 
 static inline scaled scaled_magnitude(scaled a)

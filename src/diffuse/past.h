@@ -21,7 +21,7 @@ static void full_row(scaled *row, const num *S, int n, int i)
 {
     static const scaled zero;
     for (int k = 0; k < n; k++) {
-        row[k] = k < i ? zero : scaled_normal(root_entry(S, n, i, k));
+        row[k] = k < i ? zero : root_number(S, n, i, k);
     }
 }
 

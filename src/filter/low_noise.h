@@ -29,7 +29,7 @@ enum { FLOOR_PARTS = 4 };
  * F = S'h, and what rounding alone makes of h'P h.  A decorrelated row and its innovation are sums,
  * which may cancel: they are rounded as their terms are, not as what is left of them.
  */
-static scaled project_with_floor(const filter *f, const reading *z, int c, const scaled *h,
+KQ_COLD static scaled project_with_floor(const filter *f, const reading *z, int c, const scaled *h,
                                  scaled *F)
 {
     const num *S = filter_root(f);
@@ -74,7 +74,7 @@ KQ_COLD static int is_redundant(const filter *f, const low_noise_scalar *m, scal
 
 /* What is not representable is not taken.  Where it is the state that has left them, it is held, and
    the next measurement brings it back. */
-static void refuse_overflow(filter *f)
+KQ_COLD static void refuse_overflow(filter *f)
 {
     f->events |= KQ_EVENT_OVERFLOW;
     if (state_saturate(f->memory, filter_root(f), f->states) && f->attached) f->attached->hooks->record_end(f);
@@ -96,7 +96,7 @@ KQ_COLD static int innovation_counts(filter *f, const low_noise_scalar *m, scale
  * variance where sharp ones that came at other instants have left it; it is seen where the innovation is
  * that far beyond its sigma.
  */
-static int contradicts(const low_noise_scalar *m)
+KQ_COLD static int contradicts(const low_noise_scalar *m)
 {
     return m->sharp && scaled_is_less(num_most_sure, scaled_times(m->e, m->w));
 }
@@ -187,7 +187,7 @@ KQ_COLD KQ_NOINLINE static void watch_rounding(filter *f, const low_noise_scalar
         scaled sum = {0}, size = {0};
         for (int i = 0; i <= j; i++) {
             if (scaled_is_zero(m->h[i])) continue;
-            const scaled term = scaled_times(m->h[i], scaled_normal(root_entry(S, n, i, j)));
+            const scaled term = scaled_times(m->h[i], root_number(S, n, i, j));
             sum = scaled_plus(sum, term);
             size = scaled_plus(size, scaled_magnitude(term));
         }

@@ -30,10 +30,10 @@ static low_noise_work low_noise_work_at(scaled *memory, int n)
                         .floor = memory + n};
 }
 
-static scaled square_of(const scaled *f, int n)
+KQ_COLD static scaled square_of(const scaled *f, int n)
 {
     scaled total = scaled_times(f[0], f[0]);
-    for (int j = 1; j < n; j++) total = scaled_products(total, scaled_one, f[j], f[j]);
+    for (int j = 1; j < n; j++) total = scaled_add_square(total, f[j]);
     return total;
 }
 
@@ -47,7 +47,7 @@ KQ_COLD static scaled turns_of(const low_noise_work *w, scaled r, int n)
     scaled variance = r, sigma = scaled_root(r);
     for (int j = 0; j < n; j++) {
         const scaled entry = w->f[j];
-        variance = scaled_products(variance, scaled_one, entry, entry);
+        variance = scaled_add_square(variance, entry);
         const scaled next = scaled_root(variance);
         w->c[j] = scaled_over(sigma, next);
         w->f[j] = scaled_over(entry, next);
@@ -58,7 +58,7 @@ KQ_COLD static scaled turns_of(const low_noise_work *w, scaled r, int n)
 }
 
 /* Row i is mended from column i up to the first of a state that has more part than i. */
-static int mended_end(const scaled *part, int i, int n)
+KQ_COLD static int mended_end(const scaled *part, int i, int n)
 {
     int end = i + 1;
     while (end < n && !scaled_is_less(part[i], part[end])) end++;
@@ -96,7 +96,7 @@ KQ_COLD static void drop_rounding(num *S, scaled lost, int n, int i)
 {
     const scaled most = scaled_times(num_row_rounding, scaled_magnitude(lost));
     for (int j = i; j < n; j++) {
-        if (scaled_is_less(most, scaled_magnitude(scaled_normal(root_entry(S, n, i, j))))) return;
+        if (scaled_is_less(most, scaled_magnitude(root_number(S, n, i, j)))) return;
     }
     row_clear(S, n, i);
 }

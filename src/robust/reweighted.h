@@ -27,7 +27,7 @@ static kq_status process_scale_noise(process *target, const process *source, num
 static int noise_is_live(const process *p, int k)
 {
     for (int i = 0; i <= k; i++) {
-        const scaled entry = scaled_normal(root_entry(p->noise_root, p->states, i, k));
+        const scaled entry = root_number(p->noise_root, p->states, i, k);
         if (scaled_is_less(num_tiny, scaled_times(entry, entry))) return 1;
     }
     return 0;

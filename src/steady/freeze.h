@@ -68,13 +68,13 @@ static int roots_are_same(const num *a, const num *b, int n)
 static int root_is_steady(const num *a, const num *b, int n, int bits)
 {
     for (int i = 0; i < n; i++) {
-        scaled norm = scaled_normal(root_entry(a, n, i, i)), change;
-        change = scaled_minus(norm, scaled_normal(root_entry(b, n, i, i)));
+        scaled norm = root_number(a, n, i, i), change;
+        change = scaled_minus(norm, root_number(b, n, i, i));
         norm = scaled_times(norm, norm);
         change = scaled_times(change, change);
         for (int k = i + 1; k < n; k++) {
-            const scaled entry = scaled_normal(root_entry(a, n, i, k));
-            const scaled d = scaled_minus(entry, scaled_normal(root_entry(b, n, i, k)));
+            const scaled entry = root_number(a, n, i, k);
+            const scaled d = scaled_minus(entry, root_number(b, n, i, k));
             norm = scaled_plus(norm, scaled_times(entry, entry));
             change = scaled_plus(change, scaled_times(d, d));
         }
