@@ -1,6 +1,5 @@
 /* Steps of nonlinear models: where f and h are linear they are the plain ones, in every smoother. */
 #include "drive.h"
-#include "innovations.h"
 #include "losses.h"
 #include "unchanged.h"
 
@@ -65,10 +64,10 @@ static void predict_linearised(K(filter) * f, int step)
     ASSERT_OK(K(process_init)(&changing, identity3, NULL, Q)); /* nobody needs it any more */
 }
 
-static void update_linearised(K(filter) * f, const K(sensor) * s, const num *z, uint32_t present)
+static void update_linearised(K(filter) * f, sensor_model *s, const num *z, uint32_t present)
 {
     num e[2];
-    ASSERT_OK(K(innovation)(f, s, z, e));
+    ASSERT_OK(K(innovation)(f, &s->sensor, z, e));
     if (present == UINT32_MAX) ASSERT_OK(K(update)(f, of_innovations(s), e));
     else ASSERT_OK(K(update_subset)(f, of_innovations(s), e, present));
 }
@@ -85,9 +84,8 @@ static void measure_linearised(K(filter) * f, int step)
 
 static void drive_both(int step)
 {
-    if (step) ASSERT_OK(K(predict)(&twin, process_of(step), control_of(step)));
+    drive(&twin, step);
     if (step) predict_linearised(&track, step);
-    measure(&twin, step);
     measure_linearised(&track, step);
 }
 
@@ -170,10 +168,9 @@ TEST(plain_and_linearised_predicts_take_turns_on_a_tape)
     ASSERT_OK(K(attach)(&twin, &tape.attached));
     ASSERT_OK(K(attach)(&track, &jacobians.attached));
     for (int step = 0; step < STEPS; step++) {
-        if (step) ASSERT_OK(K(predict)(&twin, process_of(step), control_of(step)));
+        drive(&twin, step);
         if (step && step % 2) predict_linearised(&track, step);
         else if (step) ASSERT_OK(K(predict)(&track, process_of(step), control_of(step)));
-        measure(&twin, step);
         measure_linearised(&track, step);
     }
     ASSERT_OK(K(smooth)(&tape));
@@ -293,7 +290,7 @@ static const num at_zero[] = {0, 0}, e[] = {2, -4};
 
 static void begin_at_zero(void)
 {
-    ASSERT_OK(K(filter_init)(&track, x0, P0));
+    ASSERT_OK(init_filter(&track, &prior));
     ASSERT_OK(K(filter_init)(&twin, at_zero, P0));
 }
 
@@ -330,9 +327,9 @@ TEST(a_step_is_a_predict_and_an_update)
     reading expected, actual;
     for (int step = 0; step < 4; step++) {
         const K(sensor) *differs = of_innovations(&radar);
-        ASSERT_OK(K(predict)(&twin, &motion, control_of(step)));
+        ASSERT_OK(K(predict)(&twin, &motion.process, control_of(step)));
         ASSERT_OK(K(update)(&twin, differs, e));
-        ASSERT_OK(K(step)(&track, &motion, control_of(step), differs, e));
+        ASSERT_OK(K(step)(&track, &motion.process, control_of(step), differs, e));
         read_filter(&expected, &twin, 2);
         read_filter(&actual, &track, 2);
         ASSERT_SAME_BITS(expected, actual);
@@ -454,15 +451,15 @@ TEST(what_learns_from_the_mean_or_moves_it_is_refused)
     K(loss) gate = {.kind = &K(loss_gate), .limit = 12};
     const K(sensor) *differs = of_innovations(&radar);
     for (int k = 0; k < 3; k++) {
-        if (k == 0) ASSERT_OK(K(adaptation_init)(&tuner, &motion, &radar, &rule));
-        if (k == 1) ASSERT_OK(K(adaptation_init)(&tuner, &motion, differs, &rule));
+        if (k == 0) ASSERT_OK(K(adaptation_init)(&tuner, &motion.process, &radar.sensor, &rule));
+        if (k == 1) ASSERT_OK(K(adaptation_init)(&tuner, &motion.process, differs, &rule));
         if (k < 2) ASSERT_OK(K(attach)(&track, &tuner.attached));
         if (k == 2) ASSERT_OK(K(freeze_init)(&calm, 10));
         if (k == 2) ASSERT_OK(K(attach)(&track, &calm.attached));
         ASSERT_REFUSED(KQ_ERR_RECORDING, K(predict_extended)(&track, &changing, d));
         ASSERT_REFUSED(KQ_ERR_RECORDING, K(update)(&track, differs, d));
         ASSERT_REFUSED(KQ_ERR_RECORDING, K(update_subset)(&track, differs, d, 1));
-        ASSERT_REFUSED(KQ_ERR_RECORDING, K(step)(&track, &motion, NULL, differs, d));
+        ASSERT_REFUSED(KQ_ERR_RECORDING, K(step)(&track, &motion.process, NULL, differs, d));
         ASSERT_REFUSED(KQ_ERR_RECORDING, K(update_robust)(&track, differs, d, 3, &gate));
         ASSERT_REFUSED(KQ_ERR_RECORDING, update_huber(&track, differs, d, 3, 3, NULL));
         ASSERT_REFUSED(KQ_ERR_RECORDING, update_student(&track, differs, d, 3, 4, NULL));
@@ -490,10 +487,10 @@ TEST(a_start_that_is_over_is_in_nobodys_way)
     ASSERT_OK(K(diffuse_init)(&begin, &track, x0, P0, 3));
     ASSERT_REFUSED(KQ_ERR_NOT_READY, K(predict_extended)(&track, &changing, d));
     ASSERT_REFUSED(KQ_ERR_NOT_READY, K(update)(&track, of_innovations(&radar), d));
-    ASSERT_REFUSED(KQ_ERR_NOT_READY, K(step)(&track, &motion, NULL, of_innovations(&radar), d));
+    ASSERT_REFUSED(KQ_ERR_NOT_READY, K(step)(&track, &motion.process, NULL, of_innovations(&radar), d));
     ASSERT_REFUSED(KQ_ERR_NOT_READY, update_jump(&track, of_innovations(&radar), d, 3, 9));
     ASSERT_REFUSED(KQ_ERR_NOT_READY, K(attach)(&track, &jacobians.attached));
-    ASSERT_OK(K(update)(&track, &radar, d));
+    ASSERT_OK(K(update)(&track, &radar.sensor, d));
     TEST_ASSERT_EQUAL_INT(0, K(diffuse_count)(&begin));
     ASSERT_OK(K(update)(&track, of_innovations(&radar), d));
     ASSERT_OK(K(predict_extended)(&track, &changing, d));
@@ -518,7 +515,7 @@ TEST(one_process_for_all_steps_smooths_no_linearised_tape)
     ASSERT_OK(K(attach)(&track, &jacobians.attached));
     predict_linearised(&track, 1);
     predict_linearised(&track, 2);
-    ASSERT_REFUSED(KQ_ERR_RECORDING, K(smooth_reweighted)(&record, &scaled, &motion, 4, q));
+    ASSERT_REFUSED(KQ_ERR_RECORDING, K(smooth_reweighted)(&record, &scaled, &motion.process, 4, q));
     ASSERT_OK(K(smooth)(&record));
 }
 

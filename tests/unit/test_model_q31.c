@@ -42,6 +42,13 @@ static kq_status init_sensor(void)
 
 static kq_status init_filter(void) { return kq_filter_init_q31(&track, &start.table, &range_error); }
 
+static void assert_range_error_of(const kq_range_error_q31 *found, kq_quantity quantity, int component, int bits)
+{
+    TEST_ASSERT_EQUAL_INT(quantity, found->quantity);
+    TEST_ASSERT_EQUAL_INT(component, found->component);
+    TEST_ASSERT_EQUAL_INT(bits, found->bits);
+}
+
 typedef kq_status initialise(void);
 
 /* ------------------------------------------------------------------- what all refuse */
@@ -144,9 +151,7 @@ static void assert_state_range_error(double large, int bits)
     motion.transition[2] = coefficient(large);
     ASSERT_REFUSED(KQ_ERR_RANGE, kq_process_init_q31(&motion.process, &motion.table, NULL));
     TEST_ASSERT_EQUAL_INT(KQ_ERR_RANGE, init_process());
-    TEST_ASSERT_EQUAL_INT(KQ_STATE, range_error.quantity);
-    TEST_ASSERT_EQUAL_INT(1, range_error.component);
-    TEST_ASSERT_EQUAL_INT(bits, range_error.bits);
+    assert_range_error_of(&range_error, KQ_STATE, 1, bits);
     motion.transition[2] = coefficient(ldexp(large, 1 - bits));
     TEST_ASSERT_EQUAL_INT(KQ_ERR_RANGE, init_process());
     motion.transition[2] = coefficient(ldexp(large, -bits));
@@ -187,9 +192,7 @@ TEST(a_control_counts_as_a_part_of_its_state)
 {
     motion.control[0] = coefficient(15.5);
     TEST_ASSERT_EQUAL_INT(KQ_ERR_RANGE, init_process());
-    TEST_ASSERT_EQUAL_INT(KQ_STATE, range_error.quantity);
-    TEST_ASSERT_EQUAL_INT(0, range_error.component);
-    TEST_ASSERT_EQUAL_INT(1, range_error.bits);
+    assert_range_error_of(&range_error, KQ_STATE, 0, 1);
 }
 
 /* No format makes A_ii smaller. */
@@ -225,13 +228,6 @@ TEST(change_transition_refuses)
     ASSERT_REFUSED(KQ_ERR_RANGE, kq_process_change_transition_q31(&motion.process, other, NULL));
     other[1] = (kq_scaled_q31){1, 0};
     ASSERT_REFUSED(KQ_ERR_COEFFICIENT, kq_process_change_transition_q31(&motion.process, other, NULL));
-}
-
-static void assert_range_error_of(const kq_range_error_q31 *found, kq_quantity quantity, int component, int bits)
-{
-    TEST_ASSERT_EQUAL_INT(quantity, found->quantity);
-    TEST_ASSERT_EQUAL_INT(component, found->component);
-    TEST_ASSERT_EQUAL_INT(bits, found->bits);
 }
 
 TEST(change_transition_names_the_row)
@@ -334,9 +330,7 @@ TEST(a_measurement_without_enough_bits_is_named)
         radar.measurement[3] = coefficient(large[k]);
         ASSERT_REFUSED(KQ_ERR_RANGE, kq_sensor_init_q31(&radar.sensor, &radar.table, NULL));
         TEST_ASSERT_EQUAL_INT(KQ_ERR_RANGE, init_sensor());
-        TEST_ASSERT_EQUAL_INT(KQ_MEASUREMENT, range_error.quantity);
-        TEST_ASSERT_EQUAL_INT(1, range_error.component);
-        TEST_ASSERT_EQUAL_INT(bits[k], range_error.bits);
+        assert_range_error_of(&range_error, KQ_MEASUREMENT, 1, bits[k]);
         radar.measurement[3] = coefficient(ldexp(large[k], -bits[k]));
         ASSERT_OK(init_sensor());
     }

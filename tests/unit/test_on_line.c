@@ -2,18 +2,14 @@
  * The smoothers on line, fixed lag and fixed point: beside the same run on a tape, one text for both and for all
  * arithmetics.  The lag is asked for its oldest step, the instant for its own; both are attached at step 0.
  */
-#include "models.h"
+#include "drive.h"
 #include "unchanged.h"
 
-#define MOST 3 /* scalar measurements of one step */
-enum { STEPS = 14, LONGEST = STEPS + 2 };
+enum { LONGEST = STEPS + 2 };
 enum { LAGGED, POINTED, KINDS };
 
-static process_model motion, other, three;
-static sensor_model radar, compass;
-static prior_model prior, prior3;
-S_FILTER(track, 2);
-S_FILTER(twin, 2);
+static process_model three;
+static prior_model prior3;
 S_FILTER(blank, 2);
 S_FILTER(copied, 2);
 S_FILTER(ahead, 2);
@@ -23,15 +19,8 @@ S_LAG(past3, 3, 1, 2);
 S_INSTANT(instant, 2, MOST);
 S_INSTANT(unused_instant, 2, 1);
 S_INSTANT(instant3, 3, 1);
-S_HISTORY(tape, 2, MOST, STEPS, STEPS);
 static S(filter) shown, not_shown;
 
-static const num range[] = {100, 100, 100}, drive_range[] = {5}, measured_range[] = {200, 100, 100};
-static const num A[] = {1, 0.5, -0.25, 0.75}, B[] = {0.125, 0.5}, Q[] = {0.25, 0.125, 0.125, 0.5};
-static const num A2[] = {0.5, 0.25, 0, 1}, Q2[] = {1, 0, 0, 0};
-static const num H[] = {1, 0, 0.5, 1}, R[] = {0.5, 0.25, 0.25, 1};
-static const num direction[] = {-1, 0.25}, variance[] = {0.125};
-static const num x0[] = {1, -2}, P0[] = {2, 0.5, 0.5, 1};
 static const num identity[] = {1, 0, 0, 1}, identity3[] = {1, 0, 0, 0, 1, 0, 0, 0, 1}, zero[9];
 
 /* ------------------------------------------------------------------------ lag or instant */
@@ -64,14 +53,9 @@ static void read(reading *r)
 
 static void set_up(void)
 {
-    put_process(&motion, 2, 1, range, drive_range, A, B, Q);
-    put_process(&other, 2, 1, range, drive_range, A2, B, Q2);
+    begin_drive();
     put_process(&three, 3, 0, range, drive_range, identity3, NULL, identity3);
-    put_sensor(&radar, 2, 2, range, measured_range, H, R);
-    put_sensor(&compass, 2, 1, range, measured_range, direction, variance);
-    put_prior(&prior, 2, range, x0, P0);
     put_prior(&prior3, 3, range, zero, identity3);
-    ASSERT_OK(init_filter(&twin, &prior));
     attach_as(LAGGED, 5);
     watch_nothing();
     WATCH(track), WATCH(track_memory), WATCH(past), WATCH(instant), WATCH(motion.process);
@@ -94,39 +78,11 @@ static void set_up(void)
 
 /* --------------------------------------------------------------------------------- a run */
 
-/* By turns: radar; nothing; one component of the radar; radar and compass; compass twice */
-static void measure(S(filter) *f, int step)
-{
-    const num z[] = {N(3 * ((step * 7) % 5 - 2)), N(0.5 * ((step * 11) % 7 - 3))};
-    const int turn = step % 5;
-    if (turn == 0 || turn == 3) ASSERT_OK(S(update)(f, &radar.sensor, measured(&radar.sensor, z)));
-    if (turn == 2) ASSERT_OK(S(update_subset)(f, &radar.sensor, measured(&radar.sensor, z), 2));
-    for (int k = 0; k < (turn == 4 ? 2 : turn == 3); k++) {
-        ASSERT_OK(S(update)(f, &compass.sensor, measured(&compass.sensor, z + k)));
-    }
-}
-
-static const S(process) *process_of(int step) { return step % 3 ? &motion.process : &other.process; }
-
-static const word *control_of(int step)
-{
-    static num u;
-    u = N(0.5 * (step % 4) - 1);
-    return step % 6 ? driven(&motion.process, &u, 1) : NULL;
-}
-
 static const word *z_of(int step)
 {
     static num z[2];
     z[0] = N(0.75 * (step % 5) - 1), z[1] = N(2 - 0.5 * (step % 7));
     return measured(&radar.sensor, z);
-}
-
-/* The step with the number `step`, but for its last predict */
-static void drive(S(filter) *f, int step)
-{
-    if (step) ASSERT_OK(S(predict)(f, process_of(step), control_of(step)));
-    measure(f, step);
 }
 
 static void drive_to(int end)

@@ -22,7 +22,7 @@ static void set_up(void)
     begin_drive();
     ASSERT_OK(K(sensor_init)(&single, direction, variance));
     watch_nothing();
-    WATCH(track), WATCH(track_memory), WATCH(motion), WATCH(motion_memory), WATCH(radar), WATCH(radar_memory);
+    WATCH(track), WATCH(track_memory), WATCH(motion), WATCH(radar);
     WATCH(found), WATCH(found_memory), WATCH(at), WATCH(at_memory), WATCH(trial), WATCH(trial_memory);
 }
 
@@ -200,11 +200,11 @@ static void drive_by_points(int step, kq_sigma_points rule)
     const num z[] = {N(3 * ((step * 7) % 5 - 2)), N(0.5 * ((step * 11) % 7 - 3))};
     log_of_calls log = {.z = z, .u = control_of(step)};
     num *inside = guard(work, COUNT(work));
-    ASSERT_OK(K(predict)(&twin, &motion, control_of(step)));
-    ASSERT_OK(K(predict_sigma_points)(&track, &motion, linear_increment, &log, rule, inside));
+    ASSERT_OK(K(predict)(&twin, &motion.process, control_of(step)));
+    ASSERT_OK(K(predict_sigma_points)(&track, &motion.process, linear_increment, &log, rule, inside));
     assert_guards(work, WORK, COUNT(work));
-    ASSERT_OK(K(update)(&twin, &radar, z));
-    ASSERT_OK(K(update_sigma_points)(&track, &radar, linear_innovation, &log, rule, inside));
+    ASSERT_OK(K(update)(&twin, &radar.sensor, z));
+    ASSERT_OK(K(update_sigma_points)(&track, &radar.sensor, linear_innovation, &log, rule, inside));
     assert_guards(work, WORK, COUNT(work));
     assert_like(&twin, &track);
 }
@@ -242,16 +242,16 @@ TEST(the_steps_in_one_call_are_their_parts)
     for (int recorded = 0; recorded < 2; recorded++) {
         begin_drive();
         if (recorded) ASSERT_OK(K(attach)(&track, &jacobians.attached));
-        ASSERT_OK(K(predict_sigma_points)(&track, &motion, squares, &log, KQ_SIGMA_POINTS_CENTRAL, work));
+        ASSERT_OK(K(predict_sigma_points)(&track, &motion.process, squares, &log, KQ_SIGMA_POINTS_CENTRAL, work));
         ASSERT_OK(K(linearise)(&twin, squares, &log, 2, KQ_SIGMA_POINTS_CENTRAL, y, J, E));
         J[0] += 1, J[3] += 1;
-        ASSERT_OK(K(process_linearise)(&found, &motion, J, E));
+        ASSERT_OK(K(process_linearise)(&found, &motion.process, J, E));
         ASSERT_OK(K(predict_extended)(&twin, &found, y));
         assert_like(&twin, &track);
-        ASSERT_OK(K(update_sigma_points)(&track, &radar, squares, &log, KQ_SIGMA_POINTS_CENTRAL, work));
+        ASSERT_OK(K(update_sigma_points)(&track, &radar.sensor, squares, &log, KQ_SIGMA_POINTS_CENTRAL, work));
         ASSERT_OK(K(linearise)(&twin, squares, &log, 2, KQ_SIGMA_POINTS_CENTRAL, y, J, E));
         for (int k = 0; k < 4; k++) H_found[k] = -J[k];
-        ASSERT_OK(K(sensor_linearise)(&at, &radar, H_found, E, noise_of));
+        ASSERT_OK(K(sensor_linearise)(&at, &radar.sensor, H_found, E, noise_of));
         ASSERT_OK(K(update)(&twin, &at, y));
         assert_like(&twin, &track);
     }
@@ -265,7 +265,7 @@ TEST(a_linearised_sensor_is_one_of_its_noises_sum)
     for (int k = 0; k < 4; k++) sum[k] = R[k] + left[k / 2 * 2] * left[k % 2 * 2] + left[k / 2 * 2 + 1] * left[k % 2 * 2 + 1];
     for (uint32_t present = 1; present < 4; present++) {
         begin_drive();
-        ASSERT_OK(K(sensor_linearise)(&at, &radar, H, left, noise_of));
+        ASSERT_OK(K(sensor_linearise)(&at, &radar.sensor, H, left, noise_of));
         ASSERT_OK(K(update_subset)(&track, &at, e, present));
         ASSERT_OK(K(sensor_init_extended)(&at, H, sum));
         ASSERT_OK(K(update_subset)(&twin, &at, e, present));
@@ -325,11 +325,11 @@ TEST(a_state_that_is_known_exactly_stays_so)
     const num singular[] = {2, 0, 0, 0}, none[] = {0, 0, 0, 0};
     log_of_calls log = {.z = x0};
     ASSERT_OK(K(filter_init)(&track, x0, singular));
-    ASSERT_OK(K(process_init)(&motion, A, B, none));
+    ASSERT_OK(K(process_init)(&motion.process, A, B, none));
     ASSERT_OK(K(linearise)(&track, squares, &log, 2, KQ_SIGMA_POINTS_CUBATURE, y, J, E));
     for (int k = 0; k < 4; k++) TEST_ASSERT_TRUE(J[k] - J[k] == 0);
-    ASSERT_OK(K(predict_sigma_points)(&track, &motion, linear_increment, &log, KQ_SIGMA_POINTS_CUBATURE, work));
-    ASSERT_OK(K(update_sigma_points)(&track, &radar, linear_innovation, &log, KQ_SIGMA_POINTS_CUBATURE, work));
+    ASSERT_OK(K(predict_sigma_points)(&track, &motion.process, linear_increment, &log, KQ_SIGMA_POINTS_CUBATURE, work));
+    ASSERT_OK(K(update_sigma_points)(&track, &radar.sensor, linear_innovation, &log, KQ_SIGMA_POINTS_CUBATURE, work));
     TEST_ASSERT_TRUE(K(sigma)(&track, 0) > 0);
     ASSERT_CLOSE(0.5, K(sigma)(&track, 1) / K(sigma)(&track, 0) * 2, 4); /* A's column: 1, -1/4 */
 }
@@ -414,7 +414,7 @@ TEST(a_history_that_keeps_no_jacobians_refuses_points)
 {
     log_of_calls log = {.z = x0};
     ASSERT_OK(K(attach)(&track, &tape.attached));
-    ASSERT_REFUSED(KQ_ERR_RECORDING, K(predict_sigma_points)(&track, &motion, squares, &log, KQ_SIGMA_POINTS_CUBATURE, work));
+    ASSERT_REFUSED(KQ_ERR_RECORDING, K(predict_sigma_points)(&track, &motion.process, squares, &log, KQ_SIGMA_POINTS_CUBATURE, work));
     TEST_ASSERT_EQUAL_INT(0, log.calls);
 }
 
@@ -424,9 +424,9 @@ TEST(values_that_are_not_finite_change_nothing)
         log_of_calls log = {.bad = bad};
         ASSERT_REFUSED(KQ_ERR_NOT_FINITE, K(linearise)(&track, squares, &log, 2, KQ_SIGMA_POINTS_CUBATURE, y, J, E));
         log.calls = 0;
-        ASSERT_REFUSED(KQ_ERR_NOT_FINITE, K(predict_sigma_points)(&track, &motion, squares, &log, KQ_SIGMA_POINTS_CUBATURE, work));
+        ASSERT_REFUSED(KQ_ERR_NOT_FINITE, K(predict_sigma_points)(&track, &motion.process, squares, &log, KQ_SIGMA_POINTS_CUBATURE, work));
         log.calls = 0;
-        ASSERT_REFUSED(KQ_ERR_NOT_FINITE, K(update_sigma_points)(&track, &radar, squares, &log, KQ_SIGMA_POINTS_CENTRAL, work));
+        ASSERT_REFUSED(KQ_ERR_NOT_FINITE, K(update_sigma_points)(&track, &radar.sensor, squares, &log, KQ_SIGMA_POINTS_CENTRAL, work));
     }
 }
 
@@ -436,9 +436,9 @@ TEST(what_is_not_written_is_no_number)
         log_of_calls log = {.bad = bad};
         ASSERT_REFUSED(KQ_ERR_NOT_FINITE, K(linearise)(&track, forgetful, &log, 2, KQ_SIGMA_POINTS_CENTRAL, y, J, E));
         log.calls = 0;
-        ASSERT_REFUSED(KQ_ERR_NOT_FINITE, K(predict_sigma_points)(&track, &motion, forgetful, &log, KQ_SIGMA_POINTS_CUBATURE, work));
+        ASSERT_REFUSED(KQ_ERR_NOT_FINITE, K(predict_sigma_points)(&track, &motion.process, forgetful, &log, KQ_SIGMA_POINTS_CUBATURE, work));
         log.calls = 0;
-        ASSERT_REFUSED(KQ_ERR_NOT_FINITE, K(update_sigma_points)(&track, &radar, forgetful, &log, KQ_SIGMA_POINTS_CENTRAL, work));
+        ASSERT_REFUSED(KQ_ERR_NOT_FINITE, K(update_sigma_points)(&track, &radar.sensor, forgetful, &log, KQ_SIGMA_POINTS_CENTRAL, work));
     }
 }
 
@@ -447,15 +447,15 @@ TEST(what_bends_beyond_the_numbers_is_refused)
 {
     const num most = MOST_SIGMA, still = N(0x1p40);
     num far = 32 * most, beyond[] = {1, 0, most, 0};
-    ASSERT_REFUSED(KQ_ERR_RANGE, K(update_sigma_points)(&track, &radar, spread, &far, KQ_SIGMA_POINTS_CENTRAL, work));
+    ASSERT_REFUSED(KQ_ERR_RANGE, K(update_sigma_points)(&track, &radar.sensor, spread, &far, KQ_SIGMA_POINTS_CENTRAL, work));
     for (int k = 0; k < 4; k++) E[k] = beyond[k];
-    ASSERT_OK(K(sensor_linearise)(&at, &radar, H, E, noise_of));
-    ASSERT_OK(K(process_linearise)(&found, &motion, A, E));
+    ASSERT_OK(K(sensor_linearise)(&at, &radar.sensor, H, E, noise_of));
+    ASSERT_OK(K(process_linearise)(&found, &motion.process, A, E));
     for (int k = 0; k < 4; k++) E[k] = 2 * beyond[k];
-    ASSERT_REFUSED(KQ_ERR_RANGE, K(sensor_linearise)(&at, &radar, H, E, noise_of));
-    ASSERT_REFUSED(KQ_ERR_RANGE, K(process_linearise)(&found, &motion, A, E));
+    ASSERT_REFUSED(KQ_ERR_RANGE, K(sensor_linearise)(&at, &radar.sensor, H, E, noise_of));
+    ASSERT_REFUSED(KQ_ERR_RANGE, K(process_linearise)(&found, &motion.process, A, E));
     const num wide[] = {still, 0, still, still}, e[] = {still, -still};
-    ASSERT_OK(K(sensor_linearise)(&at, &radar, H, wide, noise_of));
+    ASSERT_OK(K(sensor_linearise)(&at, &radar.sensor, H, wide, noise_of));
     ASSERT_OK(K(update)(&track, &at, e));
     TEST_ASSERT_EQUAL_INT(2, K(taken)(&track));
     ASSERT_CLOSE(5, K(nis)(&track), 64); /* e' (wide wide')^-1 e: wide^-1 e / still is (1, -2) */
@@ -466,10 +466,10 @@ static num given[4];
 static kq_status give_transition(void)
 {
     E[0] = 1, E[1] = E[2] = E[3] = 0;
-    return K(process_linearise)(&found, &motion, given, E);
+    return K(process_linearise)(&found, &motion.process, given, E);
 }
-static kq_status give_measurement(void) { return K(sensor_linearise)(&at, &radar, given, E, noise_of); }
-static kq_status give_root(void) { return K(sensor_linearise)(&at, &radar, H, given, noise_of); }
+static kq_status give_measurement(void) { return K(sensor_linearise)(&at, &radar.sensor, given, E, noise_of); }
+static kq_status give_root(void) { return K(sensor_linearise)(&at, &radar.sensor, H, given, noise_of); }
 
 TEST(models_are_checked)
 {
