@@ -142,7 +142,7 @@ def lines(product: Product, found: Findings) -> list[str]:
     made = [f"{given.name}: {arithmetic}, {product.ram} bytes of RAM, {product.arithmetic.operations} operations of the covariance",
             f"  {given.name}_predict; {sensors}. The covariance is carried as a factor, so it cannot lose positive definiteness.",
             *(product.text.smoother.told() if product.text.smoother else []), *equation_costs.lines(product),
-            *product.told_late]
+            *product.told_late, *_watched(product)]
     if found.why_not:
         return [*made, f"  Not tried, because no rows can be simulated: {found.why_not}"]
     made += [f"  Observed in {len(SEEDS)} records of {ROWS} simulated rows, {100 * MISSING:.0f} % of the measurements missing:"]
@@ -155,6 +155,11 @@ def lines(product: Product, found: Findings) -> list[str]:
     if found.lost:
         made.append(f"  {found.lost} rows had a function or a derivative that was not finite; the call changed nothing there.")
     return [*made, *(f"  {one}" for one in _told(found))]
+
+
+def _watched(product: Product) -> list[str]:
+    names = ", ".join(product.given.measurements[j] for j in product.arithmetic.watched)
+    return [f"  Float can round the function of {names} by sigma of its noise: where it does, {product.given.upper}_PRECISION is set."] if names else []
 
 
 def _told(found: Findings) -> list[str]:

@@ -97,7 +97,7 @@ class EquationText(Text):
         is_once = a.is_once(sensor)
         for j in range(sensor.first, sensor.first + sensor.m):
             head = f"if (taken & {1 << a.slot(j)}u) {{" if sensor.m > 1 else "{"
-            body += [f"{head} /* {given.measurements[j]} */", *indented(a.update(j, self._unless_positive(sensor, j))), "}"]
+            body += [f"{head} /* {given.measurements[j]} */", *indented([*a.unless_rounded(j), *a.update(j, self._unless_positive(sensor, j))]), "}"]
         body = self._iterated(body, a.finished(sensor)) if given.options.iterate > 1 else body + a.finished(sensor)
         lines = [f"f->nis = {a.zero};"] if given.options.nis else []
         measured = [f"const {a.type} z{sensor.first + j} = z[{j}];" for j in range(sensor.m)]

@@ -11,7 +11,7 @@ from typing import Callable, Sequence
 
 import numpy as np
 
-from kalmanq.compiler import back, ud
+from kalmanq.compiler import back, equation_rounding, ud
 from kalmanq.compiler.coefficients import Constant
 from kalmanq.compiler.floats import MOST, FloatFilter, Mean, carried, entry
 from kalmanq.compiler.printing import Body, Target, indented
@@ -29,6 +29,7 @@ NO_VARIANCE = {"float": (1e-6, 1e-3), "double": (1e-14, 1e-9)}  # shares of a va
 
 FEW = 16  # entries of a factor that registers hold from one component to the next
 POLES = ("inverse", "sqrt", "tan", "exp", "log", "asin", "acos", "sinh", "cosh", "pow", "fmod", "log1p", "expm1", "acosh", "atanh")  # not finite for some numbers
+PRECISION = ("PRECISION", "precision lost: float rounds the function of a measurement by more than its sigma: use --arith f64")
 
 
 @dataclass(frozen=True)
@@ -168,9 +169,11 @@ class EquationFilter(FloatFilter):
         super().__init__(of.given, None)
         bends = of.given.options.iterate > 1 or bool(of.given.nominal)
         self.linear = [] if bends else [one for one in of.sensors if self._is_linear_sensor(one)]
+        self.watched = {} if self.type == "double" else equation_rounding.watched(
+            of.model, self.coefficients, [rows[0] for rows in self.coefficients.e])
         self.events = (("NOT_FINITE", "a function of the model or a derivative was not finite, or Q or R no covariance: mean and covariance stay "
                         "as they were; or the variance of an innovation was not: its component is not taken"),
-                       ("OVERFLOW", "a variance is infinite: start again"))
+                       ("OVERFLOW", "a variance is infinite: start again"), *([PRECISION] if self.watched else []))
         self.code_includes = ["#include <math.h>"]
 
     def _is_linear_sensor(self, sensor: Sensor) -> bool:
@@ -313,6 +316,7 @@ class EquationFilter(FloatFilter):
             return []
         for j in range(sensor.first, sensor.first + sensor.m):
             made += [] if c.R[j].is_constant else [(f"r{j}", c.spread[j])]
+            made += [(f"b{j}", self.watched[j])] if j in self.watched else []
             made += [(f"e{j}", c.e[j][0]), *((f"h{j}_{i}", one) for i, one in enumerate(c.H[j]) if not one.is_constant)]
         body.name_shared([one for _, one in made])
         return [*body.lines, *(f"const {self.type} {name} = {body.text(one)};" for name, one in made),
@@ -344,6 +348,17 @@ class EquationFilter(FloatFilter):
         doubtful = [one for one in self._doubtful(c.e[j][0], c.H[j]) if one is c.e[j][0] or not is_told]
         spread = [] if c.R[j].is_constant else [select(node(0.0) < c.R[j], 0.0, 10 * MOST[self.type])]
         return [*(names[id(one)] for one in doubtful), *spread]
+
+    def unless_rounded(self, j: int) -> list[str]:
+        """An event where the rounding of component j is above its sigma"""
+        if j not in self.watched:
+            return []
+        is_linear = self.sensor_of(j) in self.linear
+        body = Body(self.words, stem="p", fields=self.at_once(j) if is_linear else {})
+        is_above = self.coefficients.R[j] * equation_rounding.PER_SIGMA < (self.watched[j] if is_linear else symbol(f"b{j}"))
+        body.name_shared([is_above])
+        lines = [*body.lines, f"if ({body.text(is_above)}) f->events |= {self.given.upper}_PRECISION;"]
+        return ["{", *indented(lines), "}"] if body.lines else lines
 
     def finished(self, sensor: Sensor) -> list[str]:
         """After all components: the corrections go over to the mean."""

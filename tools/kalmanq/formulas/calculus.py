@@ -29,6 +29,14 @@ def derivative(one: Node, by: Node, memo: Memo) -> Node:
     return memo[id(one)]
 
 
+def partial(one: Node, argument: Node) -> Node:
+    """d one / d argument, of an argument of its operation"""
+    d = [constant(part is argument) for part in one.args]
+    if one.op in ("floor", "rint"):
+        return constant(0)
+    return select(one.args[0], d[1], d[2]) if one.op == "select" else _RULES[one.op](one, d, *one.args)
+
+
 def _derivative(one: Node, by: Node, memo: Memo) -> Node:
     if one.op == "symbol":
         return constant(one is by)

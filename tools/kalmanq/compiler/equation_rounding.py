@@ -1,0 +1,103 @@
+"""Where a float rounds a measurement's formula by more than the measurement's sigma: what the C looks at.
+
+A float rounds each part of a formula by half a unit in its last place at most, and the formula moves by that times its
+derivative by the part.  The C sums the squares of those parts that count, and sets an event where the root is above sigma.
+A sensor whose rounding is far below sigma, in simulated rows and over the prior, is not looked at.
+"""
+
+from __future__ import annotations
+
+from typing import Any, Iterator, Optional, Sequence
+
+import numpy as np
+
+from kalmanq.compiler.lint import EPSILON
+from kalmanq.errors import KalmanqError
+from kalmanq.formulas.calculus import partial
+from kalmanq.formulas.graph import CONDITIONS, Node, add, constant, dot, mul, needed
+from kalmanq.formulas.program import Program
+from kalmanq.nonlinear import NonlinearModel, prior_points, simulate
+from kalmanq.nonlinear.formulas import values_of
+from kalmanq.nonlinear.jacobians import Point, points_along
+
+ROWS, SEED = 400, 1
+NEAR = 1 / 8  # sigma: a sensor that is never rounded by more is not looked at
+KEPT = 1 / 4  # of the sum of squares, that the parts which are looked at are
+PER_SIGMA = EPSILON**-2  # a sum of squares beyond this times R is an event
+Values = dict[str, Any]
+
+
+def watched(model: NonlinearModel, of: Any, innovations: Sequence[Node]) -> dict[int, Node]:
+    """By component: the sum of squares of what is rounded, where that can come near sigma; of: H and R"""
+    given, made = visited(model), {}
+    for j, one in enumerate(innovations):
+        R = Program([of.spread[j] if of.spread else of.R[j]]).values(given)[0]
+        if not all(slope.equals(0) for slope in of.H[j]) and (square := _watched(parts_of(one), R, given)) is not None:
+            made[j] = square
+    return made
+
+
+def _watched(parts: Sequence[Node], R: Any, given: Values) -> Optional[Node]:
+    values = np.broadcast_arrays(given["x0"], *Program(parts).values(given))[1:]
+    squares = {k: value**2 for k, value in enumerate(values) if np.all(np.isfinite(value))}  # a branch not taken need not be
+    total = sum(squares.values(), np.zeros(len(given["x0"])))
+    seen = total > 0
+    if not np.any(seen & (total > NEAR**2 * PER_SIGMA * R)):
+        return None
+    return dot((parts[k], parts[k]) for k in _kept({k: one[seen] / total[seen] for k, one in squares.items()}))
+
+
+def _kept(shares: dict[int, np.ndarray]) -> list[int]:
+    """Of the parts those that are enough at each point"""
+    there, kept = np.zeros_like(next(iter(shares.values()))), set()
+    while there.min() < KEPT:
+        kept.add(max(shares, key=lambda k: shares[k][np.argmin(there)] if k not in kept else -1))
+        there = sum(shares[k] for k in kept)
+    return sorted(kept)
+
+
+def parts_of(root: Node) -> list[Node]:
+    """Each part of a formula that is rounded, times the derivative of the formula by it"""
+    order, _ = needed([root])
+    slopes = {id(root): constant(1)}
+    for one in reversed(order):
+        for argument, slope in _arguments(one) if id(one) in slopes else ():
+            slopes[id(argument)] = add(slopes.get(id(argument), constant(0)), mul(slopes[id(one)], slope))
+    made = [mul(slopes[id(one)], _rounded(one)) for one in order if id(one) in slopes]
+    return [one for one in made if not one.equals(0)]
+
+
+def _arguments(one: Node) -> Iterator[tuple[Node, Node]]:
+    """Each once, and the derivative by it"""
+    for argument in {id(part): part for part in one.args if isinstance(part, Node)}.values():
+        if argument.op not in CONDITIONS:
+            yield argument, partial(one, argument)
+
+
+def _rounded(one: Node) -> Node:
+    """What half a unit in the last place is a share of; 0 of what is given, and of what the filter keeps in two floats"""
+    if one.is_constant:
+        return constant((float(np.float32(one.value)) - one.value) / EPSILON)
+    is_kept = one.op == "symbol" and one.args[0][0] != "a"  # a: where an update is iterated
+    return constant(0) if is_kept else one
+
+
+def visited(model: NonlinearModel) -> Values:
+    """Symbols of the C at a sensor's updates: over the prior, and in simulated rows if there are any"""
+    x, t, u = (np.array(column, float) for column in zip(*_points(model)))
+    made = values_of(x.T, t, u.T, model.dt)
+    made.update({f"a{i}": column for i, column in enumerate(x.T)}, **{f"l{i}": np.zeros(len(x)) for i in range(x.shape[1])})
+    expected = Program(model.formulas.expected).values(made)
+    return {**made, **{f"z{c}": np.broadcast_to(one, len(x)) for c, one in enumerate(expected)}}
+
+
+def _points(model: NonlinearModel) -> list[Point]:
+    """As far as its functions have values"""
+    made = [(np.array(model.x0, float), 0.0, np.zeros(model.l))]
+    try:
+        made += prior_points(model)
+        states, _, controls = simulate(model, ROWS, SEED)
+        made += points_along(states, controls, model.instants(ROWS))
+    except KalmanqError:
+        pass
+    return made
