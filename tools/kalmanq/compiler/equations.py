@@ -276,10 +276,23 @@ class EquationFilter(FloatFilter):
         """Mean and factor, if the formulas are finite"""
         body, at = Body(self.words, fields=self.at), self.at
         after = self._predicted(self.form, self.entries)
-        targets = [*self._written(self.moved_mean()), *((entry(key), after[key]) for key in self.live)]
+        targets = [*self._written(self.moved_mean()), *((entry(key), self._above_zero(key, after[key])) for key in self.live)]
         body.expect([*self._doubtful_step(), *(one for _, one in targets)])
         body.lines += self.unless_finite_step(body, refused)
         return body.store([(at[name], one) for name, one in reversed(targets)])
+
+    def _above_zero(self, key: ud.Key, value: Node) -> Node:
+        """A D that may fall to 0 stays above: from 0 it could not grow again"""
+        i, j = key
+        return select(value < self.form.least, self.form.least, value) if i == j and self._shrinks(i) else value
+
+    def _shrinks(self, i: int) -> bool:
+        """Can D of a state without noise fall for ever?  Not where the state is only moved by others, or moves others only"""
+        c, others = self.coefficients, [k for k in range(self.of.n) if k != i]
+        is_free = all(one.equals(0) for one in c.step[i]) if c.step else not ud.factor(self.given.of.Q)[i, i]
+        is_chain = all(c.A[i][k].equals(0) or c.A[k][i].equals(0) for k in others)
+        keeps = c.A[i][i].is_constant and abs(c.A[i][i].value) >= 1
+        return is_free and not (is_chain and keeps)
 
     def unless_finite_step(self, body: Body, refused: Sequence[str]) -> list[str]:
         """`refused` where f or A is not finite"""
