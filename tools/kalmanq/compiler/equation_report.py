@@ -159,7 +159,7 @@ def lines(product: Product, found: Findings) -> list[str]:
 
 def _watched(product: Product) -> list[str]:
     names = ", ".join(product.given.measurements[j] for j in product.arithmetic.watched)
-    return [f"  Float can round the function of {names} by sigma of its noise: where it does, {product.given.upper}_PRECISION is set."] if names else []
+    return [f"  Float can round the function of {names} by about its sigma: {product.given.upper}_PRECISION is set where it is by more."] if names else []
 
 
 def _told(found: Findings) -> list[str]:
