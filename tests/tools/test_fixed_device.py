@@ -28,7 +28,8 @@ from kalmanq.compiler.host import Host
 from kalmanq.compiler.record import Record
 from kalmanq.compiler.request import Options
 from kalmanq.formulas.graph import FUNCTIONS
-from kalmanq.nonlinear import read
+from kalmanq.model import Quantity
+from kalmanq.nonlinear import NonlinearModel, read
 from library import objects
 from whole import first
 
@@ -254,6 +255,23 @@ int main(void)
 """)
     build(tmp_path, [*SANITIZED, "device.c", "program.c", *objects(*PARTS), "-o", "program"])
     assert subprocess.run([tmp_path / "program"], capture_output=True, text=True).stdout == "0 123456789 -54321 1000000 77"
+
+
+@pytest.mark.parametrize("range_, holds", [(1, False), ((0, 1), True)])
+def test_formats_hold_what_is_between_the_ends_of_a_range(range_, holds):
+    """A charge that stays where it is in simulated rows, and runs empty in a record: exp(-20 s) grows from 1e-7 to 0.4"""
+    model = NonlinearModel(lambda x, t, u: [x[0] - 0.001 * u[0]], lambda x: [3.3 + 0.9 * x[0] - 0.15 * np.exp(-20 * x[0])],
+                           x0=[0.8], P0=[1e-4], Q=[1e-8], R=[1e-6], states=[Quantity("charge", range=range_)],
+                           measurements=[Quantity("voltage", range=4)], controls=[Quantity("current", range=2)])
+    charge = 0.8 - 0.001 * np.arange(760.0)[:, None]
+    z = 3.3 + 0.9 * charge - 0.15 * np.exp(-20 * charge) + 1e-3 * np.random.default_rng(3).normal(size=charge.shape)
+    record, _ = equation_report.recorded(model, z, np.ones_like(charge))
+    product = compiled_fixed(model, "device")
+    with Host(compiled_equations(model, "exact", Options("f64"))) as exact:
+        ran, right = FixedRun(product.arithmetic).run(record), exact.run_record(record)
+    worst = (np.abs(ran.mean - right.mean) / sigmas(right)).max()
+    assert (worst < 1e-4) == holds and any(ran.events & SATURATED) == (not holds)
+    assert any("They hold charge from 0 to 1" in one for one in fixed_report.lines(product, fixed_report.Tried())) == holds
 
 
 # ------------------------------------------------------------------------------ functions

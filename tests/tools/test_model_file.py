@@ -8,7 +8,8 @@ import numpy as np
 import pytest
 
 import models
-from kalmanq import Model
+from kalmanq import Model, Quantity
+from kalmanq.errors import ModelError
 from kalmanq.model import builders, model_file
 from kalmanq.model.model_file import ModelFileError
 
@@ -42,6 +43,17 @@ def test_random_models_come_back_bit_for_bit(seed, tmp_path):
     assert same(model, model_file.read(path))
 
 
+def test_a_range_may_have_two_ends(tmp_path):
+    path = tmp_path / "model.toml"
+    path.write_text(LEVEL + "[states]\nranges = [[-5, 2]]\n[measurements]\nranges = [7]\n", encoding="utf-8")
+    model = model_file.read(path)
+    assert (model.states[0].range, model.states[0].ends) == (5, (-5, 2)) and model.measurements[0].ends is None
+    path.write_text(model_file.text_of(model), encoding="utf-8")
+    assert model_file.read(path).states == model.states
+    with pytest.raises(ModelError, match="not a least and a larger number"):
+        Quantity("charge", range=(1, 1))
+
+
 LEVEL = '[model]\nA = [[1.0]]\nH = [[1.0]]\nQ = [[1.0]]\nR = [[1.0]]\nP0 = [[1.0]]\n'
 
 
@@ -64,6 +76,9 @@ LEVEL = '[model]\nA = [[1.0]]\nH = [[1.0]]\nQ = [[1.0]]\nR = [[1.0]]\nP0 = [[1.0
     (LEVEL.replace("[[1.0]]\n", "[[1.0]]\n", 1) + "[state]\nnames = ['a']\n", "line 7: state: no such section; states?"),
     (LEVEL + "[states]\nnames = ['a', 'b']\n", "line 7: states: names has 2 entries; there are 1"),
     (LEVEL + "[states]\nranges = [-1]\n", "line 7: states: ranges: -1 is not above 0"),
+    (LEVEL + "[states]\nranges = [[1, 0]]\n", "line 7: states: ranges: [1, 0] is not a least and a larger number"),
+    (LEVEL + "[states]\nranges = [[0, inf]]\n", "line 7: states: ranges: [0, inf] is not a least and a larger number"),
+    (LEVEL + "[states]\nranges = [[0, 1, 2]]\n", "line 7: states: ranges: [0, 1, 2] is not a least"),
     (LEVEL + "[states]\nranges = ['wide']\n", "line 7: states: ranges is not a list of numbers"),
     (LEVEL + "[gaps]\nmax_gap = -1\n", "gaps: max_gap is at least 0"),
     ('[model]\nbuilder = "levle"\n', "line 2: builder: there is no 'levle'; level?"),

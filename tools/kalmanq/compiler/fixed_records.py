@@ -30,6 +30,7 @@ class Seen:
     at: Values
     rows: int
     given: int = 0
+    ends: Sequence[str] = ()  # what has two ends, and is anywhere between them in half of the points
 
     def largest(self, stem: str, k: int) -> float:
         both = [values[f"{stem}{k}"] for values in (self.before, self.at) if f"{stem}{k}" in values]
@@ -62,7 +63,30 @@ def seen(model: NonlinearModel, records: Sequence[tuple[Record, np.ndarray]], gi
             made = _points(model, ran.mean, z, now)
             before.append(made[0])
             at.append(made[1])
-    return Seen(_joined(before), _joined(at), sum(len(z) for _, z in records) - given, given)
+    wide, both = _ends(model), (_joined(before), _joined(at))
+    if wide:
+        both = tuple(_joined([one, _anywhere(model, one, wide)]) for one in both)
+    return Seen(*both, sum(len(z) for _, z in records) - given, given,
+                [f"{one.name} from {one.ends[0]:g} to {one.ends[1]:g}" for one in (*model.carried, *model.controls) if one.ends])
+
+
+def _ends(model: NonlinearModel) -> dict[str, tuple[float, float]]:
+    """By symbol"""
+    return {f"{stem}{k}": one.ends for stem, which in (("x", model.carried), ("u", model.controls))
+            for k, one in enumerate(which) if one.ends}
+
+
+def _anywhere(model: NonlinearModel, values: Values, ends: Mapping[str, tuple[float, float]]) -> Values:
+    """The points with other values between the ends, half of them at an end; innovations stay as they are"""
+    draws, count = np.random.default_rng(1), len(values["x0"])
+    made = dict(values)
+    for name, (low, high) in ends.items():
+        made[name] = np.where(draws.random(count) < 0.5, draws.choice([low, high], count), draws.uniform(low, high, count))
+    if "z0" in values:
+        expected = Program(model.formulas.expected)
+        moved = _rows(expected.values(made), count) - _rows(expected.values(values), count)
+        made.update({f"z{c}": values[f"z{c}"] + column for c, column in enumerate(moved.T)})
+    return made
 
 
 def _points(model: NonlinearModel, mean: np.ndarray, z: np.ndarray, now: np.ndarray) -> tuple[Values, Values]:

@@ -21,9 +21,10 @@ class Quantity:
 
     name      what its columns are called
     unit      for tables and pictures
-    range     the largest |value| that it takes; fixed point needs it
+    range     the largest |value| that it takes; fixed point needs it.  Or the least and the largest value: range is the larger |end|
     fraction  n of Qm.n, value = word 2^-n; None: the most that the range leaves room for
     constant  a control that is always 1, which nobody gives: its column of B is an offset
+    ends      the least and the largest value, where they were given
     """
 
     name: str
@@ -31,6 +32,15 @@ class Quantity:
     range: Optional[float] = None
     fraction: Optional[int] = None
     constant: bool = False
+    ends: Optional[tuple[float, float]] = None
+
+    def __post_init__(self) -> None:
+        if isinstance(self.range, (tuple, list)):
+            low, high = map(float, self.range)
+            if not low < high:
+                raise ModelError(self.name, f"range: ({low:g}, {high:g}) is not a least and a larger number")
+            object.__setattr__(self, "ends", (low, high))
+            object.__setattr__(self, "range", max(-low, high))
 
     @property
     def label(self) -> str:

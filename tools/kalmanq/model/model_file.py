@@ -355,7 +355,7 @@ def quantities(which: str, given: Mapping[str, Any], size: int, default: Optiona
     columns: dict[str, list[Any]] = {"names": names, "units": [""] * size, "ranges": [None] * size,
                                      "fractions": [None] * size}
     kinds: dict[str, tuple[Any, str]] = {"names": (str, "texts"), "units": (str, "texts"),
-                                         "ranges": ((int, float), "numbers"), "fractions": (int, "whole numbers")}
+                                         "ranges": ((int, float, list), "numbers"), "fractions": (int, "whole numbers")}
     for key, values in given.items():
         kind, expected = kinds[key]
         if not isinstance(values, list) or any(not isinstance(one, kind) or isinstance(one, bool) for one in values):
@@ -364,14 +364,23 @@ def quantities(which: str, given: Mapping[str, Any], size: int, default: Optiona
             raise ModelError(which, f"{key} has {len(values)} entries; there are {size} {which}")
         columns[key] = values
     for one in columns["ranges"]:
-        if one is not None and not 0 < one <= LARGEST:
-            raise ModelError(which, f"ranges: {str(one)[:SHOWN]} is not above 0" if not one > LARGEST else
-                             "ranges: one is not representable")
+        _look_at_range(which, one)
     for one in columns["fractions"]:
         if one is not None and abs(one) > FRACTION_MAX:
             raise ModelError(which, f"fractions: {str(one)[:SHOWN]} is beyond {FRACTION_MAX} bits")
-    return [Quantity(name, unit, None if span is None else float(span), fraction)
+    return [Quantity(name, unit, span if span is None or isinstance(span, list) else float(span), fraction)
             for name, unit, span, fraction in zip(*columns.values())]
+
+
+def _look_at_range(which: str, one: Any) -> None:
+    """The largest |value|, or the least and the largest value"""
+    if isinstance(one, list):
+        if len(one) != 2 or any(not isinstance(end, (int, float)) or isinstance(end, bool) for end in one) \
+                or not -LARGEST <= one[0] < one[1] <= LARGEST:
+            raise ModelError(which, f"ranges: {str(one)[:SHOWN]} is not a least and a larger number")
+    elif one is not None and not 0 < one <= LARGEST:
+        raise ModelError(which, f"ranges: {str(one)[:SHOWN]} is not above 0" if not one > LARGEST else
+                         "ranges: one is not representable")
 
 
 def _gaps(given: Mapping[str, Any]) -> Gaps:
@@ -461,10 +470,15 @@ def _section(which: str, quantities: tuple[Quantity, ...]) -> list[str]:
     if any(one.unit for one in quantities):
         lines.append(f"units = [{', '.join(_quoted(one.unit) for one in quantities)}]")
     if all(one.range is not None for one in quantities):
-        lines.append(f"ranges = {_list(np.array([one.range for one in quantities]))}")
+        lines.append(f"ranges = [{', '.join(map(_range, quantities))}]")
     if all(one.fraction is not None for one in quantities):
         lines.append(f"fractions = [{', '.join(str(one.fraction) for one in quantities)}]")
     return lines
+
+
+def _range(one: Quantity) -> str:
+    is_as_given = one.ends and one.range == max(-one.ends[0], one.ends[1])
+    return repr(list(one.ends) if one.ends and is_as_given else float(one.range or 0))
 
 
 def _quoted(text: str) -> str:
