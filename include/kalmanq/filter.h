@@ -353,9 +353,8 @@ KQ_NODISCARD kq_status kq_filter_assign_q31(kq_filter_q31 *f, int n, int32_t *me
 KQ_NODISCARD kq_status kq_filter_init_q31(kq_filter_q31 *f, const kq_prior_table_q31 *prior,
     kq_range_error_q31 *range_error);
 
-/** As the f32 functions, with these differences.
- * KQ_ERR_MISMATCH: also if the states' formats differ.  KQ_ERR_RANGE: a control or measurement is outside its
- * declared range.
+/** As kq_update_f32, with these differences, which also hold for predict, step and forecast.  KQ_ERR_MISMATCH: also
+ * if the states' formats differ.  KQ_ERR_RANGE: a control or measurement is outside its declared range.
  * Events: KQ_EVENT_SATURATED: a mean, the only number that can overflow, is saturated at +-2^31 raw values.  Between
  * the components of one measurement it may be 64 times as far; the components that follow then cost as low-noise
  * ones.  kq_step leaves a predicted mean as kq_predict does.  KQ_EVENT_OVERFLOW: predict alone sets it.
@@ -366,19 +365,24 @@ KQ_NODISCARD kq_status kq_filter_init_q31(kq_filter_q31 *f, const kq_prior_table
  * below 2^-15 sigma of its state is lost.  A noise-free measurement counts as one of 2^-24 raw value in every state.
  * With Q = 0 sigma is off by 0.2 % after 5e6 measurements, 0.7 % after 2e7.
  * Cost: the multiplications of f32, as 32 x 32 -> 64 bits; integer instructions only.  A correlated R is decorrelated
- * at every update.  With a low-noise measurement an update costs up to 8 times as much
- * up to n = 3, 14 times up to n = 9 (instructions_worst in tools/cost.csv). */
+ * at every update.  With a low-noise measurement an update costs up to 8 times as much up to n = 3, 14 times up to
+ * n = 9 (instructions_worst in tools/cost.csv). */
+KQ_NODISCARD kq_status kq_update_q31(kq_filter_q31 *f, const kq_sensor_q31 *s, const int32_t *z);
+/** As kq_update_subset_f32; errors, events and accuracy: as kq_update_q31. */
+KQ_NODISCARD kq_status kq_update_subset_q31(kq_filter_q31 *f, const kq_sensor_q31 *s, const int32_t *z,
+    uint32_t present);
+/** As kq_predict_f32; errors, events and accuracy: as kq_update_q31. */
+KQ_NODISCARD kq_status kq_predict_q31(kq_filter_q31 *f, const kq_process_q31 *p, const int32_t *u);
+/** As kq_step_f32; errors, events and accuracy: as kq_update_q31. */
+KQ_NODISCARD kq_status kq_step_q31(kq_filter_q31 *f, const kq_process_q31 *p, const int32_t *u,
+    const kq_sensor_q31 *s, const int32_t *z);
+/** As kq_forecast_f32; errors, events and accuracy: as kq_update_q31. */
+KQ_NODISCARD kq_status kq_forecast_q31(const kq_filter_q31 *f, const kq_process_q31 *p, const int32_t *u,
+    size_t steps, kq_filter_q31 *ahead);
+/** As kq_filter_copy_f32, kq_attach_f32 and kq_detach_f32.  KQ_ERR_MISMATCH: also if the states' formats differ. */
 KQ_NODISCARD kq_status kq_filter_copy_q31(kq_filter_q31 *to, const kq_filter_q31 *from);
 KQ_NODISCARD kq_status kq_attach_q31(kq_filter_q31 *f, struct kq_attached_q31 *object);
 KQ_NODISCARD kq_status kq_detach_q31(struct kq_attached_q31 *object);
-KQ_NODISCARD kq_status kq_predict_q31(kq_filter_q31 *f, const kq_process_q31 *p, const int32_t *u);
-KQ_NODISCARD kq_status kq_update_q31(kq_filter_q31 *f, const kq_sensor_q31 *s, const int32_t *z);
-KQ_NODISCARD kq_status kq_update_subset_q31(kq_filter_q31 *f, const kq_sensor_q31 *s, const int32_t *z,
-    uint32_t present);
-KQ_NODISCARD kq_status kq_step_q31(kq_filter_q31 *f, const kq_process_q31 *p, const int32_t *u,
-    const kq_sensor_q31 *s, const int32_t *z);
-KQ_NODISCARD kq_status kq_forecast_q31(const kq_filter_q31 *f, const kq_process_q31 *p, const int32_t *u,
-    size_t steps, kq_filter_q31 *ahead);
 
 /** x_i rounded to a raw value, and the rest in 2^-24 raw value: -2^23 .. 2^23, more only if x_i is saturated.
  * KQ_NOT_A_VALUE_Q31 if f or i is bad. */
