@@ -44,8 +44,8 @@ def helped(name: str) -> str:
     context = command.make_context(f"kalmanq {name}", [], resilient_parsing=True)
     told = [one.get_help_record(context) for one in command.get_params(context) if one.name not in {*LAYOUT, "help"}]
     cells = [[re.sub(r" *\| *", r" \\| ", cell) for cell in one] for one in told if one]  # a narrow screen breaks the lines there
-    lines = [f"| `` {option} `` | {said} |" for option, said in cells]
-    return "\n".join([row.help, "", "```text", row.example, "```", "", "| | |", "|---|---|", *lines])
+    lines = [f"| `` {re.sub(r' <(path|list.Path.|str|float)>$', '', option)} `` | {said} |" for option, said in cells]
+    return "\n".join([row.help, "", "```text", row.example, "```", "", "| option | does |", "|---|---|", *lines])
 
 
 def main() -> None:
