@@ -162,8 +162,6 @@ def _single(model: NonlinearModel) -> set[int]:
 class EquationFilter(FloatFilter):
     """In float or double"""
 
-    scales = True
-
     def __init__(self, of: Equations):
         self.equations, self.sensors = of, of.sensors
         super().__init__(of.given, None)

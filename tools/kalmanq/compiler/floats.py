@@ -31,7 +31,6 @@ class FloatFilter(Arithmetic):
     """In float or double"""
 
     most_operations = 4000  # about 20 kB
-    scales = False  # UD.scales
 
     def __init__(self, given: Request, steady: Optional[Settled]):
         self.given, self.of = given, given.of.doubles()
@@ -69,7 +68,7 @@ class FloatFilter(Arithmetic):
         """Of the two ways to predict the one with fewer operations"""
         least = min(min(ud.factor(self.given.of.Q)[i, i], self.first[i, i]) for i in range(self.of.n))
         guards = least <= 0 or self.given.options.tunable
-        forms = [ud.UD(rotates, guards, LEAST[self.type], self.scales) for rotates in (True, False)]
+        forms = [ud.UD(rotates, guards, LEAST[self.type]) for rotates in (True, False)]
         P = {key: symbol(entry(key)) for key in self.first}
         return min(forms, key=lambda form: self._size(self._predicted(form, P)))
 

@@ -8,7 +8,7 @@ Entry (i, j) with i < j is U_ij; entry (j, j) is D_j.
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
-from typing import Optional, Sequence
+from typing import Sequence
 
 import numpy as np
 
@@ -43,12 +43,11 @@ class Column:
 @dataclass(frozen=True)
 class UD:
     """rotates: predict by rotations where a column allows it; guards: D may become 0, so no inverse is taken of a D
-    below `least`; scales: a U_ij that is only made smaller is a product, in the place of a difference"""
+    below `least`"""
 
     rotates: bool = True
     guards: bool = False
     least: float = LEAST
-    scales: bool = False
 
     def predict(self, A: Sequence[Row], noise: Sequence[Column], P: Entries) -> Entries:
         return self.triangular([*times(A, P), *(Column(one.weight, list(one.entries)) for one in noise)], len(A))
@@ -56,30 +55,24 @@ class UD:
     def update(self, h: Row, r: Given, P: Entries) -> tuple[list[Node], Node, Entries]:
         """Of one component with variance r: P H', the inverse of its innovation's variance, and P afterwards"""
         n, after = len(h), {}
-        variance, weight, spread = node(r), inverse(r), constant(0)
-        before, products, seen = weight, [constant(0)] * n, self._seen_alone(h)
+        variance, weight = node(r), inverse(r)
+        before, products = weight, [constant(0)] * n
         for c in range(n):
             f = node(h[c]) + dot((h[i], P[i, c]) for i in range(c))
             if f.equals(0):
                 after.update({(i, c): P[i, c] for i in range(c + 1)})
                 continue
             v = P[c, c] * f
-            spread = spread + f * v
-            total = variance + f * v if seen is None else node(r) + spread
+            total = variance + f * v
             weight = inverse(total)
             after[c, c] = P[c, c] * (variance * weight)
             share = f * before
             for i in range(c):
-                after[i, c] = share * r if i == seen else P[i, c] - share * products[i]
+                after[i, c] = P[i, c] - share * products[i]
                 products[i] = products[i] + P[i, c] * v
             products[c] = v
             variance, before = total, weight
         return products, weight, after
-
-    def _seen_alone(self, h: Row) -> Optional[int]:
-        """The state that is measured as it is: its U_ic are the f of `update`, and its product is the variance less r"""
-        seen = [i for i, one in enumerate(h) if not node(one).equals(0)]
-        return seen[0] if self.scales and len(seen) == 1 and node(h[seen[0]]).equals(1) else None
 
     def triangular(self, columns: list[Column], n: int) -> Entries:
         return self.reduced(columns, range(n - 1, -1, -1))[0]
@@ -116,9 +109,8 @@ class UD:
                 turn = one.weight * f * w
                 one.weight = one.weight * (d * w)
                 for i in range(row):
-                    is_new = self.scales and one.entries[i].equals(0)
                     one.entries[i] = one.entries[i] - f * u[i]
-                    u[i] = u[i] * (d * w) if is_new else u[i] + turn * one.entries[i]
+                    u[i] = u[i] + turn * one.entries[i]
             one.entries[row] = constant(0)
             d = total
         return {(row, row): d, **{(i, row): u[i] for i in range(row)}}
