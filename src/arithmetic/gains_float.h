@@ -4,8 +4,6 @@
 
 #include "rows_float.h"
 
-#define STEADY_PLANES 1
-
 /* A state between predict and update */
 typedef num steady_word;
 

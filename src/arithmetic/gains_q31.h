@@ -4,8 +4,6 @@
 
 #include "coordinates_q31.h"
 
-#define STEADY_PLANES MEAN_PLANES
-
 /* A state between predict and update: wide, held within the word */
 typedef wide steady_word;
 

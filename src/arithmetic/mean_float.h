@@ -9,4 +9,14 @@
 #include "mean_single.h"
 #endif
 
+static inline num control_drive(const num *row, const num *u, int count)
+{
+    return dot(0, row, u, count);
+}
+
+static inline scaled mean_residual_carried(num z, const num *h, const num *x, int n)
+{
+    return mean_residual(z, h, x, n, 0, n);
+}
+
 #endif

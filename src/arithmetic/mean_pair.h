@@ -106,11 +106,6 @@ KQ_KERNEL void mean_copy(num *t, const num *x, int n)
     for (int i = 0; i < n; i++) t[i] = mean_get(x, n, i);
 }
 
-static inline num control_drive(const num *row, const num *u, int count)
-{
-    return dot(0, row, u, count);
-}
-
 /* A_ii - 1 is rounded where A_ii < 1/2: a_ii less what it stands for then */
 static inline num mean_rest(num a_ii) { return a_ii - ((a_ii - 1) + 1); }
 
@@ -153,11 +148,6 @@ static inline int mean_is_possible(const num *x, int n, int i, num size)
 {
     const num low = num_magnitude(x[n + i]);
     return low <= 4 * num_epsilon * num_magnitude(x[i]) || low <= size / 16;
-}
-
-static inline scaled mean_residual_carried(num z, const num *h, const num *x, int n)
-{
-    return mean_residual(z, h, x, n, 0, n);
 }
 
 #endif

@@ -83,11 +83,6 @@ KQ_KERNEL void mean_copy(num *t, const num *x, int n)
     for (int i = 0; i < n; i++) t[i] = x[i];
 }
 
-static inline num control_drive(const num *row, const num *u, int count)
-{
-    return dot(0, row, u, count);
-}
-
 /* Nothing of A is rounded here. */
 enum { mean_rounds = 0 };
 
@@ -116,11 +111,6 @@ static inline int mean_is_possible(const num *x, int n, int i, num size)
 {
     (void)x, (void)n, (void)i, (void)size;
     return 1;
-}
-
-static inline scaled mean_residual_carried(num z, const num *h, const num *x, int n)
-{
-    return mean_residual(z, h, x, n, 0, n);
 }
 
 #endif

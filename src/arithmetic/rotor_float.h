@@ -83,13 +83,6 @@ KQ_KERNEL void rotate(num *restrict s, num *restrict b, rotation turn, int last)
     s[last] *= turn.c;
 }
 
-/* With b in units of it, S f is complete. */
-static inline scaled rotor_unit(const rotor *t)
-{
-    (void)t;
-    return 1;
-}
-
 /* The x of the state is to move by b times this. */
 static inline scaled rotor_weight(const rotor *t, scaled e, scaled s)
 {

@@ -126,12 +126,6 @@ KQ_KERNEL void rotate(int32_t *restrict s, int32_t *restrict b, rotation turn, i
     rotate_words(s, b, turn.c, turn.t, last);
 }
 
-/* sqrt(a): with b in units of it, S f is complete. */
-static inline scaled rotor_unit(const rotor *t)
-{
-    return scaled_of(t->root, t->exponent + 1 - t->zeros / 2);
-}
-
 /* The mean is to move by b times e / sqrt(a). */
 static inline scaled rotor_weight(const rotor *t, scaled e, scaled s)
 {

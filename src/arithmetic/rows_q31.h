@@ -222,107 +222,12 @@ KQ_COLD static inline void root_set_row(int32_t *S, const scaled *entries, int n
     S[KQ_TRIANGLE(n) + i] = exponent;
 }
 
-/* A cosine or sine in Q31 */
-static inline int32_t turn_word(scaled a) { return word_of(scaled_shift(a, 31)); }
-
-/* Row i of S through the rotations of cosines c and sines t, its exponent becoming that of what is
-   left of it.  Answers entry i of S f / sqrt(s), which is as long as the row was at most. */
-KQ_COLD static inline scaled turn_root_row(int32_t *S, const scaled *c, const scaled *t, scaled *entries,
-                                   int n, int i)
-{
-    const int32_t exponent = S[KQ_TRIANGLE(n) + i], *s = S + column(i) + i;
-    int32_t b = 0;
-    for (int j = i; j < n; j++) {
-        const scaled old = {*s, exponent}, other = {-b, exponent};
-        entries[j - i] = scaled_products(c[j], old, t[j], other);
-        b = round_products_to_word(turn_word(c[j]), b, turn_word(t[j]), *s, 31, 30);
-        s += j + 1;
-    }
-    root_set_row(S, entries, n, i);
-    return scaled_of(b, exponent);
-}
-
-static inline void row_clear(int32_t *S, int n, int i)
-{
-    for (int j = i; j < n; j++) S[column(j) + i] = 0;
-    S[KQ_TRIANGLE(n) + i] = lowest_exponent;
-}
-
-/* Is what mend_root_row adds rounded at more than 2^-12 of what it leaves?  It is as rounding has left the row, 2^-30
-   of sigma = sqrt(s), and has 31 bits: r < 2^-96 s */
-static inline int mending_rounds(scaled r, scaled sigma) { return r.exponent < 2 * sigma.exponent - 66; }
-
-/* Row i of S, columns i .. end - 1, <- 0, its exponent becoming that of what is left */
-KQ_COLD static inline void row_forget(int32_t *S, scaled *entries, int n, int i, int end)
-{
-    for (int j = i; j < n; j++) entries[j - i] = j < end ? (scaled){0, 0} : root_number(S, n, i, j);
-    root_set_row(S, entries, n, i);
-}
-
-/* Row i of S, columns i .. end - 1, += rest / h, its exponent becoming that of what it is then */
-KQ_COLD static inline void mend_root_row(int32_t *S, const scaled *rest, scaled h, scaled *entries, int n,
-                                 int i, int end)
-{
-    const int32_t exponent = S[KQ_TRIANGLE(n) + i], *s = S + column(i) + i;
-    for (int j = i; j < n; j++) {
-        entries[j - i] = scaled_of(*s, exponent);
-        if (j < end) entries[j - i] = scaled_plus(entries[j - i], scaled_over(rest[j], h));
-        s += j + 1;
-    }
-    root_set_row(S, entries, n, i);
-}
-
-/* ------------------------------------------------------------------ update */
-
 /* h'h 2^-48: what the mean's last bit of 2^-24 word in each state makes of h'P h */
 KQ_SHARED scaled mean_resolution(const scaled *h, int n)
 {
     scaled total = {0, 0};
     for (int k = 0; k < n; k++) total = scaled_plus(total, scaled_times(h[k], h[k]));
     return scaled_shift(total, -48);
-}
-
-/* f_j += h_k S_kj, k <= j, for rows that have no bit on the scale of all of them */
-KQ_COLD static void project_far(scaled *f, const int32_t *S, const scaled *h, uint32_t far, int n)
-{
-    for (int k = 0; k < n; k++) {
-        for (int j = k; j < n && (far >> k & 1); j++) {
-            f[j] = scaled_plus(f[j], scaled_times(h[k], root_number(S, n, k, j)));
-        }
-    }
-}
-
-/*
- * f = S'h, every entry to its own last bit: on the scale of all of h a coefficient that is small
- * beside others has but a few.  What they lack is in `rests`, n words of at most 2^26, in units of 2^-27:
- * its product with 16 words of a column is below 2^60.  One that has none is left to project_far.  Answers
- * what rounding alone makes of f'f, 16 units of each entry, or 2 last bits of the mean: a variance
- * below either says nothing.
- */
-KQ_COLD static scaled project_exactly(scaled *f, const int32_t *S, const scaled *h, scaled *rests, int n)
-{
-    int32_t *c = &f[0].mantissa, *low = &rests[0].mantissa, exponent = lowest_exponent;
-    uint32_t size = 0, far = 0;
-    align(c, h, exponents_of(S, n), 1, n, &exponent);
-    const int32_t scale = exponent - 30;
-    for (int k = 0; k < n; k++) {
-        const int32_t down = scale - h[k].exponent - S[KQ_TRIANGLE(n) + k];
-        const int64_t all = shift_up_wide(h[k].mantissa, 27, 58); /* 2^-down is still to come */
-        const int known = h[k].mantissa == 0 || down <= 0 || down > 31;
-        if (h[k].mantissa != 0 && down > 31) far |= UINT32_C(1) << k;
-        low[k] = known ? 0 : (int32_t)(shift_down_rounded_wide(all, down) - shift_up_wide(c[k], 27, 58));
-        size += magnitude(c[k]);
-    }
-    for (int j = n - 1; j >= 0; j--) { /* downwards, because c is in f */
-        const int32_t *s = S + column(j);
-        const scaled rest = scaled_of(dot(0, low, s, j + 1), scale - 27);
-        f[j] = scaled_plus(scaled_of(dot(0, c, s, j + 1), scale), rest);
-    }
-    project_far(f, S, h, far, n);
-    const scaled length = scaled_of(size, scale);
-    const scaled of_root = scaled_times(scaled_of_count(512 * n), scaled_times(length, length));
-    const scaled of_mean = scaled_shift(mean_resolution(h, n), 2);
-    return scaled_is_less(of_root, of_mean) ? of_mean : of_root;
 }
 
 /* The row's result takes the exponent of the row it was made in. */

@@ -103,7 +103,7 @@ static void likelihood_run_clear(likelihood_run *p)
 static const int32_t likelihood_part = INT32_C(1) << 15;
 static const int32_t likelihood_powers = INT32_C(1) << 28;
 
-KQ_NOINLINE static void likelihood_run_fold(likelihood_run *p)
+KQ_COLD KQ_NOINLINE static void likelihood_run_fold(likelihood_run *p)
 {
     num part = (num)likelihood_part * num_log_2_pi;
     p->count -= likelihood_part;

@@ -130,7 +130,7 @@ static int64_t likelihood_run_part(likelihood_run *p)
 /* What is full is emptied.  2^68 is as far as `carried` reaches: a NIS of 2^23 at every one of 2^45
    updates, 10 kHz for 100 years.  At its end it stays there.  Downwards it takes 2^53 scalar
    measurements or more. */
-KQ_NOINLINE static void likelihood_run_fold(likelihood_run *p)
+KQ_COLD KQ_NOINLINE static void likelihood_run_fold(likelihood_run *p)
 {
     if (p->count >= likelihood_part) p->sum = sum_of(p->sum, likelihood_run_part(p), 62);
     if (p->sum >= score_max) {

@@ -15,7 +15,7 @@ num T(kq_mean_low)(const filter *f, int i)
     return index_is_valid(f, i) ? mean_low(f->memory, f->states, i) : num_nan();
 }
 
-num T(kq_sigma)(const filter *f, int i)
+KQ_COLD num T(kq_sigma)(const filter *f, int i)
 {
     if (!index_is_valid(f, i) || !has_root(f)) return num_nan();
     return word_of(scaled_root(root_product(filter_root(f), f->states, i, i)));

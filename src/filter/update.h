@@ -12,8 +12,7 @@
  * At the end b = S f is s times the gain.  It is n Givens rotations of (r, f) that the
  * smoother will undo.  r > 0, so no a_j is 0; each c_j <= 1 and rows only shrink.
  *
- * b takes the place of f: entry j is read before the first of b's that comes there.  The
- * arithmetic may carry b in a unit of its own (rotor_unit).
+ * b takes the place of f: entry j is read before the first of b's that comes there.
  */
 KQ_KERNEL rotor rotate_root(num *restrict S, num *restrict f, scaled r, scaled s, int n)
 {
