@@ -10,6 +10,7 @@
  *     init_filter(f, &prior), init_start(s, f, &prior, unknown)
  *     change_transition(&process, n, A), change_measurement(&sensor, n, m, H)
  *     measured(s, z), driven(p, u, steps)                      the words of numbers, until the next call
+ *     moved_by(&process, d)                                    an increment of the mean
  *     number(a), score_of(a), score_number(score)              a parameter, a factor; a score and back
  * Readings are numbers in the states' units, which are the same bits where the words are (reading.h):
  *     read_now(&r, f, n), read_shown(&r, view, &prior, n), read_smoothed_at(&r, &tape, t, &prior, n)

@@ -167,6 +167,13 @@ static inline const num *measured(const K(sensor) *s, const num *z)
     return z;
 }
 
+/* An increment of the mean */
+static inline const num *moved_by(const process_model *m, const num *d)
+{
+    (void)m;
+    return d;
+}
+
 /* The number of a component's word */
 static inline double measured_value(const K(sensor) *s, num a, int c)
 {

@@ -140,6 +140,12 @@ static inline const int32_t *measured(const kq_sensor_q31 *s, const double *z)
     return words;
 }
 
+/* An increment of the mean */
+static inline const int32_t *moved_by(const process_model *m, const double *d)
+{
+    return words_of(d, m->process.states, m->state_format);
+}
+
 /* The number of a component's word */
 static inline double measured_value(const kq_sensor_q31 *s, int32_t a, int c)
 {

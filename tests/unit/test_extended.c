@@ -1,4 +1,4 @@
-/* Steps of nonlinear models: where f and h are linear they are the plain ones, in every smoother. */
+/* Steps of nonlinear models: runs, increments, what is refused (test_linearised.c: linear f and h). */
 #include "drive.h"
 #include "losses.h"
 #include "unchanged.h"
@@ -13,15 +13,9 @@ FILTER(target, N4);
 HISTORY(course, N4, 2, STEPS, STEPS);
 JACOBIANS(kept, course, N4, STEPS, STEPS);
 
-/* The linear drive of drive.h by one process that changes at every step */
 PROCESS(changing, 2, 0);
 HISTORY(record, 2, MOST, STEPS, STEPS);
 JACOBIANS(jacobians, record, 2, STEPS, STEPS);
-LAG(past, 2, MOST, STEPS);
-LAG(past_twin, 2, MOST, STEPS);
-INSTANT(instant, 2, MOST);
-INSTANT(instant_twin, 2, MOST);
-static K(filter) past_view, past_twin_view, instant_view, instant_twin_view;
 
 SENSOR(blank_sensor, 2, 1);
 FILTER(blank, 2);
@@ -43,172 +37,13 @@ static void set_up(void)
     WATCH(record_memory), WATCH(jacobians), WATCH(jacobians_memory), WATCH(blank), WATCH(blank_memory);
 }
 
-/* ------------------------------------------------------------------ the linear drive, linearised */
-
-/* (A - I) x + B u of a process, x the mean of f */
-static void increment_of(num *d, const K(filter) * f, const num *a, const num *u)
+/* By A or A2; nobody needs the process any more. */
+static void predict_linearised(const num *transition)
 {
-    for (int i = 0; i < 2; i++) {
-        d[i] = u ? B[i] * *u : 0;
-        for (int k = 0; k < 2; k++) d[i] += (a[2 * i + k] - (i == k ? 1 : 0)) * K(mean)(f, k);
-    }
-}
-
-static void predict_linearised(K(filter) * f, int step)
-{
-    num d[2];
-    const int is_motion = step % 3 != 0;
-    increment_of(d, f, is_motion ? A : A2, control_of(step));
-    ASSERT_OK(K(process_init)(&changing, is_motion ? A : A2, NULL, is_motion ? Q : Q2));
-    ASSERT_OK(K(predict_extended)(f, &changing, d));
-    ASSERT_OK(K(process_init)(&changing, identity3, NULL, Q)); /* nobody needs it any more */
-}
-
-static void update_linearised(K(filter) * f, sensor_model *s, const num *z, uint32_t present)
-{
-    num e[2];
-    ASSERT_OK(K(innovation)(f, &s->sensor, z, e));
-    if (present == UINT32_MAX) ASSERT_OK(K(update)(f, of_innovations(s), e));
-    else ASSERT_OK(K(update_subset)(f, of_innovations(s), e, present));
-}
-
-/* As `measure` */
-static void measure_linearised(K(filter) * f, int step)
-{
-    const num z[] = {N(3 * ((step * 7) % 5 - 2)), N(0.5 * ((step * 11) % 7 - 3))};
-    const int kind = step % 5;
-    if (kind == 0 || kind == 3) update_linearised(f, &radar, z, UINT32_MAX);
-    if (kind == 2) update_linearised(f, &radar, z, 2);
-    for (int k = 0; k < (kind == 4 ? 2 : kind == 3); k++) update_linearised(f, &compass, z + k, UINT32_MAX);
-}
-
-static void drive_both(int step)
-{
-    drive(&twin, step);
-    if (step) predict_linearised(&track, step);
-    measure_linearised(&track, step);
-}
-
-/* The same covariance bit for bit, and the same mean but for rounding */
-static void assert_like(const reading *expected, const reading *actual)
-{
-    for (int i = 0; i < 2; i++) {
-        ASSERT_CLOSE((double)expected->mean[i] + (double)expected->low[i],
-                     (double)actual->mean[i] + (double)actual->low[i], 8);
-    }
-    TEST_ASSERT_EQUAL_MEMORY(expected->P, actual->P, sizeof actual->P);
-}
-
-TEST(linear_steps_are_the_plain_ones)
-{
-    reading expected, actual;
-    for (int step = 0; step < STEPS; step++) {
-        drive_both(step);
-        read_filter(&expected, &twin, 2);
-        read_filter(&actual, &track, 2);
-        assert_like(&expected, &actual);
-        ASSERT_CLOSE(expected.nis, actual.nis, 8);
-        ASSERT_CLOSE(expected.run, actual.run, 100);
-        TEST_ASSERT_EQUAL_INT(expected.taken, actual.taken);
-        TEST_ASSERT_EQUAL_UINT(expected.events, actual.events);
-    }
-}
-
-static void attach_both(void)
-{
-    ASSERT_OK(K(attach)(&twin, &tape.attached));
-    ASSERT_OK(K(attach)(&track, &jacobians.attached));
-    for (int step = 0; step < STEPS; step++) drive_both(step);
-}
-
-TEST(a_history_is_smoothed_though_its_process_has_changed)
-{
-    reading expected, actual;
-    for (int run = 0; run < 2; run++) { /* the second time all begins anew */
-        begin_drive();
-        attach_both();
-        TEST_ASSERT_EQUAL_UINT(0, K(events)(&track));
-        ASSERT_OK(K(smooth)(&tape));
-        ASSERT_OK(K(smooth)(&record));
-        for (size_t t = 0; t < STEPS; t++) {
-            read_smoothed(&expected, &tape, t, 2);
-            read_smoothed(&actual, &record, t, 2);
-            assert_like(&expected, &actual);
-        }
-    }
-}
-
-TEST(a_history_is_smoothed_step_by_step_and_without_covariances)
-{
-    num lag_one[4], w[2], cov[4], lag_twin[4], w_twin[2], cov_twin[4];
-    const K(smooth_extras) extras = {lag_one, w, cov}, twins = {lag_twin, w_twin, cov_twin};
-    attach_both();
-    for (size_t t = STEPS; t-- > 0;) {
-        ASSERT_OK(K(smooth_step)(&tape, NULL, &twins));
-        ASSERT_OK(K(smooth_step)(&record, NULL, &extras));
-        if (t + 1 == STEPS) continue;
-        TEST_ASSERT_EQUAL_MEMORY(lag_twin, lag_one, sizeof lag_one);
-        TEST_ASSERT_EQUAL_MEMORY(cov_twin, cov, sizeof cov);
-        for (int i = 0; i < 2; i++) ASSERT_CLOSE(w_twin[i], w[i], 8);
-    }
-    begin_drive();
-    attach_both();
-    ASSERT_OK(K(smooth)(&tape));
-    ASSERT_OK(K(smooth_states)(&record));
-    for (size_t t = 0; t < STEPS; t++) {
-        for (int i = 0; i < 2; i++) {
-            ASSERT_CLOSE(whole_smoothed_mean(&tape, t, i), whole_smoothed_mean(&record, t, i), 8);
-        }
-    }
-}
-
-TEST(plain_and_linearised_predicts_take_turns_on_a_tape)
-{
-    reading expected, actual;
-    ASSERT_OK(K(attach)(&twin, &tape.attached));
-    ASSERT_OK(K(attach)(&track, &jacobians.attached));
-    for (int step = 0; step < STEPS; step++) {
-        drive(&twin, step);
-        if (step && step % 2) predict_linearised(&track, step);
-        else if (step) ASSERT_OK(K(predict)(&track, process_of(step), control_of(step)));
-        measure_linearised(&track, step);
-    }
-    ASSERT_OK(K(smooth)(&tape));
-    ASSERT_OK(K(smooth)(&record));
-    for (size_t t = 0; t < STEPS; t++) {
-        read_smoothed(&expected, &tape, t, 2);
-        read_smoothed(&actual, &record, t, 2);
-        assert_like(&expected, &actual);
-    }
-}
-
-TEST(the_smoothers_on_line_take_linearised_steps)
-{
-    ASSERT_OK(K(attach)(&track, &past.attached));
-    ASSERT_OK(K(attach)(&twin, &past_twin.attached));
-    for (int step = 0; step < STEPS; step++) {
-        drive_both(step);
-        for (size_t k = 0; k <= (size_t)step; k++) {
-            ASSERT_OK(K(lagged)(&past, k, &past_view));
-            ASSERT_OK(K(lagged)(&past_twin, k, &past_twin_view));
-            for (int i = 0; i < 2; i++) {
-                ASSERT_CLOSE(K(mean)(&past_twin_view, i), K(mean)(&past_view, i), 8);
-                TEST_ASSERT_TRUE(K(sigma)(&past_twin_view, i) == K(sigma)(&past_view, i));
-            }
-        }
-    }
-    begin_drive();
-    ASSERT_OK(K(attach)(&track, &instant.attached));
-    ASSERT_OK(K(attach)(&twin, &instant_twin.attached));
-    for (int step = 0; step < STEPS; step++) {
-        drive_both(step);
-        ASSERT_OK(K(instant_smooth)(&instant, &instant_view));
-        ASSERT_OK(K(instant_smooth)(&instant_twin, &instant_twin_view));
-        for (int i = 0; i < 2; i++) {
-            ASSERT_CLOSE(K(mean)(&instant_twin_view, i), K(mean)(&instant_view, i), 8);
-            TEST_ASSERT_TRUE(K(sigma)(&instant_twin_view, i) == K(sigma)(&instant_view, i));
-        }
-    }
+    static const num d[] = {0.5, -0.25};
+    ASSERT_OK(K(process_init)(&changing, transition, NULL, Q));
+    ASSERT_OK(K(predict_extended)(&track, &changing, d));
+    ASSERT_OK(K(process_init)(&changing, identity3, NULL, Q));
 }
 
 /* ------------------------------------------------------------------ a nonlinear run */
@@ -421,13 +256,15 @@ TEST(an_increment_has_no_more_entries_than_both_have_states)
 TEST(a_mean_that_is_moved_beyond_the_numbers_is_held_at_once)
 {
     const num most = NUM_MAX / 2, far[] = {most, 0}, z[] = {2, -4};
+    num e_then[2];
     ASSERT_OK(K(attach)(&track, &jacobians.attached));
     for (int k = 0; k < 3; k++) ASSERT_OK(K(move)(&track, far));
     TEST_ASSERT_EQUAL_UINT(KQ_EVENT_OVERFLOW | KQ_EVENT_HISTORY_FULL, K(events)(&track));
     TEST_ASSERT_EQUAL_INT(KQ_ERR_HISTORY_FULL, K(smooth)(&record));
     TEST_ASSERT_TRUE(K(mean)(&track, 0) == 0);
     TEST_ASSERT_TRUE(K(sigma)(&track, 0) >= N(0x1p60));
-    update_linearised(&track, &radar, z, UINT32_MAX);
+    ASSERT_OK(K(innovation)(&track, &radar.sensor, z, e_then));
+    ASSERT_OK(K(update)(&track, of_innovations(&radar), e_then));
     TEST_ASSERT_TRUE(K(sigma)(&track, 0) < 8);
 }
 
@@ -500,12 +337,12 @@ TEST(a_start_that_is_over_is_in_nobodys_way)
 TEST(a_process_that_changes_between_plain_predicts_is_noticed)
 {
     ASSERT_OK(K(attach)(&track, &jacobians.attached));
-    predict_linearised(&track, 1);
+    predict_linearised(A);
     ASSERT_OK(K(process_change_transition)(&changing, A));
     ASSERT_OK(K(predict)(&track, &changing, NULL));
     ASSERT_OK(K(process_change_transition)(&changing, A2));
     ASSERT_OK(K(predict)(&track, &changing, NULL));
-    predict_linearised(&track, 2);
+    predict_linearised(A2);
     ASSERT_REFUSED(KQ_ERR_CHANGED, K(smooth)(&record));
 }
 
@@ -513,8 +350,8 @@ TEST(one_process_for_all_steps_smooths_no_linearised_tape)
 {
     num q[STEPS] = {1, 1, 1};
     ASSERT_OK(K(attach)(&track, &jacobians.attached));
-    predict_linearised(&track, 1);
-    predict_linearised(&track, 2);
+    predict_linearised(A);
+    predict_linearised(A2);
     ASSERT_REFUSED(KQ_ERR_RECORDING, K(smooth_reweighted)(&record, &scaled, &motion.process, 4, q));
     ASSERT_OK(K(smooth)(&record));
 }

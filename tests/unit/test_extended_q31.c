@@ -1,4 +1,4 @@
-/* Steps of nonlinear models in q31: beside those in double, and what they refuse. */
+/* Steps of nonlinear models in q31: Jacobians that no mean could go through, and what is refused (test_linearised.c). */
 #include "q31.h"
 #include "losses_q31.h"
 #include "unchanged.h"
@@ -14,23 +14,18 @@ KQ_FILTER_Q31(track, 2);
 KQ_HISTORY_Q31(tape, 2, 2, STEPS, STEPS);
 KQ_JACOBIANS_Q31(jacobians, tape, 2, STEPS, 1);
 KQ_LAG_Q31(past, 2, 2, STEPS);
-KQ_INSTANT_Q31(instant, 2, 2);
-static kq_filter_q31 past_view, instant_view;
 
 PROCESS(motion_f64, 2, 0);
 SENSOR(radar_f64, 2, 2);
 FILTER(track_f64, 2);
 HISTORY(tape_f64, 2, 2, STEPS, STEPS);
 JACOBIANS(jacobians_f64, tape_f64, 2, STEPS, 1);
-LAG(past_f64, 2, 2, STEPS);
-INSTANT(instant_f64, 2, 2);
-static K(filter) past_f64_view, instant_f64_view;
 
 static const double range[] = {100, 20}, innovation_range[] = {100, 400};
 static const double A[] = {1, 0.125, 0, 1}, Q[] = {0.01, 0, 0, 0.04}, H[] = {1, 0, 0, 1};
 static const double R[] = {0.25, 0.0625, 0.0625, 0.5}, x0[] = {8, -3}, P0[] = {2, 0.5, 0.5, 1};
 static kq_scaled_q31 A_words[4], H_words[4];
-static double A_now[4], H_now[4];
+static double H_now[4];
 
 #define LIKE 0x1p-20
 
@@ -49,19 +44,6 @@ static void set_up(void)
     WATCH(jacobians), WATCH(jacobians_memory);
 }
 
-/* x'' = -k x'|x'|, by the double's mean, so that both are given the same */
-static void predict_both(void)
-{
-    const double v = K(mean)(&track_f64, 1), d[] = {0.125 * v, -0.02 * v * fabs(v)};
-    memcpy(A_now, A, sizeof A);
-    A_now[3] = 1 - 0.04 * fabs(v);
-    ASSERT_OK(K(process_change_transition)(&motion_f64, A_now));
-    ASSERT_OK(K(predict_extended)(&track_f64, &motion_f64, d));
-    ASSERT_OK(kq_matrix_prepare_q31(A_words, A_now, 2, 2, motion.state_format, motion.state_format));
-    ASSERT_OK(kq_process_change_transition_q31(&motion.process, A_words, NULL));
-    ASSERT_OK(kq_predict_extended_q31(&track, &motion.process, words_of(d, 2, motion.state_format)));
-}
-
 /* h(x) = (x, x v / 4) */
 static void update_both(int step)
 {
@@ -75,57 +57,7 @@ static void update_both(int step)
     ASSERT_OK(kq_update_q31(&track, &differs, words_of(e, 2, radar.measurement_format)));
 }
 
-static void run_both(void)
-{
-    for (int step = 0; step < STEPS; step++) {
-        if (step) predict_both();
-        update_both(step);
-        ASSERT_LIKE(&track_f64, &track, LIKE);
-    }
-    TEST_ASSERT_EQUAL_UINT(0, kq_events_q31(&track));
-}
-
 static double mean_of(int32_t word, int i) { return ldexp(word, -start.state_format[i].fraction); }
-
-TEST(the_filter_and_its_history_are_those_in_double)
-{
-    ASSERT_OK(kq_attach_q31(&track, &jacobians.attached));
-    ASSERT_OK(K(attach)(&track_f64, &jacobians_f64.attached));
-    run_both();
-    ASSERT_OK(kq_smooth_q31(&tape));
-    ASSERT_OK(K(smooth)(&tape_f64));
-    for (size_t t = 0; t < STEPS; t++) {
-        for (int i = 0; i < 2; i++) {
-            const double sigma = K(sigma)(SMOOTHED(&tape_f64, t), i);
-            ASSERT_WITHIN(LIKE * (sigma + 10), K(mean)(SMOOTHED(&tape_f64, t), i),
-                          mean_of(kq_mean_q31(SMOOTHED_Q31(&tape, t), i), i));
-            ASSERT_WITHIN(LIKE * (sigma + 10), sigma, mean_of(kq_sigma_q31(SMOOTHED_Q31(&tape, t), i), i));
-        }
-    }
-}
-
-TEST(the_smoothers_on_line_are_those_in_double)
-{
-    ASSERT_OK(kq_attach_q31(&track, &past.attached));
-    ASSERT_OK(K(attach)(&track_f64, &past_f64.attached));
-    run_both();
-    for (size_t k = 0; k < STEPS; k += 3) {
-        ASSERT_OK(kq_lagged_q31(&past, k, &past_view));
-        ASSERT_OK(K(lagged)(&past_f64, k, &past_f64_view));
-        for (int i = 0; i < 2; i++) {
-            ASSERT_WITHIN(LIKE * 16, K(mean)(&past_f64_view, i), mean_of(kq_mean_q31(&past_view, i), i));
-        }
-    }
-    set_up();
-    ASSERT_OK(kq_attach_q31(&track, &instant.attached));
-    ASSERT_OK(K(attach)(&track_f64, &instant_f64.attached));
-    run_both();
-    ASSERT_OK(kq_instant_smooth_q31(&instant, &instant_view));
-    ASSERT_OK(K(instant_smooth)(&instant_f64, &instant_f64_view));
-    for (int i = 0; i < 2; i++) {
-        ASSERT_WITHIN(LIKE * 16, K(mean)(&instant_f64_view, i), mean_of(kq_mean_q31(&instant_view, i), i));
-    }
-}
 
 /* ------------------------------------------------------------------ an A that no mean could go through */
 
