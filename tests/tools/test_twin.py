@@ -15,6 +15,7 @@ import kalmanq
 import models
 from kalmanq import Filter, KalmanqError, KalmanqWarning, LagSmoother, InstantSmoother, Quantity, Robust, Smoother
 from kalmanq.data.rows import Rows
+from kalmanq.run.checks import findings
 from kalmanq.run.streamed import StreamedSmoother
 from test_commands import EXAMPLES, kalmanq as command
 from whole import WHOLE
@@ -333,3 +334,10 @@ def test_smoothing_takes_no_more_memory_of_more_rows(tmp_path):
         assert done.returncode == 0, done.stderr
         peaks.append(int(done.stderr.split()[-1]))  # kB
     assert peaks[1] < 1.2 * peaks[0] and peaks[1] < 400_000, peaks
+
+
+def test_ranges_that_are_there_in_part_may_be_left_out():
+    for ranges, said in (((4.0, None), True), ((4.0, 8.0), False), ((None, None), False)):
+        model = kalmanq.Model([1], [1], 1, 1, P0=[1], states=[Quantity("a", range=ranges[0])], measurements=[Quantity("b", range=ranges[1])])
+        found = [one for one in findings(model) if one.subject == "ranges"]
+        assert any(not one.is_good and "or leave all ranges out" in one.said for one in found) == said

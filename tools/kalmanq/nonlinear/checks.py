@@ -14,7 +14,7 @@ from kalmanq.nonlinear.calls import Instant
 from kalmanq.nonlinear.filters import NonlinearFilter
 from kalmanq.nonlinear.model import NonlinearModel
 from kalmanq.nonlinear.simulation import simulate
-from kalmanq.run.checks import Finding, prior_finding
+from kalmanq.run.checks import Finding, prior_finding, ranges_refused
 
 DRAWN, SEED = 50, 1  # rows of a simulated run, where there are no data
 Rows = tuple[np.ndarray, np.ndarray, Optional[np.ndarray]]  # z, u, times
@@ -113,7 +113,7 @@ def _ranges(model: NonlinearModel, rows: Rows, where: str) -> Finding:
     try:
         run = _run(model, rows, "q31")
     except KalmanqError as problem:
-        return Finding(False, "ranges", f"{where}: {problem}")
+        return ranges_refused(model, f"{where}: {problem}")
     parts = NonlinearFilter(model, "q31").parts
     formats = ", ".join(f"{one.name} Q{31 - bits}.{bits}" for which in ("states", "measurements") for one, bits in
                         zip(getattr(model, which), parts.fractions(which)))

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 
@@ -87,10 +88,15 @@ def _fixed_point(model: Model) -> Finding:
     try:
         parts = Parts(model, "q31")
     except KalmanqError as problem:
-        return Finding(False, "ranges", str(problem))
+        return ranges_refused(model, str(problem))
     formats = ", ".join(f"{one.name} Q{31 - bits}.{bits}" for one, bits in
                         zip(model.states, parts.fractions("states")))
     return Finding(True, "ranges", f"fit: {formats}")
+
+
+def ranges_refused(model: Any, said: str) -> Finding:
+    lacks = any(one.range is None for which in (model.states, model.measurements) for one in which)
+    return Finding(False, "ranges", f"{said}; or leave all ranges out: f32 and f64 need none" if lacks else said)
 
 
 def prior_finding(model: Model) -> Finding:
