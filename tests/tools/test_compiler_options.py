@@ -415,3 +415,19 @@ def test_the_end_of_a_control_s_range_is_a_raw_value():
         found = int(re.search(r"FLT_U_ON_FRACTION = (\d+)", header).group(1))
         assert found == fraction and span * 2**found <= 2**31 - 1
         assert "u: the controls since the last sample" in header
+
+
+def test_q31_s_header_has_values_in_units_and_back(tmp_path):
+    made = compiled(tank(), "flt", Options("q31"))
+    called = library(tmp_path, made, """
+#include "flt.h"
+int raw(double value) { return FLT_Z_FLOAT_RAW(value); }
+double value(int raw) { return FLT_Z_FLOAT_VALUE(raw); }
+double state(int raw) { return FLT_FLOW_VALUE(raw); }
+""")
+    called.raw.argtypes, called.value.restype, called.state.restype = [ctypes.c_double], ctypes.c_double, ctypes.c_double
+    z, flow = (int(re.search(rf"FLT_{name}_FRACTION = (\d+)", made.header).group(1)) for name in ("Z_FLOAT", "FLOW"))
+    for value in (0.0, 1.5, -0.1, 1 / 3, -7.0):
+        assert abs(called.raw(value) - value * 2**z) <= 0.5 and called.value(called.raw(value)) == called.raw(value) * 2.0**-z
+    assert called.state(12345) == 12345 * 2.0**-flow
+    assert [called.raw(value) for value in (1e30, -1e30, float("nan"))] == [2**31 - 1, 1 - 2**31, -2**31]

@@ -12,6 +12,7 @@ from kalmanq.compiler.request import Request
 from kalmanq.compiler.word_factor import Factor, Key, keys
 from kalmanq.compiler.word_formats import BITS, Formats
 from kalmanq.compiler.word_mean import Mean
+from kalmanq.firmware.conversions import to_raw
 
 
 class Readings(Arithmetic):
@@ -76,8 +77,13 @@ class Readings(Arithmetic):
             lines += [f"{upper}_NIS_FRACTION = {self.nis_fraction}"]
             lines += [f"{upper}_S_{name.upper()}_FRACTION = {BITS - self.formats.row[j]}"
                       for j, name in enumerate(given.measurements)]
+        converted = [one for name, which, k in rows for one in self._converted(f"{upper}_{name.upper()}", self.fraction(which, k))]
         return ["/* value = raw value 2^-FRACTION; a covariance has the sum of two fractions of sigmas */", "enum {",
-                *indented([f"{one}," for one in lines[:-1]] + lines[-1:]), "};", ""]
+                *indented([f"{one}," for one in lines[:-1]] + lines[-1:]), "};", "", *to_raw(given.name, "INT32_MIN"), *converted, ""]
+
+    def _converted(self, name: str, fraction: int) -> list[str]:
+        return [f"#define {name}_RAW(value) {self.given.name}_to_raw((double)(value), {2.0**fraction!r})",
+                f"#define {name}_VALUE(raw) ((double)(raw) * {2.0**-fraction!r})"]
 
     def mean_text(self, i: int) -> str:
         return self.lagged(i, self.whole_mean(i))

@@ -11,6 +11,7 @@ import numpy as np
 
 from kalmanq.core import arithmetic_of, lib, nearest
 from kalmanq.errors import KalmanqError
+from kalmanq.firmware.conversions import to_raw
 from kalmanq.firmware.replay import Replay
 from kalmanq.firmware.steps_kept import latest_of, steps_late
 from kalmanq.model import Model, Quantity
@@ -292,21 +293,7 @@ def _ranges(w: Writer) -> list[str]:
     return ["/* The declared ranges, in units: |value| <= range */", *lines, ""] if lines else []
 
 
-CONVERSIONS = """\
-/* A value in its unit as a raw value: rounded to the nearest one, saturated at +-(2^31 - 1).  NaN becomes
-   KQ_NOT_A_VALUE_Q31, which an update refuses, as it does what is beyond the declared range. */
-static inline int32_t {name}_to_raw(double value, double scale)
-{{
-    const double raw = value * scale;
-    if (raw >= 2147483647.0) return INT32_MAX;
-    if (raw > -2147483647.0) {{
-        const int32_t whole = (int32_t)raw;
-        const double rest = raw - (double)whole;
-        return rest >= 0.5 ? whole + 1 : rest <= -0.5 ? whole - 1 : whole;
-    }}
-    return raw <= -2147483647.0 ? -INT32_MAX : KQ_NOT_A_VALUE_Q31;
-}}
-
+TO_VALUE = """\
 /* And back: of means, sigmas and measurements; KQ_NOT_A_VALUE_Q31 becomes NaN. */
 static inline double {name}_to_value(int32_t raw, double last_bit)
 {{
@@ -316,7 +303,7 @@ static inline double {name}_to_value(int32_t raw, double last_bit)
 
 
 def _conversions(w: Writer) -> list[str]:
-    lines = CONVERSIONS.format(name=w.name).split("\n")
+    lines = [*to_raw(w.name, "KQ_NOT_A_VALUE_Q31"), "", *TO_VALUE.format(name=w.name).split("\n")]
     for _, _, name, fraction in w.quantities():
         lines += [f"#define {name}_RAW(value) {w.name}_to_raw((double)(value), {2.0**fraction!r})",
                   f"#define {name}_VALUE(raw) {w.name}_to_value((raw), {2.0**-fraction!r})"]
