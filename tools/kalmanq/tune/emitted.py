@@ -54,29 +54,32 @@ def tools() -> tuple[str, str]:
     return found[0], found[1]  # type: ignore[return-value]
 
 
-def variants(model: NonlinearModel, of_sizes: ModelOf, begun: Sequence[float], rows: int, name: str) -> Iterator[Variant]:
+def variants(of_sizes: ModelOf, begun: Sequence[float], rows: int, name: str) -> Iterator[Variant]:
     """By loss and arithmetic, f64 first.  name: of the C that a user gets"""
     for loss in LOSSES:
         double: Optional[Variant] = None
         for arithmetic in reversed(FLOATS):
             own = f"{loss}_{arithmetic}"
-            options = Options(arithmetic, nis=True, smooth=max(1, min(rows, MOST_STEPS)), **_with(loss, 3.0))
-            plain = replace(options, nis=False, smooth=0)
-            emitted, written = (partial(_code, of_sizes, called, one, loss) for called, one in ((own, options), (name, plain)))
-            made = Variant(own, compiled_equations(model, own, options), compiled_equations(model, name, plain).header, *(
-                template(one, len(begun), loss, None if loss == "student" else begun) for one in (emitted, written)))
+            plain = Options(arithmetic)
+            run = partial(_product, of_sizes, own, replace(plain, nis=True, smooth=max(1, min(rows, MOST_STEPS))), loss)
+            written = partial(_product, of_sizes, name, plain, loss)
+            products = run(begun, None), written(begun, None)
+            made = Variant(own, products[0], products[1].header, *(
+                template(lambda *given, of=of: _code(of(*given)), len(begun), loss, None if loss == "student" else (begun, _code(product)))
+                for of, product in zip((run, written), products)))
             if double is not None:
                 made = replace(made, run=in_double(made.run, double.run), written=in_double(made.written, double.written))
             double = double or made
             yield made
 
 
-def _with(loss: str, parameter: Optional[float]) -> dict[str, float]:
-    return {} if loss == "none" else {loss: 3.0 if parameter is None else parameter}
+def _product(of_sizes: ModelOf, name: str, options: Options, loss: str, sizes: Sequence[float], parameter: Optional[float]) -> Product:
+    given = {} if loss == "none" else {loss: 3.0 if parameter is None else parameter}
+    return compiled_equations(of_sizes(sizes), name, replace(options, **given))
 
 
-def _code(of_sizes: ModelOf, name: str, options: Options, loss: str, sizes: Sequence[float], parameter: Optional[float]) -> str:
-    return compiled_equations(of_sizes(sizes), name, replace(options, **_with(loss, parameter))).sources()[f"{name}.c"]
+def _code(product: Product) -> str:
+    return product.sources()[f"{product.given.name}.c"]
 
 
 # ------------------------------------------------------------------------------ WebAssembly

@@ -38,7 +38,7 @@ def content(model: NonlinearModel, z: np.ndarray, u: Optional[np.ndarray], times
     begun = [one.value for one in noises]
     name = _name_of(sources["model"])
     # each text of a model that is read again: what a graph has decides which factor stands first
-    made = list(emitted.variants(model, lambda sizes: _with_sizes(model, source, noises, sizes), begun, len(z), name))
+    made = list(emitted.variants(lambda sizes: _with_sizes(model, source, noises, sizes), begun, len(z), name))
     module = emitted.module(model, made)
     run, clock = _on_the_host(model, z, u, times)
     H, d = _plain_rows(model)

@@ -43,7 +43,7 @@ class Template:
     literals: list[Literal]
 
 
-Emitted = Callable[[Sequence[float], Optional[float]], str]  # the text with sizes of the noises, and the parameter of a loss
+Emitted = Callable[[Sequence[float], float], str]  # the text with sizes of the noises, and the parameter of a loss
 
 
 def sizes_of(count: int, which: int) -> list[float]:
@@ -56,10 +56,10 @@ def sizes_of(count: int, which: int) -> list[float]:
     return made
 
 
-def template(emitted: Emitted, count: int, loss: str = "", begun: Optional[Sequence[float]] = None) -> Template:
-    """begun: sizes of the model's file, of which the text is looked at, too"""
+def template(emitted: Emitted, count: int, loss: str, begun: Optional[tuple[Sequence[float], str]] = None) -> Template:
+    """begun: sizes of the model's file, and their text"""
     parameters = {"gate": GATES, "student": DEGREES}.get(loss, NO_LOSS)
-    first, second = (NUMBER.split(emitted(sizes_of(count, which), parameters[which] if loss else None)) for which in (0, 1))
+    first, second = (NUMBER.split(emitted(sizes_of(count, which), parameters[which])) for which in (0, 1))
     if len(first) != len(second) or first[::2] != second[::2]:
         raise KalmanqError("the C has another form with other noises: a page cannot show it; kalmanq compile writes it for each")
     pieces, literals = [""], []
@@ -70,7 +70,7 @@ def template(emitted: Emitted, count: int, loss: str = "", begun: Optional[Seque
             literals.append(_literal(_value(text), _value(other), count, parameters))
             pieces.append("")
     made = Template(pieces, literals)
-    return made if begun is None else _as_begun(made, NUMBER.split(emitted(begun, None)), first, second, begun)
+    return made if begun is None else _as_begun(made, NUMBER.split(begun[1]), first, second, begun[0])
 
 
 def _value(text: str) -> float:

@@ -146,7 +146,7 @@ function smooths() { return isNonlinear ? content.smooths : set.loss === "none";
 
 function check({ total, apart }) {
   const same = isNonlinear ? apart === 0 : Object.is(total, content.total);
-  $("bits").textContent = same ? "begun with the host's bits" : isNonlinear ? `begun ${said(apart, 2)} sigma from the host` : "begun with other bits than the host";
+  $("bits").textContent = same ? "start: the host's bits" : isNonlinear ? `start: ${said(apart, 2)} sigma off the host` : "start: not the host's bits";
   document.body.dataset.bits = same ? "same" : "other";
 }
 
@@ -604,7 +604,7 @@ function listen() {
   $("copy").onclick = copyScript;
   $("source").ontoggle = showSource;
   $("save-page").onclick = () => save(`${content.name.replace(/[^\w-]+/g, "_") || "tune"}.html`, pageText(), "text/html");
-  new ResizeObserver(() => redraw("look")).observe($("chart-state"));
+  new ResizeObserver(() => { if ($("chart-state").clientWidth > 0) redraw("look"); }).observe($("chart-state"));
   matchMedia("(prefers-color-scheme: dark)").addEventListener("change", show);
   for (const one of document.querySelectorAll("[name=tool]")) one.onchange = () => { $("chart-state").style.touchAction = one.value === "outlier" ? "none" : "pan-y"; };
   listenToPicture();
