@@ -367,10 +367,11 @@ class EquationFilter(FloatFilter):
         """An event where the rounding of component j is above its sigma"""
         if j not in self.watched:
             return []
-        body, is_linear = Body(self.words, stem="p", fields=self.at_once(j)), self.sensor_of(j) in self.linear
-        square = self.watched[j] if is_linear else symbol(f"b{j}")
-        is_above = body.text(self.coefficients.R[j] * equation_rounding.PER_SIGMA < square)
-        lines = [*body.lines, f"if ({is_above}) f->events |= {self.given.upper}_PRECISION;"]
+        is_linear = self.sensor_of(j) in self.linear
+        body = Body(self.words, stem="p", fields=self.at_once(j) if is_linear else {})
+        is_above = self.coefficients.R[j] * equation_rounding.PER_SIGMA < (self.watched[j] if is_linear else symbol(f"b{j}"))
+        body.name_shared([is_above])
+        lines = [*body.lines, f"if ({body.text(is_above)}) f->events |= {self.given.upper}_PRECISION;"]
         return ["{", *indented(lines), "}"] if body.lines else lines
 
     def finished(self, sensor: Sensor) -> list[str]:
