@@ -17,11 +17,6 @@ enum { N = 2, M = 2, GAINS = 30, RUN = 200 };
 #define ROUNDING_OF_STEPS (256 * EPS)
 #endif
 #define SETTLED ldexp(1, -BITS)
-#ifdef KQ_TEST_F32
-#define SOLVE_LEN KQ_STEADY_SOLVE_LEN_F32
-#else
-#define SOLVE_LEN KQ_STEADY_SOLVE_LEN_F64
-#endif
 
 static process_model motion;
 static sensor_model radar;

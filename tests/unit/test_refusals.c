@@ -8,12 +8,6 @@
 #include "models.h"
 #include "unchanged.h"
 
-#ifdef KQ_TEST_F32
-#define SOLVE_LEN KQ_STEADY_SOLVE_LEN_F32
-#else
-#define SOLVE_LEN KQ_STEADY_SOLVE_LEN_F64
-#endif
-
 enum { MOST_ARGUMENTS = 7, STEPS = 4 };
 
 static process_model motion, other, three, unmade, scaled;

@@ -4,11 +4,9 @@
 enum { N = 2, M = 2, MOST = KQ_SIZE_MAX };
 
 #ifdef KQ_TEST_F32
-#define SOLVE_LEN KQ_STEADY_SOLVE_LEN_F32
 #define PRINTED 5e-7 /* six digits */
 #define OVERFLOWING {12487.4f, 0, 28289.1f, 0, 780514, 0, 0, 1645020, 0, -1.12088e-10f, 9.67304e18f}
 #else
-#define SOLVE_LEN KQ_STEADY_SOLVE_LEN_F64
 #define PRINTED 5e-9 /* all that are printed */
 #define OVERFLOWING {0, 6.12291e47, 0, -5.06977e47, 1.10758e14, 0, 0, 4.8999e13, 3.7256e33, 8.57553e33, 4.96585e177}
 #endif
