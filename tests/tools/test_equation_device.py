@@ -18,6 +18,7 @@ import pytest
 import kalmanq as kalmanq_package
 from command import kalmanq
 from compiled import STRICT
+from equation_random import random_model
 from equations import path_of
 from kalmanq.compiler import equation_report
 from kalmanq.compiler.emit import PREDICTS, UPDATES, Row
@@ -323,3 +324,15 @@ def test_the_devices_of_the_examples_are_what_it_writes(name, tmp_path):
     for suffix in ("c", "h"):
         written, kept = ((folder / f"{name}.{suffix}").read_bytes() for folder in (tmp_path, ROOT / "tools" / "examples"))
         assert written == kept, f"tools/examples/{name}.{suffix}: write it again (tools/examples/README.md)"
+
+
+@pytest.mark.parametrize("share, told", [(1, 128), (1e8, 0)])  # KQ_EVENT_PRECISION
+@pytest.mark.parametrize("iterate", [1, 3])
+def test_an_event_where_float_rounds_an_innovation_by_more_than_sigma(share, told, iterate, tmp_path):
+    given = random_model(602)
+    model = NonlinearModel(given.given["f"].function, given.given["h"].function, x0=given.x0, P0=given.P0, Q=given.Q, R=share * given.R)
+    recorded, _ = equation_report.drawn(model, 40, 1)
+    product = compiled_device(model, "rounded", Options("f32", iterate=iterate))
+    made = Program(product, tmp_path, uses="unsigned events(void); unsigned events(void) { return kq_events_f32(&f.filter); }")
+    made.run(recorded)
+    assert made.library.events() == told and ("PRECISION" in product.code) == (told > 0)

@@ -14,6 +14,7 @@ from typing import Optional, Sequence
 
 import numpy as np
 
+from kalmanq.compiler import equation_rounding
 from kalmanq.compiler.arithmetic import Arithmetic
 from kalmanq.compiler.equations import Equations, equations
 from kalmanq.compiler.head import readings
@@ -69,6 +70,9 @@ class Device(Arithmetic):
         self.plain = [one for one in self.sensors if self._is_plain(one)]
         self.bent = [one for one in self.sensors if one not in self.plain]
         self.iterates = given.options.iterate > 1 and bool(self.bent)
+        self.variances = [self._variance(one, j) for one in self.sensors for j in range(one.m)]
+        looked_at = equation_rounding.watched(of.model, self.e, self.H, self.variances, " " if self.has_errors else "x") if self.T == "f32" else {}
+        self.watched = {j: square for one in self.bent for j, square in looked_at.items() if one.first <= j < one.first + one.m}
         self.moves_points = not self.has_errors and self.B is None and not self.Q
         self.measures_points = [] if self.has_errors else [one for one in self.bent if not self.has_spread(one)]
         has_points = self.moves_points or self.measures_points
@@ -105,6 +109,12 @@ class Device(Arithmetic):
         if self.is_diagonal(sensor):
             return [self.R[j][j] for j in own]
         return [self.R[min(j, k)][max(j, k)] for j in own for k in own]
+
+    def _variance(self, sensor: Sensor, j: int) -> Node:
+        """Of component j, given the other ones where their noises are constant"""
+        if self.R:
+            return self.R[sensor.first + j][sensor.first + j]
+        return node(float(1 / np.linalg.inv(self.noise(sensor))[j, j]))
 
     @property
     def noises(self) -> list[Node]:

@@ -11,6 +11,7 @@ import numpy as np
 from kalmanq.compiler.emit import PREDICTS, UPDATES, Row, comment, function, within
 from kalmanq.compiler.equation_device import Device, device, field
 from kalmanq.compiler.equation_product import EquationHeader
+from kalmanq.compiler.equation_rounding import PER_SIGMA
 from kalmanq.compiler.equation_text import EquationText
 from kalmanq.compiler.floats import MOST
 from kalmanq.compiler.host import Ran
@@ -186,10 +187,12 @@ class DeviceText(EquationText):
         a = self.of
         e, rows, body = a.innovations(sensor), a.rows_of(sensor), Body(a.words)
         spreads = a.spreads(sensor) if a.has_spread(sensor) and at == "filter" else []
-        body.name_shared([*e, *rows, *spreads])
+        above = [a.variances[j] * PER_SIGMA < a.watched[j] for j in range(sensor.first, sensor.first + sensor.m) if j in a.watched]
+        body.name_shared([*e, *rows, *spreads, *above])
         body.assign([(f"e[{j}]", one) for j, one in enumerate(e)])
         self._written(body, f"H{sensor.suffix}", rows)
         body.assign([(f"f->R{sensor.suffix}[{k}]", one) for k, one in enumerate(spreads)])
+        body.lines += [f"if ({body.text(one)}) f->filter.events |= KQ_EVENT_PRECISION;" for one in above]
         return within(self._places(at), body.lines)
 
     def _changed(self, sensor: Sensor) -> str:

@@ -27,12 +27,14 @@ PER_SIGMA = EPSILON**-2  # a sum of squares beyond this times R is an event
 Values = dict[str, Any]
 
 
-def watched(model: NonlinearModel, of: Any, innovations: Sequence[Node]) -> dict[int, Node]:
-    """By component: the sum of squares of what is rounded, where that can come near sigma; of: H and R"""
+def watched(model: NonlinearModel, innovations: Sequence[Node], H: Sequence[Sequence[Node]], variances: Sequence[Node],
+            single: str = "a") -> dict[int, Node]:
+    """By component: the sum of squares of what is rounded, where that can come near sigma; single: first letter of symbols of a
+    mean in one float, by default of the point that an update is iterated at"""
     given, made = visited(model), {}
-    for j, one in enumerate(innovations):
-        R = Program([of.spread[j] if of.spread else of.R[j]]).values(given)[0]
-        if not all(slope.equals(0) for slope in of.H[j]) and (square := _watched(parts_of(one), R, given)) is not None:
+    for j, (one, row, variance) in enumerate(zip(innovations, H, variances)):
+        R = Program([variance]).values(given)[0]
+        if not all(slope.equals(0) for slope in row) and (square := _watched(parts_of(one, single), R, given)) is not None:
             made[j] = square
     return made
 
@@ -56,14 +58,14 @@ def _kept(shares: dict[int, np.ndarray]) -> list[int]:
     return sorted(kept)
 
 
-def parts_of(root: Node) -> list[Node]:
+def parts_of(root: Node, single: str = "a") -> list[Node]:
     """Each part of a formula that is rounded, times the derivative of the formula by it"""
     order, _ = needed([root])
     slopes = {id(root): constant(1)}
     for one in reversed(order):
         for argument, slope in _arguments(one) if id(one) in slopes else ():
             slopes[id(argument)] = add(slopes.get(id(argument), constant(0)), mul(slopes[id(one)], slope))
-    made = [mul(slopes[id(one)], _rounded(one)) for one in order if id(one) in slopes]
+    made = [mul(slopes[id(one)], _rounded(one, single)) for one in order if id(one) in slopes]
     return [one for one in made if not one.equals(0)]
 
 
@@ -74,12 +76,11 @@ def _arguments(one: Node) -> Iterator[tuple[Node, Node]]:
             yield argument, partial(one, argument)
 
 
-def _rounded(one: Node) -> Node:
+def _rounded(one: Node, single: str) -> Node:
     """What half a unit in the last place is a share of; 0 of what is given, and of what the filter keeps in two floats"""
     if one.is_constant:
         return constant((float(np.float32(one.value)) - one.value) / EPSILON)
-    is_kept = one.op == "symbol" and one.args[0][0] != "a"  # a: where an update is iterated
-    return constant(0) if is_kept else one
+    return constant(0) if one.op == "symbol" and one.args[0][0] != single else one
 
 
 def visited(model: NonlinearModel) -> Values:

@@ -168,7 +168,7 @@ class EquationFilter(FloatFilter):
         bends = of.given.options.iterate > 1 or bool(of.given.nominal)
         self.linear = [] if bends else [one for one in of.sensors if self._is_linear_sensor(one)]
         self.watched = {} if self.type == "double" else equation_rounding.watched(
-            of.model, self.coefficients, [rows[0] for rows in self.coefficients.e])
+            of.model, [rows[0] for rows in self.coefficients.e], self.coefficients.H, self.coefficients.spread or self.coefficients.R)
         self.events = (("NOT_FINITE", "a function of the model or a derivative was not finite, or Q or R no covariance: mean and covariance stay "
                         "as they were; or the variance of an innovation was not: its component is not taken"),
                        ("OVERFLOW", "a variance is infinite: start again"),
