@@ -71,7 +71,9 @@ class Device(Arithmetic):
         self.bent = [one for one in self.sensors if one not in self.plain]
         self.iterates = given.options.iterate > 1 and bool(self.bent)
         self.variances = [self._variance(one, j) for one in self.sensors for j in range(one.m)]
-        looked_at = equation_rounding.watched(of.model, self.e, self.H, self.variances, " " if self.has_errors else "x") if self.T == "f32" else {}
+        single = " " if self.has_errors else "x"
+        which = equation_rounding.chosen(of.model, self.e, self.H, self.variances, single) if self.T == "f32" else {}
+        looked_at = equation_rounding.watched(self.e, which, single)
         self.watched = {j: square for one in self.bent for j, square in looked_at.items() if one.first <= j < one.first + one.m}
         self.moves_points = not self.has_errors and self.B is None and not self.Q
         self.measures_points = [] if self.has_errors else [one for one in self.bent if not self.has_spread(one)]

@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import re
+from dataclasses import replace
+from typing import Optional
 
 from kalmanq.compiler.equation_delayed import delayed_equations
 from kalmanq.compiler.equation_text import EquationText
@@ -14,9 +16,10 @@ from kalmanq.formulas.graph import using
 from kalmanq.nonlinear import NonlinearModel
 
 
-def compiled_equations(model: NonlinearModel, name: str, options: Options = Options(), source: str = "") -> Product:
-    """source: a line about the model's file.  Untraced says what has no formula."""
-    of = equations(model, name, options)
+def compiled_equations(model: NonlinearModel, name: str, options: Options = Options(), source: str = "",
+                       looked_at: Optional[dict[int, list[int]]] = None) -> Product:
+    """source: a line about the model's file; looked_at: of the model with other noises (Equations).  Untraced says what has no formula."""
+    of = replace(equations(model, name, options), looked_at=looked_at)
     with using(model.formulas.graph):
         a = EquationFilter(of)
         text = EquationText(of.given, a)

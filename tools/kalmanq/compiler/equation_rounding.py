@@ -27,26 +27,35 @@ PER_SIGMA = EPSILON**-2  # a sum of squares beyond this times R is an event
 Values = dict[str, Any]
 
 
-def watched(model: NonlinearModel, innovations: Sequence[Node], H: Sequence[Sequence[Node]], variances: Sequence[Node],
-            single: str = "a") -> dict[int, Node]:
-    """By component: the sum of squares of what is rounded, where that can come near sigma; single: first letter of symbols of a
+def chosen(model: NonlinearModel, innovations: Sequence[Node], H: Sequence[Sequence[Node]], variances: Sequence[Node],
+           single: str = "a") -> dict[int, list[int]]:
+    """By component: which parts are looked at, where their rounding can come near sigma; single: first letter of symbols of a
     mean in one float, by default of the point that an update is iterated at"""
     given, made = visited(model), {}
     for j, (one, row, variance) in enumerate(zip(innovations, H, variances)):
         R = Program([variance]).values(given)[0]
-        if not all(slope.equals(0) for slope in row) and (square := _watched(parts_of(one, single), R, given)) is not None:
-            made[j] = square
+        if not all(slope.equals(0) for slope in row) and (parts := _chosen(parts_of(one, single), R, given)):
+            made[j] = parts
     return made
 
 
-def _watched(parts: Sequence[Node], R: Any, given: Values) -> Optional[Node]:
+def watched(innovations: Sequence[Node], which: dict[int, list[int]], single: str = "a") -> dict[int, Node]:
+    """By component: the sum of squares of the parts that were chosen"""
+    made = {}
+    for j, some in which.items():
+        parts = parts_of(innovations[j], single)
+        made[j] = dot((parts[k], parts[k]) for k in some)
+    return made
+
+
+def _chosen(parts: Sequence[Node], R: Any, given: Values) -> list[int]:
     values = np.broadcast_arrays(given["x0"], *Program(parts).values(given))[1:]
     squares = {k: value**2 for k, value in enumerate(values) if np.all(np.isfinite(value))}  # a branch not taken need not be
     total = sum(squares.values(), np.zeros(len(given["x0"])))
     seen = total > 0
     if not np.any(seen & (total > NEAR**2 * PER_SIGMA * R)):
-        return None
-    return dot((parts[k], parts[k]) for k in _kept({k: one[seen] / total[seen] for k, one in squares.items()}))
+        return []
+    return _kept({k: one[seen] / total[seen] for k, one in squares.items()})
 
 
 def _kept(shares: dict[int, np.ndarray]) -> list[int]:

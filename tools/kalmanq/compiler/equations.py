@@ -7,7 +7,7 @@ one after the other.  A call whose formulas are not finite changes nothing.
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
-from typing import Callable, Sequence
+from typing import Callable, Optional, Sequence
 
 import numpy as np
 
@@ -34,11 +34,14 @@ PRECISION = ("PRECISION", "precision lost: float rounds the function of a measur
 
 @dataclass(frozen=True)
 class Equations:
-    """A nonlinear model and its request, which has the numbers that are constant"""
+    """A nonlinear model and its request, which has the numbers that are constant
+
+    looked_at   as equation_rounding chose it for the model with other noises; None: chosen for these"""
 
     model: NonlinearModel
     given: Request
     sensors: Sequence[Sensor]
+    looked_at: Optional[dict[int, list[int]]] = None
 
 
 def equations(model: NonlinearModel, name: str, options: Options) -> Equations:
@@ -167,8 +170,10 @@ class EquationFilter(FloatFilter):
         super().__init__(of.given, None)
         bends = of.given.options.iterate > 1 or bool(of.given.nominal)
         self.linear = [] if bends else [one for one in of.sensors if self._is_linear_sensor(one)]
-        self.watched = {} if self.type == "double" else equation_rounding.watched(
-            of.model, [rows[0] for rows in self.coefficients.e], self.coefficients.H, self.coefficients.spread or self.coefficients.R)
+        innovations, c = [rows[0] for rows in self.coefficients.e], self.coefficients
+        self.looked_at = {} if self.type == "double" else \
+            equation_rounding.chosen(of.model, innovations, c.H, c.spread or c.R) if of.looked_at is None else of.looked_at
+        self.watched = equation_rounding.watched(innovations, self.looked_at)
         self.events = (("NOT_FINITE", "a function of the model or a derivative was not finite, or Q or R no covariance: mean and covariance stay "
                         "as they were; or the variance of an innovation was not: its component is not taken"),
                        ("OVERFLOW", "a variance is infinite: start again"),

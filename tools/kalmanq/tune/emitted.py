@@ -65,7 +65,7 @@ def variants(of_sizes: ModelOf, begun: Sequence[float], rows: int, name: str) ->
             written = partial(_product, of_sizes, name, plain, loss)
             products = run(begun, None), written(begun, None)
             made = Variant(own, products[0], products[1].header, *(
-                template(lambda *given, of=of: _code(of(*given)), len(begun), loss, None if loss == "student" else (begun, _code(product)))
+                template(lambda *given, of=of, like=product: _code(of(*given, like=like)), len(begun), loss, None if loss == "student" else (begun, _code(product)))
                 for of, product in zip((run, written), products)))
             if double is not None:
                 made = replace(made, run=in_double(made.run, double.run), written=in_double(made.written, double.written))
@@ -73,9 +73,10 @@ def variants(of_sizes: ModelOf, begun: Sequence[float], rows: int, name: str) ->
             yield made
 
 
-def _product(of_sizes: ModelOf, name: str, options: Options, loss: str, sizes: Sequence[float], parameter: Optional[float]) -> Product:
+def _product(of_sizes: ModelOf, name: str, options: Options, loss: str, sizes: Sequence[float], parameter: Optional[float], like: Optional[Product] = None) -> Product:
+    """like: at the sizes of the file, where it is decided which rounding the C looks at"""
     given = {} if loss == "none" else {loss: 3.0 if parameter is None else parameter}
-    return compiled_equations(of_sizes(sizes), name, replace(options, **given))
+    return compiled_equations(of_sizes(sizes), name, replace(options, **given), looked_at=like.arithmetic.looked_at if like else None)
 
 
 def _code(product: Product) -> str:

@@ -87,7 +87,7 @@ void tune_judge(const tune_run *of, int row, unsigned taken)
         of->innovation[row * m + j] = e[j];
         of->innovation_sigma[row * m + j] = sqrt(S[j * m + j]);
     }
-    of->nis[row] = taken ? nis : NAN;
+    of->nis[row] = taken ? nis : (double)NAN;
     of->taken[row] = count;
 }
 
