@@ -20,6 +20,7 @@ from kalmanq import Estimation, Filter, LagSmoother, Robust, Smoother, fit
 from kalmanq.data import joining
 from kalmanq.fitting.entries import free_and_held
 from kalmanq.model import Model, Quantity, model_file
+from kalmanq.run.diagnostics import mean_bounds
 from kalmanq.run.simulation import drawn
 from kalmanq.tune import page
 from tune_node import nameless, needs_browser, needs_node, numbers, ready, settled, shown
@@ -315,6 +316,17 @@ def test_a_page_asks_nothing_of_a_network(nile):
 
 
 MODEL = '[model]\nA = [[1.0]]\nH = [[1.0]]\nQ = [[%s]]\nR = [[%s]]\nP0 = "unknown"\n'
+def test_commands_take_the_files_and_their_layout(tmp_path):
+    (tmp_path / "model.toml").write_text(MODEL % (1.0, 2.0))
+    (tmp_path / "my data.csv").write_text("time;flow\n0;1,5\n1;-9\n3;2,5\n4;2\n")
+    options = ["--decimal=,", "--missing=-9", "--rename=z1=flow", "--time=none"]
+    made = kalmanq("tune", "model.toml", "my data.csv", *options, folder=tmp_path)
+    assert made.returncode == 0, made.stderr
+    content = json.loads(re.search(r'id="content">(.*?)</script>', (tmp_path / "tune.html").read_text(encoding="utf-8")).group(1))
+    assert content["sources"]["files"] == ["my data.csv"] and content["sources"]["options"] == options
+    assert kalmanq("run", "model.toml", *content["sources"]["files"], *content["sources"]["options"], folder=tmp_path).returncode == 0
+
+
 def test_what_is_late_is_where_it_was_measured(tmp_path):
     made = []
     for delay in (2, 0):
@@ -370,6 +382,8 @@ def test_the_page_does_what_the_package_says(nile, chromium):
     ready(chromium, nile)
     assert chromium.run("document.body.dataset.bits") == "same"
     assert chromium.run("drawn.consistency.mean") == pytest.approx(np.mean(Filter(model).run(z).nis[1:]), rel=1e-12)  # the start is diffuse
+    limits = mean_bounds(len(z) - 1)
+    assert chromium.run("[drawn.consistency.low, drawn.consistency.high]") == pytest.approx(limits, abs=1e-4)  # as `kalmanq report`
     for arithmetic in ("f32", "q31", "f64"):
         chromium.run(f"document.querySelector('[value={arithmetic}]').click()")
         settled(chromium)
@@ -446,7 +460,9 @@ def test_gaps_are_painted_and_taken_along(nile, chromium, tmp_path):
     tuned.rename(tmp_path / "nile_tuned.toml")
     for name in ("nile.toml", "nile.csv"):
         (tmp_path / name).symlink_to(EXAMPLES / name)
-    for line in chromium.run("commands()").splitlines()[:2]:  # fit and run
+    said, *lines = chromium.run("commands()").splitlines()
+    assert said.startswith("# of the recording as it was")
+    for line in lines[:2]:  # fit and run
         made = kalmanq(*shlex.split(line)[1:], folder=tmp_path)
         assert made.returncode == 0, made.stderr
     told = [chromium.run("JSON.stringify([set, drawn.total])"), *shown(chromium, "smoothed.smoothed")]
@@ -455,6 +471,39 @@ def test_gaps_are_painted_and_taken_along(nile, chromium, tmp_path):
     assert chromium.run("JSON.stringify([set, drawn.total])") == told[0]
     np.testing.assert_array_equal(shown(chromium, "smoothed.smoothed"), told[1:])
     assert not chromium.errors
+
+
+@needs_browser
+def test_nothing_stale_is_shown(chromium, tmp_path):
+    """What a run has not told is not shown as if it had, and what changes nothing is no step to take back"""
+    model, path = read("track"), tmp_path / "track.html"
+    path.write_text(page.page(model, with_gaps(model), None, None, SOURCES), encoding="utf-8")
+    ready(chromium, path)
+
+    def do(script):
+        chromium.run(script)
+        settled(chromium)
+
+    def text(name):
+        return chromium.run(f"document.getElementById('{name}').textContent")
+
+    do("$('from').value = 30; $('to').value = 20; change({ lag: 4 }); $('make-gap').click()")  # the other way round
+    assert chromium.run("Object.keys(set.cells).length") == 11 * model.m
+    count = chromium.run("past.length")
+    do("$('make-gap').click(); $('was-0').click(); $('from').value = 5000; $('to').value = 6000; $('make-gap').click()")
+    assert chromium.run("past.length") == count and text("message") == "the rows are 0 to 119"
+    assert chromium.run("drawn.pictures.lagged !== undefined")
+    do("paint('late', 50, 60)")  # then there is no lag
+    assert chromium.run("drawn.pictures.lagged === undefined") and "no fixed lag" in text("painted")
+    do("$('reset').click(); change({ lag: 4, loss: 'jump', parameter: 9 })")
+    assert chromium.run("drawn.refused === null && drawn.pictures.lagged === undefined")
+    do("$('reset').click(); change({ loss: 'gate', parameter: 0.99 }); paint('gap', 0, 110); measureDistance()")
+    assert chromium.run("seenBy.second[0] === set.cells")  # by what the distances are measured
+    do("$('reset').click(); change({ arithmetic: 'q31', cells: { 5: 1e9 } })")
+    do("$('state').value = 1; $('state').onchange()")
+    assert text("total") == "–" and "is beyond its range" in text("message")
+    do("change({ cells: {} })")
+    assert text("total") != "–" and not chromium.run("document.body.className") and not chromium.errors
 
 
 @needs_browser

@@ -5,7 +5,7 @@ from __future__ import annotations
 import webbrowser
 from dataclasses import dataclass
 from pathlib import Path
-from typing import List, Tuple
+from typing import Any, Dict, List, Tuple
 
 import numpy as np
 import typer
@@ -15,6 +15,7 @@ from kalmanq.commands.messages import tell_written
 from kalmanq.commands.options import ANY_MODEL, AnyModel, command_of, read_any
 from kalmanq.data import joining
 from kalmanq.data.files import refuse_output, whole
+from kalmanq.data.layouts import options_of
 from kalmanq.nonlinear import NonlinearModel
 from kalmanq.nonlinear.simulation import simulate
 from kalmanq.run.simulation import drawn
@@ -36,7 +37,9 @@ def tune_file(options: Options, console: Console) -> None:
     refuse_output(options.out, [options.model, *(data or [])])
     model = read_any(options.model, data)
     page.require(model)
-    sources = {"model": options.model.name, "data": " ".join(one.name for one in data) if data else ""}
+    sources: Dict[str, Any] = {"model": options.model.name, "data": " ".join(one.name for one in data) if data else ""}
+    if data:
+        sources.update(files=[one.name for one in data], options=options_of(data[0].layout))
     if data:
         z, u, times = joining.record(data, model)
     else:

@@ -101,6 +101,14 @@ def layout_of(separator: Optional[str], decimal: Optional[str], missing: Sequenc
                   time, sort, jitter)
 
 
+def options_of(layout: Layout) -> list[str]:
+    """As they are written on a command line"""
+    made = [("--separator", "tab" if layout.separator == "\t" else layout.separator), ("--decimal", layout.decimal),
+            *(("--missing", one) for one in layout.missing), *(("--rename", f"{name}={column}") for name, column in layout.rename.items()),
+            ("--time", layout.time), ("--jitter", None if layout.jitter is None else f"{layout.jitter:g}")]
+    return [*(f"{option}={value}" for option, value in made if value is not None), *(["--sort"] if layout.sort else [])]
+
+
 # ------------------------------------------------------------------------------ letters
 
 

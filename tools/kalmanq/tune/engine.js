@@ -176,9 +176,10 @@ class Engine {
           processes: model.processes, factor: model.factor, unknown: model.unknown, loss, level: LEVELS.indexOf(asked.parameter), run: 8,
           smooth: asked.smooth && !loss ? 1 : 0, only: asked.only ?? -1, lag: asked.lag > 0 ? asked.lag : -1, ahead: this.ahead, ...this.fixed, ...this.free,
           range: this.range, fraction: this.fraction, which: this.which, late: this.late, latest: loss ? 0 : this.latest, z: this.z, u: this.u, ...this.out });
-    if (asked.all === false) set({ mean: 0, lag: -1, smooth: 0 });
-    if (asked.alone) set({ total: 0, lag: -1 });
-    if (this.latest) set({ lag: -1 });
+    if (asked.all === false) set({ mean: 0, smooth: 0 });
+    if (asked.alone) set({ total: 0 });
+    this.hasLag = asked.lag > 0 && !this.latest && asked.loss !== "jump" && asked.all !== false && !asked.alone;
+    if (!this.hasLag) set({ lag: -1 });
     const status = this.core.tune_run();
     if (status < 0) throw new Refusal(this.refusal(status));
     return { total: this.view(this.free.total, 1)[0], events: new Int32Array(this.core.memory.buffer)[this.at.events] };
@@ -213,7 +214,7 @@ function freedoms(engine) {
   return taken.map((one, t) => (s[t * m] >= 0 ? one : 0));
 }
 
-/* NIS over its degrees of freedom, with the bounds of 95 % for so many of them; rows beyond the limit */
+/* NIS over its degrees of freedom, with the bounds of 95 % for so many of them (by Wilson and Hilferty); rows beyond the limit */
 function consistency(engine) {
   const nis = engine.result("nis"), taken = freedoms(engine), limits = {};
   let sum = 0, freedom = 0, beyond = 0, rows = 0;
@@ -225,8 +226,8 @@ function consistency(engine) {
     beyond += nis[t] > limits[taken[t]];
     rows++;
   }
-  const spread = BAND * Math.sqrt(2 / freedom);
-  return { mean: sum / freedom, low: 1 - spread, high: 1 + spread, beyond: beyond / rows, rows };
+  const part = 2 / (9 * freedom), bound = (sign) => Math.max(0, 1 - part + sign * BAND * Math.sqrt(part)) ** 3;
+  return { mean: sum / freedom, low: bound(-1), high: bound(1), beyond: beyond / rows, rows };
 }
 
 /* Of the innovations of one measurement, in their sigmas, from one of them to the next: a slow sensor's rows between are left out */
@@ -263,6 +264,7 @@ function distance(engine, asked, arithmetic) {
   const y = engine.result("mean");
   let most = 0;
   for (let k = 0; k < x.length; k++) {
+    if (Number.isFinite(x[k]) && !Number.isFinite(y[k])) throw new Refusal("overflow");
     const off = Math.abs(x[k] - y[k]) / s[k];
     if (off > most && Number.isFinite(off)) most = off;
   }
@@ -329,7 +331,7 @@ function pictures(engine, shows, lag) {
     const z = envelope(engine.measurements(), m, of.c, first, last, columns), scaled = (from) => from.map((one) => (one - of.less) / of.scale);
     made.data = of.scale > 0 ? { low: scaled(z.low), high: scaled(z.high) } : { low: scaled(z.high), high: scaled(z.low) };
   }
-  if (lag > 0) made.lagged = drawn("lagged", shifted(engine.result("lagged"), n, lag));
+  if (engine.hasLag) made.lagged = drawn("lagged", shifted(engine.result("lagged"), n, lag));
   if (engine.ahead && i < n) {
     const x = engine.result("forecast"), s = engine.result("forecast_sigma");
     const one = (f) => Float64Array.from({ length: engine.ahead }, (_, t) => f(x[t * n + i], BAND * s[t * n + i]));

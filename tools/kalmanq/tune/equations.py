@@ -30,7 +30,7 @@ from kalmanq.tune.noises import Noise, mark, split
 from kalmanq.tune.packing import noise_content, packed, quantities
 
 
-def content(model: NonlinearModel, z: np.ndarray, u: Optional[np.ndarray], times: Optional[np.ndarray], sources: dict[str, str]) -> tuple[dict[str, Any], bytes]:
+def content(model: NonlinearModel, z: np.ndarray, u: Optional[np.ndarray], times: Optional[np.ndarray], sources: dict[str, Any]) -> tuple[dict[str, Any], bytes]:
     """And the WebAssembly"""
     emitted.tools()
     equation_report.refuse_wrong(model)

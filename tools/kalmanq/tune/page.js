@@ -19,7 +19,7 @@ const EVENTS = [[1, "a measurement was redundant"], [2, "overflow: a mean or var
 
 let set = JSON.parse(JSON.stringify(BEGIN)), shows = { state: 0, measurement: 0, first: 0, last: content.rows };
 let past = [], future = [], seenBy = { first: [], second: [] };
-let drawn = { pictures: null, smoothed: null, total: null };
+let drawn = { pictures: null, smoothed: null, total: null, refused: null };
 const begunTotal = {};
 
 /* ------------------------------------------------------------------ workers, or the page itself */
@@ -80,7 +80,7 @@ class Latest {
 
 /* ------------------------------------------------------------------ asking */
 
-let first, second, resting;
+let first, second, resting, smoothRefused = false;
 const filterRuns = new Latest(runFilter), smoothRuns = new Latest(runSmoother);
 
 function asked() {
@@ -96,10 +96,11 @@ async function edited(helper, who) {
 }
 
 async function runFilter({ kind, begun }) {
+  if (kind === "look" && drawn.refused) return show(); // there is no run to look at
   await edited(first, "first");
-  const now = JSON.stringify([set.theta, set.dt]), told = await first.ask({ kind, asked: asked(), shows: shown() });
-  if (told.refused) return refuse(told.refused);
-  drawn = { ...drawn, pictures: told.pictures, consistency: told.consistency, correlation: told.correlation };
+  const now = JSON.stringify([set.theta, set.dt]), { state } = shows, told = await first.ask({ kind, asked: asked(), shows: shown() });
+  if (told.refused) { drawn.refused = told.refused; return drawn.pictures ? show() : refuse(told.refused); }
+  drawn = { ...drawn, state, refused: null, pictures: told.pictures, consistency: told.consistency, correlation: told.correlation };
   if (kind === "run") Object.assign(drawn, { total: told.total, events: told.events, headroom: told.headroom });
   if (kind === "run" && now === JSON.stringify([BEGIN.theta, BEGIN.dt]) && set.arithmetic === "f64" && set.loss === "none" && !isPainted()) check(told);
   show(begun);
@@ -107,10 +108,11 @@ async function runFilter({ kind, begun }) {
 
 async function runSmoother({ kind, begun }) {
   if (!smooths()) { drawn.smoothed = null; return show(); }
+  if (kind === "look_smooth" && smoothRefused) return;
   await edited(second, "second");
   const told = await second.ask({ kind, asked: asked(), shows: shown() });
-  if (told.refused) { drawn.smoothed = null; return; }
-  drawn.smoothed = told.pictures;
+  smoothRefused = Boolean(told.refused);
+  drawn.smoothed = told.pictures || null;
   show(begun);
 }
 
@@ -136,6 +138,7 @@ function took(begun) {
 
 async function measureDistance() {
   if (set.loss !== "none" && set.parameter === null) return;
+  await edited(second, "second");
   const { far } = await second.ask({ kind: "distance", asked: asked() });
   const told = Object.entries(far).map(([name, one]) => `${name}: ${typeof one === "number" ? `${said(one, 2)} sigma` : "not to be had"}`);
   $("distance").textContent = `Farthest mean from f64. ${told.join("; ")}.`;
@@ -153,6 +156,7 @@ function check({ total, apart }) {
 /* ------------------------------------------------------------------ changing */
 
 function change(what, { isDragging = false } = {}) {
+  if (!isDragging && JSON.stringify({ ...set, ...what }) === JSON.stringify(set)) return showSettings(); // nothing to take back
   if (!isDragging) remember();
   Object.assign(set, what);
   redraw();
@@ -233,7 +237,7 @@ function showSettings() {
   $("loss").value = set.loss;
   $("parameter").value = set.parameter === null ? "" : String(set.parameter);
   $("parameter").disabled = set.loss === "none";
-  $("loss-note").textContent = LOSS_NOTES[set.loss] + (smooths() ? "" : isNonlinear ? `No smoother: its history holds 32767 rows.` : " No smoother then.");
+  $("loss-note").textContent = LOSS_NOTES[set.loss] + (smooths() ? "" : isNonlinear ? " No smoother: its history holds 32767 rows." : ` No smoother${set.loss === "jump" ? " or fixed lag" : ""} then.`);
   $("lag").value = set.lag;
   $("ahead").value = set.ahead;
   for (const [id, name] of [["arithmetics", "arithmetic"], ["loss", "loss"], ["parameter", "parameter"], ["lag", "lag"], ["ahead", "ahead"]]) {
@@ -252,6 +256,7 @@ function painted() {
   const count = Object.keys(set.cells).length, late = Object.keys(set.late).length, values = (k) => `${k} ${k === 1 ? "value" : "values"}`;
   const parts = [...(count ? [`${values(count)} changed`] : []), ...(late ? [`${values(late)} late`] : [])];
   if (late && set.loss !== "none" && !isNonlinear) parts.push("with a gate or another loss all count as in time");
+  if (late && set.lag > 0) parts.push("no fixed lag with late rows");
   return parts.length ? `${parts.join("; ")}.` : "The recording is as it was.";
 }
 
@@ -323,15 +328,18 @@ function edges({ low, high }, first, last) {
 }
 
 function showNumbers(ahead) {
+  document.body.classList.toggle("refused", drawn.refused !== null);
+  if (drawn.refused !== null) return showRefusal();
+  delete document.body.dataset.refused;
   const { consistency: of } = drawn, begun = content.total;
   $("total").textContent = Number.isFinite(drawn.total) ? drawn.total.toFixed(3) : "–";
   const gain = drawn.total - begun;
   const isOther = Object.keys(set.cells).length > 0 || set.loss === "gate"; // not to be compared
   $("gain").textContent = isOther ? "of other rows than at the start" : Math.abs(gain) < 5e-4 ? "as at the start" : `${gain > 0 ? "+" : "−"}${Math.abs(gain).toFixed(3)} since the start`;
   $("nis-mean").textContent = said(of.mean, 4);
-  $("nis-bounds").textContent = `95 %: ${of.low.toFixed(3)} to ${of.high.toFixed(3)}`;
+  $("nis-bounds").textContent = of.rows ? `95 %: ${of.low.toFixed(3)} to ${of.high.toFixed(3)}` : "no measurement counts";
   $("nis-mean").style.color = of.mean < of.low || of.mean > of.high ? "var(--bad)" : "";
-  $("beyond").textContent = `${(100 * of.beyond).toFixed(1)} %`;
+  $("beyond").textContent = of.rows ? `${(100 * of.beyond).toFixed(1)} %` : "–";
   document.querySelector(".legend .late").hidden = !lateSpans().length;
   document.querySelector(".legend .lagged").hidden = !drawn.pictures.lagged;
   document.querySelector(".legend .forecast").hidden = !ahead;
@@ -363,6 +371,16 @@ function tell(text, isBad = false) {
 }
 function refuse(text) { tell(text, true); document.body.dataset.refused = text; }
 
+/* The pictures are of the last run that was possible, and pale: so a value can be dragged back. */
+function showRefusal() {
+  for (const id of ["total", "nis-mean", "beyond"]) $(id).textContent = "–";
+  for (const id of ["gain", "nis-bounds"]) $(id).textContent = "no result with these settings";
+  $("nis-mean").style.color = "";
+  $("headroom").hidden = true;
+  $("chart-state").classList.toggle("other", drawn.state !== shows.state);
+  refuse(drawn.refused);
+}
+
 function showCosts() {
   const of = (content.costs[$("core").value] || {})[set.arithmetic === "q31" ? "q31" : "f32"] || {};
   const cells = (tag, values) => { const row = document.createElement("tr"); values.forEach((one) => { const cell = document.createElement(tag); cell.textContent = one; row.append(cell); }); return row; };
@@ -374,6 +392,7 @@ function showCosts() {
 
 /* kind: fit, the climb, or em */
 async function runFit(kind) {
+  if (drawn.consistency?.rows === 0) { $("fitted").textContent = "No measurement counts: there is nothing to fit."; return; }
   const free = set.free.slice(), buttons = [$("fit"), $("em-fit")], name = kind === "em" ? "EM" : "Climbing";
   for (const one of buttons) one.disabled = true;
   await edited(second, "second");
@@ -382,6 +401,7 @@ async function runFit(kind) {
                                  (now) => { $("fitted").textContent = `${name} … log-likelihood ${now.value.toFixed(6)}${now.steps ? `, ${now.steps} steps` : ""}`; });
   for (const one of buttons) one.disabled = false;
   if (found.refused) { $("fitted").textContent = found.refused; return; }
+  if (!Number.isFinite(found.value)) { $("fitted").textContent = "The log-likelihood is not a number with these noises: choose others to begin from."; return; }
   const gone = content.noises.filter((one, k) => free[k] && found.theta[k] < 1e-8 * one.value).map((one) => one.key);
   const more = found.hasEnded === false ? " It still gains: EM is slow here, so climb from this point." : "";
   $("fitted").textContent = `Log-likelihood ${found.value.toFixed(6)} after ${found.steps ? `${found.steps} steps of EM, ` : ""}${found.calls} runs.${gone.length ? ` Nothing is left of ${gone.join(", ")}.` : ""}${more}`;
@@ -389,12 +409,19 @@ async function runFit(kind) {
   change({ theta: found.theta });
 }
 
-function quoted(text) { return /^[\w./+-]+$/.test(text) ? text : `'${text.replaceAll("'", "'\\''")}'`; }
+function quoted(text) { return /^[\w./+=-]+$/.test(text) ? text : `'${text.replaceAll("'", "'\\''")}'`; }
 function tuned() { return `${content.name.replace(/[^\w-]+/g, "_") || "model"}_tuned.${isNonlinear ? "py" : "toml"}`; }
 
-function commands() { return isNonlinear ? commandsOfEquations() : commandsOfMatrices(); }
+function commands() { return [...notIn(), isNonlinear ? commandsOfEquations() : commandsOfMatrices()].join("\n"); }
 
-function filesOfData() { const { data } = content.sources; return data ? ` ${data.split(" ").map(quoted).join(" ")}` : " DATA.csv"; }
+/* What the page shows and `kalmanq run` does not take, as comments of the shell */
+function notIn() {
+  const isOther = isNonlinear ? set.loss !== "none" : set.parameter !== USUAL[set.loss];
+  return [...(isPainted() ? ["# of the recording as it was: what is painted is in this page alone"] : []),
+          ...(isOther ? [`# kalmanq run has ${isNonlinear ? `no ${set.loss}` : `the parameter ${USUAL[set.loss]} of ${set.loss}, not ${set.parameter}`}`] : [])];
+}
+
+function filesOfData() { const { data, files = [data], options = [] } = content.sources; return data ? ` ${[...files, ...options].map(quoted).join(" ")}` : " DATA.csv"; }
 
 /* Where all of Q and R is free, and nothing else */
 function commandsOfEquations() {
@@ -575,11 +602,21 @@ function captions() {
   $("chart-state").setAttribute("aria-label", `Picture of ${named(state)}, ${over}`);
 }
 
+/* The lesser row first */
+function byKeyboard(act) {
+  const last = content.rows - 1, [from, most] = ["from", "to"].map((id) => Math.max(0, Math.round(Number($(id).value) || 0))).sort((a, b) => a - b);
+  if (from > last) return tell(`the rows are 0 to ${last}`, true);
+  const to = Math.min(last, most);
+  $("from").value = from;
+  $("to").value = to;
+  act(from, to + 1);
+}
+
 function listen() {
   const number = (id, most) => Math.max(0, Math.min(most, Math.round(Number($(id).value) || 0)));
   $("undo").onclick = () => travel(past, future);
   $("redo").onclick = () => travel(future, past);
-  $("reset").onclick = () => { remember(); set = JSON.parse(JSON.stringify(BEGIN)); redraw(); };
+  $("reset").onclick = () => change(JSON.parse(JSON.stringify(BEGIN)));
   document.addEventListener("keydown", (event) => {
     if (!(event.ctrlKey || event.metaKey) || event.target.matches("input:not([type=range],[type=radio],[type=checkbox])")) return;
     if (event.key === "z" && !event.shiftKey) { event.preventDefault(); travel(past, future); }
@@ -594,10 +631,8 @@ function listen() {
   $("ahead").onchange = () => change({ ahead: number("ahead", 2000) });
   $("fit").onclick = () => runFit("fit");
   $("em-fit").onclick = () => runFit("em");
-  $("make-gap").onclick = () => paint("gap", number("from", content.rows), number("to", content.rows) + 1);
-  $("make-late").onclick = () => paint("late", number("from", content.rows), number("to", content.rows) + 1);
-  $("restore").onclick = () => paint("restore", number("from", content.rows), number("to", content.rows) + 1);
-  $("zoom-to").onclick = () => zoom(number("from", content.rows), number("to", content.rows) + 1);
+  for (const [id, kind] of [["make-gap", "gap"], ["make-late", "late"], ["restore", "restore"]]) $(id).onclick = () => byKeyboard((from, to) => paint(kind, from, to));
+  $("zoom-to").onclick = () => byKeyboard(zoom);
   $("core").onchange = showSettings;
   $("save-model").onclick = () => save(tuned(), modelText(), "text/plain");
   $("save-c").onclick = saveCode;
@@ -613,7 +648,7 @@ function listen() {
 function setParameter(value) {
   const levels = [0.9, 0.95, 0.99, 0.999, 0.9999], isLevel = set.loss === "gate" && !isNonlinear;
   if (!(value > 0 && Number.isFinite(value)) || (isLevel && !levels.includes(value)) || (set.loss === "jump" && value < 1)) {
-    tell(isLevel ? `the gate's share is one of ${levels.join(", ")}` : "the parameter is a number above 0", true);
+    tell(isLevel ? `the gate's share is one of ${levels.join(", ")}` : `the parameter is a number ${set.loss === "jump" ? "of at least 1" : "above 0"}`, true);
     return showSettings();
   }
   change({ parameter: value });

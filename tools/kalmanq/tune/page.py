@@ -42,7 +42,7 @@ def require(model: Union[Model, NonlinearModel]) -> None:
         core()
 
 
-def page(model: Union[Model, NonlinearModel], z: np.ndarray, u: Optional[np.ndarray], times: Optional[np.ndarray], sources: dict[str, str]) -> str:
+def page(model: Union[Model, NonlinearModel], z: np.ndarray, u: Optional[np.ndarray], times: Optional[np.ndarray], sources: dict[str, Any]) -> str:
     """sources: names of the files that it is of"""
     refuse(model, z, u)
     given, module = equations.content(model, z, u, times, sources) if isinstance(model, NonlinearModel) else \
@@ -72,7 +72,7 @@ def for_script(given: Any) -> str:
 # ------------------------------------------------------------------------------ what it is of
 
 
-def content(model: Model, z: np.ndarray, u: Optional[np.ndarray], times: Optional[np.ndarray], sources: dict[str, str]) -> dict[str, Any]:
+def content(model: Model, z: np.ndarray, u: Optional[np.ndarray], times: Optional[np.ndarray], sources: dict[str, Any]) -> dict[str, Any]:
     dt, which = steps_of(model, times)
     shape = Shape(dt)
     noises, template = noises_of(model, shape)
