@@ -502,7 +502,13 @@ def test_nothing_stale_is_shown(chromium, tmp_path):
     do("$('reset').click(); change({ arithmetic: 'q31', cells: { 5: 1e9 } })")
     do("$('state').value = 1; $('state').onchange()")
     assert text("total") == "–" and "is beyond its range" in text("message")
-    do("change({ cells: {} })")
+    do("change({ cells: {} }); document.querySelector('[value=outlier]').click(); $('state').onchange()")
+    box = chromium.run("(() => { const b = document.getElementById('chart-state').getBoundingClientRect(); return [b.left + 300, b.top + 60]; })()")
+    chromium.drag((box[0], box[1]), (box[0], box[1] + 30))
+    assert "No measurement sees this state" in text("message")
+    assert "fit model.toml" in chromium.run("commands()")
+    do("change({ free: set.free.map((one, k) => k > 0), theta: set.theta.map((one) => 2 * one) })")
+    assert "fit track_tuned.toml" in chromium.run("commands()")  # it has the noise that is held
     assert text("total") != "–" and not chromium.run("document.body.className") and not chromium.errors
 
 

@@ -123,7 +123,7 @@ async function codeOf(content, { theta, loss, arithmetic, parameter }) {
 /* A number of C with the fewest digits that give it again, as the compiler writes it */
 function written(value, isFloat) {
   const given = isFloat ? Math.fround(value) : value, text = isFloat ? shortest(given) : String(given), size = Math.abs(given);
-  if (isFloat) return `${inC(text, size !== 0 && (size < Math.fround(1e-4) || size >= 1e7), 1)}f`;
+  if (isFloat) return `${inC(text, size !== 0 && (size < 1e-4 || size >= 1e7), 1)}f`;
   return inC(text, size !== 0 && (size < 1e-4 || size >= 1e16), 2);
 }
 

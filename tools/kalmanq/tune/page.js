@@ -80,7 +80,7 @@ class Latest {
 
 /* ------------------------------------------------------------------ asking */
 
-let first, second, resting, smoothRefused = false;
+let first, second, resting, smoothRefused = false, isFitting = false;
 const filterRuns = new Latest(runFilter), smoothRuns = new Latest(runSmoother);
 
 function asked() {
@@ -245,7 +245,7 @@ function showSettings() {
   }
   $("undo").disabled = !past.length;
   $("redo").disabled = !future.length;
-  $("fit").disabled = $("em-fit").disabled = !set.free.some(Boolean);
+  $("fit").disabled = $("em-fit").disabled = isFitting || !set.free.some(Boolean);
   $("painted").textContent = painted();
   $("commands").textContent = commands();
   showSource();
@@ -393,13 +393,15 @@ function showCosts() {
 /* kind: fit, the climb, or em */
 async function runFit(kind) {
   if (drawn.consistency?.rows === 0) { $("fitted").textContent = "No measurement counts: there is nothing to fit."; return; }
-  const free = set.free.slice(), buttons = [$("fit"), $("em-fit")], name = kind === "em" ? "EM" : "Climbing";
-  for (const one of buttons) one.disabled = true;
+  const free = set.free.slice(), name = kind === "em" ? "EM" : "Climbing";
+  isFitting = true;
+  showSettings();
   await edited(second, "second");
   $("fitted").textContent = `${name} …`;
   const found = await second.ask({ kind, asked: { ...asked(), loss: "none" }, free },
                                  (now) => { $("fitted").textContent = `${name} … log-likelihood ${now.value.toFixed(6)}${now.steps ? `, ${now.steps} steps` : ""}`; });
-  for (const one of buttons) one.disabled = false;
+  isFitting = false;
+  showSettings();
   if (found.refused) { $("fitted").textContent = found.refused; return; }
   if (!Number.isFinite(found.value)) { $("fitted").textContent = "The log-likelihood is not a number with these noises: choose others to begin from."; return; }
   const gone = content.noises.filter((one, k) => free[k] && found.theta[k] < 1e-8 * one.value).map((one) => one.key);
@@ -432,12 +434,18 @@ function commandsOfEquations() {
           `kalmanq compile ${tuned()} --arith ${set.arithmetic}${loss} -o ${content.c_name}.c`].join("\n");
 }
 
+/* The file that `kalmanq fit` begins from: with this dt and these noises, where the fit does not move them */
+function fitted() {
+  const isOther = set.dt !== BEGIN.dt || set.theta.some((one, k) => !set.free[k] && one !== BEGIN.theta[k]);
+  return isOther ? tuned() : quoted(content.sources.model);
+}
+
 function commandsOfMatrices() {
-  const { model } = content.sources, core = $("core").value || "m4f", chip = set.arithmetic === "q31" ? "q31" : "f32";
+  const core = $("core").value || "m4f", chip = set.arithmetic === "q31" ? "q31" : "f32";
   const names = content.noises.filter((one, k) => set.free[k]).map((one) => one.fit), files = filesOfData();
   const isDiscrete = names.every((one) => /^[QR](\[|$)/.test(one));
   const forms = isDiscrete ? " --q-form diagonal --r-form diagonal" : "";
-  const fit = names.length && names.every(Boolean) && !names.some((one) => /^(Q|R|Qc)$/.test(one)) ? [`kalmanq fit ${quoted(model)}${files} --free ${quoted(names.join(","))}${forms}`] : [];
+  const fit = names.length && names.every(Boolean) && !names.some((one) => /^(Q|R|Qc)$/.test(one)) ? [`kalmanq fit ${fitted()}${files} --free ${quoted(names.join(","))}${forms}`] : [];
   return [...fit, `kalmanq run ${tuned()}${files} --arith ${set.arithmetic}${set.loss === "none" ? " --smooth" : ` --robust ${set.loss}`}`,
           `kalmanq design ${tuned()} --core ${core} --arith ${chip} -o .`, `kalmanq compile ${tuned()} --arith ${chip} -o ${tuned().replace(".toml", ".c")}`].join("\n");
 }
@@ -517,7 +525,6 @@ function rowsLate() { return Math.max(1, Math.min(200, Math.round(Number($("late
 
 function moveValue(row, value) {
   const of = seen(sizes, shows.state), t = Math.max(0, Math.min(content.rows - 1, Math.round(row)));
-  if (!of) return tell("No measurement sees this state alone: choose another state.", true);
   change({ cells: { ...set.cells, [t * content.m + of.c]: value * of.scale + of.less } }, { isDragging: true });
 }
 
@@ -528,6 +535,7 @@ function listenToPicture() {
   place.addEventListener("pointerdown", (event) => {
     if (!charts.state.box) return;
     const { x, y } = where(event), tool = document.querySelector("[name=tool]:checked").value;
+    if (tool === "outlier" && !seen(sizes, shows.state)) return tell("No measurement sees this state alone: choose another state.", true);
     drag = { tool, row: charts.state.row(x) };
     place.setPointerCapture(event.pointerId);
     if (tool === "outlier") { beginDrag(); moveValue(drag.row, charts.state.value(y)); }
@@ -542,8 +550,9 @@ function listenToPicture() {
     show();
   });
   const end = () => {
-    if (drag?.tool === "outlier") endDrag();
-    else if (drag && overlay && overlay.to > overlay.from) {
+    if (!drag) return;
+    if (drag.tool === "outlier") endDrag();
+    else if (overlay && overlay.to > overlay.from) {
       if (drag.tool === "zoom") { if (overlay.to - overlay.from > 3) zoom(overlay.from, overlay.to); }
       else paint(drag.tool, overlay.from, overlay.to);
     }
