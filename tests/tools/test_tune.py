@@ -509,6 +509,8 @@ def test_nothing_stale_is_shown(chromium, tmp_path):
     assert "fit model.toml" in chromium.run("commands()")
     do("change({ free: set.free.map((one, k) => k > 0), theta: set.theta.map((one) => 2 * one) })")
     assert "fit track_tuned.toml" in chromium.run("commands()")  # it has the noise that is held
+    do("$('reset').click(); change({ arithmetic: 'q31', theta: set.theta.map(() => 1e12) })")
+    assert "the sigma of x is up to" in text("message")  # as `kalmanq run` warns
     assert text("total") != "–" and not chromium.run("document.body.className") and not chromium.errors
 
 

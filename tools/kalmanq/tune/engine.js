@@ -247,11 +247,12 @@ function autocorrelation(engine, c) {
   return { values: made, bound: BAND / Math.sqrt(nu.length) };
 }
 
-/* Largest |mean| and |measurement| over their ranges, of q31 */
+/* Largest |mean| and |measurement| over their ranges, of q31; wide: the largest sigma, where that is beyond the range */
 function headroom(engine) {
-  const { n, m, rows, states, measurements } = engine.model, x = engine.result("mean"), z = engine.measurements();
-  const largest = (values, width, i) => { let most = 0; for (let t = 0; t < rows; t++) { const one = Math.abs(values[t * width + i]); if (one > most) most = one; } return most; };
-  return [...states.map((one, i) => ({ name: one.name, share: largest(x, n, i) / one.range, fraction: one.fraction })),
+  const { n, m, rows, states, measurements } = engine.model, x = engine.result("mean"), s = engine.result("sigma"), z = engine.measurements();
+  const largest = (values, width, i) => { let most = 0; for (let t = 0; t < rows; t++) { const one = Math.abs(values[t * width + i]); if (one > most && one < Infinity) most = one; } return most; };
+  const wide = (one, i) => { const sigma = largest(s, n, i); return sigma > one.range ? sigma : 0; };
+  return [...states.map((one, i) => ({ name: one.name, share: largest(x, n, i) / one.range, wide: wide(one, i), fraction: one.fraction })),
           ...measurements.map((one, c) => ({ name: one.name, share: largest(z, m, c) / one.range, fraction: one.fraction }))];
 }
 

@@ -347,6 +347,7 @@ function showNumbers(ahead) {
   for (const one of document.querySelectorAll(".with-band")) one.hidden = !drawn.pictures.filteredBand;
   document.querySelector(".legend .data").hidden = !drawn.pictures.data;
   const events = isNonlinear ? content.filters[`${set.loss}_${set.arithmetic}`].events : EVENTS, found = events.filter(([bit]) => drawn.events & bit).map(([, text]) => text);
+  if (set.arithmetic === "q31") found.push(...(drawn.headroom || []).filter((one) => one.wide).map((one) => `the sigma of ${one.name} is up to ${said(one.wide, 3)}, beyond its range: raise the range in the model file`));
   tell(found.join("; "), found.length > 0);
   $("headroom").hidden = !drawn.headroom || set.arithmetic !== "q31";
   if (drawn.headroom) showHeadroom(drawn.headroom);
