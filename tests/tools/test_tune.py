@@ -521,6 +521,7 @@ def test_widths_names_and_the_tree(nile, chromium, tmp_path):
         chromium.run("document.getElementById('source').open = true")
         assert chromium.run("document.documentElement.scrollWidth") == width
     assert not nameless(chromium)
+    assert chromium.run("ticks(-0.42, 0.42, 3.2).made.length") == 5 and chromium.run("ticks(0, 100, 5).made.length") == 6
     # text of others: shown, never run
     bad = "</script><img src=x onerror=alert(1)>"
     model = Model([[1.0]], [[1.0]], [[1.0]], [[1.0]], name=bad, states=[bad], measurements=[Quantity(bad, "\"'<b>", 9.0)])

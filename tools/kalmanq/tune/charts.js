@@ -21,7 +21,9 @@ function short(value, digits) {
 
 function ticks(low, high, most) {
   const rough = (high - low) / Math.max(1, most), power = 10 ** Math.floor(Math.log10(rough));
-  const step = power * [1, 2, 5, 10].find((one) => one * power >= rough * 0.999);
+  const steps = [0.5, 1, 2, 5, 10].map((one) => one * power), at = steps.findIndex((one, k) => k > 0 && one >= rough * 0.999);
+  const isOne = Math.floor(high / steps[at]) - Math.ceil(low / steps[at]) < 1; // one label alone tells no scale
+  const step = steps[isOne ? at - 1 : at];
   const made = [];
   for (let k = Math.ceil(low / step); k * step <= high + step * 1e-9; k++) made.push(k * step);
   return { made, digits: Math.max(0, -Math.floor(Math.log10(step) + 1e-9)) };
