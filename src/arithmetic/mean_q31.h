@@ -101,10 +101,13 @@ static inline int64_t word_product(scaled c, int32_t high, int32_t low)
 }
 
 /* c x_i in units of 2^-26, rounded; |c| <= 16, which is 2^30 2^-26, so nothing is shifted up. */
-KQ_SHARED int64_t wide_product(scaled c, int32_t high, int32_t low)
+static inline int64_t wide_product_inline(scaled c, int32_t high, int32_t low)
 {
     return shift_down_rounded_wide(word_product(c, high, low), -26 - c.exponent);
 }
+
+/* One copy for all but the maps of a lag, which have many */
+KQ_SHARED int64_t wide_product(scaled c, int32_t high, int32_t low) { return wide_product_inline(c, high, low); }
 
 /* x_i as one word, and what that leaves */
 KQ_SHARED int32_t mean_get(const int32_t *x, int n, int i)
