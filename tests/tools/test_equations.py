@@ -245,6 +245,27 @@ def test_a_linear_sensor_is_looked_at_too(tmp_path: Path) -> None:
         assert f.update([1.5 * x + 0.3]) == 1 and f.events == events
 
 
+def test_a_sensor_of_one_state_does_not_round_the_state() -> None:
+    """An encoder after 16384 rad, where a float has 1 mrad, and sigma is 0.3 mrad"""
+    model = NonlinearModel(lambda x: [x[0] + 1e-3 * x[1], 0.99 * x[1] + 0.01 * np.sin(x[1])], lambda x: x[0], x0=[16384.0, 200.0],
+                           P0=[1e-6, 1.0], Q=[1e-12, 1e-6], R=[1e-7])
+    _, z, _ = simulated(model, 400, 1)
+    z = z.astype(np.float32).astype(float)
+    with Host(compiled_equations(model, "kf", Options("f32"))) as single, Host(compiled_equations(model, "kf", Options("f64"))) as double:
+        one, other = single.run(z), double.run(z)
+    sigma = np.sqrt(np.diagonal(other.covariance, axis1=1, axis2=2))
+    assert not np.any(one.events) and np.abs((one.mean - other.mean) / sigma).max() < 0.2
+
+
+def test_no_constant_is_unused(tmp_path: Path) -> None:
+    """What a state loses is there with its sign turned, too"""
+    model = NonlinearModel(lambda x: [x[0] - np.exp(x[1]) * x[0], 0.5 * x[1]], lambda x: x[0], x0=[0.1, 0.1], P0=[1.0, 1.0],
+                           Q=[1.0, 1.0], R=[1.0])
+    for file, text in compiled_equations(model, "kf", Options("f32")).sources().items():
+        (tmp_path / file).write_text(text, encoding="utf-8")
+    _compiled([compiler(), *STRICT, "-fsyntax-only", tmp_path / "kf.c"])
+
+
 @pytest.mark.parametrize("name", first(4, NAMES))
 def test_parts_of_a_formula_bound_its_rounding(name: str) -> None:
     """Of a function of the math library a unit in the last place, twice what an operation is off"""
