@@ -257,6 +257,15 @@ def test_a_sensor_of_one_state_does_not_round_the_state() -> None:
     assert not np.any(one.events) and np.abs((one.mean - other.mean) / sigma).max() < 0.2
 
 
+def test_a_start_without_variance_has_an_error_in_the_report() -> None:
+    """Where a sigma is 0 the error is a number, too"""
+    model = NonlinearModel(lambda x: x, lambda x: x[0], x0=[1.0], P0=[0.0], Q=[1e-3], R=[0.1])
+    product = compiled_equations(model, "kf", Options("f32"))
+    with Host(product) as host:
+        found = findings(model, product, host)
+    assert found.beside < 1e-6 and found.mean < 1e-3
+
+
 def test_no_constant_is_unused(tmp_path: Path) -> None:
     """What a state loses is there with its sign turned, too"""
     model = NonlinearModel(lambda x: [x[0] - np.exp(x[1]) * x[0], 0.5 * x[1]], lambda x: x[0], x0=[0.1, 0.1], P0=[1.0, 1.0],
@@ -522,6 +531,7 @@ REFUSED: dict[str, tuple[Callable[[str], str], tuple, str]] = {
     "wrong H": (lambda s: s + "\n\ndef H(x):\n    return [[x[0], x[1]]]\n", (), "H["),
     "wrong A": (lambda s: s + "\n\ndef A(x):\n    return np.eye(2)\n", (), "A["),
     "R is 0": (lambda s: s.replace("[0.1]", "[0.0]"), (), "no noise"),
+    "R is a function that is 0": (lambda s: s + "\n\ndel R\n\n\ndef R(x):\n    return [0 * x[0]]\n", (), "no noise"),
     "R is negative": (lambda s: s.replace("[0.1]", "[-0.1]"), (), "R"),
     "R is NaN": (lambda s: s.replace("[0.1]", "[np.nan]"), (), "R"),
     "x0 is infinite": (lambda s: s.replace("[1.0, 2.0]", "[np.inf, 2.0]"), (), "x0"),

@@ -125,7 +125,7 @@ def _library(model: NonlinearModel, options: Options, z: np.ndarray, record: Rec
         run.mean, model.instants(len(z), times_of(record)), record.now)])
     shares = R / run.innovation_sigma**2
     is_same = options.gate is None and options.student is None
-    return float((np.abs(run.mean - exact.mean) / run.sigma).max()) if is_same else 0.0, float(np.nanmin(shares, initial=1))
+    return float((np.abs(run.mean - exact.mean) / _sigma(exact)).max()) if is_same else 0.0, float(np.nanmin(shares, initial=1))
 
 
 def refuse_wrong(model: NonlinearModel) -> None:

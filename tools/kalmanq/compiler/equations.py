@@ -16,7 +16,7 @@ from kalmanq.compiler.coefficients import Constant
 from kalmanq.compiler.floats import MOST, FloatFilter, Mean, carried, entry
 from kalmanq.compiler.printing import Body, Target, indented
 from kalmanq.compiler.names import named
-from kalmanq.compiler.request import FLOATS, Options, Request, groups, request
+from kalmanq.compiler.request import FLOATS, Options, Request, groups, no_noise, request
 from kalmanq.errors import KalmanqError
 from kalmanq.formulas.calculus import substituted, without
 from kalmanq.formulas.graph import Node, add, constant, dot, make, mul, needed, negated, node, select, sub, symbol
@@ -50,6 +50,7 @@ def equations(model: NonlinearModel, name: str, options: Options) -> Equations:
     frame = model.frame
     controls = {"B": np.zeros((model.n, model.l)), "controls": model.controls} if model.l else {}
     _refuse_numbers(model, options)
+    _refuse_no_noise(model, options)
     R = np.eye(model.m) if model.R is None else frame.R  # in the place of what is worked out in each call
     whole = Model(frame.A, frame.H, R, frame.Q, x0=frame.x0, P0=frame.P0, states=frame.states,
                   measurements=frame.measurements, name=model.name, **controls)
@@ -97,6 +98,14 @@ def _refuse_numbers(model: NonlinearModel, options: Options) -> None:
                 if one.is_constant and not abs(one.value) <= most:
                     raise KalmanqError(f"{which}({quantity.name}): has the number {one.value:g}, which {options.arithmetic} does "
                                        f"not have: {_cure(one.value, most, model.has_errors and which in 'Ah')}")
+
+
+def _refuse_no_noise(model: NonlinearModel, options: Options) -> None:
+    """R that is a function, of a variance that is a number"""
+    least = float(np.finfo(FLOATS[options.arithmetic]).tiny)
+    for j, row in enumerate(model.formulas.noise_of_sensors or []):
+        if row[j].is_constant and not row[j].value >= least:
+            raise no_noise(model.measurements[j].name)
 
 
 def _cure(value: float, most: float, is_by_errors: bool) -> str:
