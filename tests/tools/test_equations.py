@@ -171,6 +171,26 @@ def test_its_program_finds_another_filter(tmp_path: Path) -> None:
     assert done.returncode == 1 and "OK" not in done.stdout
 
 
+@pytest.mark.parametrize("options", first(1, [{}, {"smooth": 10}, {"iterate": 3}]))
+def test_its_program_bears_another_math_library(options: dict, tmp_path: Path) -> None:
+    """An orbit, whose range float rounds by a share of sigma: a cosine that is off by one unit in the last place"""
+    def f(x: Any) -> list[Any]:
+        return [x[0] + 10 * x[2], x[1] + 10 * x[3] / x[0], x[2] + 10 * (x[3] * x[3] / x[0] - 398600.4418 / x[0]**2), x[3] - 10 * x[2] * x[3] / x[0]]
+
+    model = NonlinearModel(f, lambda x: np.sqrt(x[0]**2 + 6378.137**2 - 2 * x[0] * 6378.137 * np.cos(x[1])), x0=[7000.0, 0.2, 0.0, 7.546],
+                           P0=[1.0, 1e-6, 1e-4, 1e-4], Q=[1e-10, 1e-18, 1e-12, 1e-12], R=[1e-4])
+    product = compiled_equations(model, "kf", Options("f32", **options))
+    with Host(product) as host:
+        found, (record, _) = findings(model, product, host), drawn(model, trial.ROWS, 1)
+        text = trial.trial(product, host, record, found.first)
+    other = "#include <math.h>\nfloat other(float x);\nfloat other(float x) { return nextafterf(cosf(x), 2.0f); }\n"
+    for file, content in {**product.sources(), "kf_test.c": text, "other.c": other}.items():
+        (tmp_path / file).write_text(content, encoding="utf-8")
+    (tmp_path / "kf.c").write_text(product.code.replace("cosf(", "other(").replace("<math.h>", "<math.h>\nfloat other(float x);"), encoding="utf-8")
+    _compiled([compiler(), "-O1", *(tmp_path / one for one in ("kf.c", "kf_test.c", "other.c")), "-lm", "-o", tmp_path / "trial"])
+    assert subprocess.run([str(tmp_path / "trial")], capture_output=True, text=True).stdout.endswith("OK\n")
+
+
 # ------------------------------------------------------------------------------ random models
 
 
