@@ -171,6 +171,26 @@ def test_its_program_finds_another_filter(tmp_path: Path) -> None:
     assert done.returncode == 1 and "OK" not in done.stdout
 
 
+@pytest.mark.parametrize("options", first(1, [{}, {"smooth": 10}, {"iterate": 3}]))
+def test_its_program_bears_another_math_library(options: dict, tmp_path: Path) -> None:
+    """An orbit, whose range float rounds by a share of sigma: a cosine that is off by one unit in the last place"""
+    def f(x: Any) -> list[Any]:
+        return [x[0] + 10 * x[2], x[1] + 10 * x[3] / x[0], x[2] + 10 * (x[3] * x[3] / x[0] - 398600.4418 / x[0]**2), x[3] - 10 * x[2] * x[3] / x[0]]
+
+    model = NonlinearModel(f, lambda x: np.sqrt(x[0]**2 + 6378.137**2 - 2 * x[0] * 6378.137 * np.cos(x[1])), x0=[7000.0, 0.2, 0.0, 7.546],
+                           P0=[1.0, 1e-6, 1e-4, 1e-4], Q=[1e-10, 1e-18, 1e-12, 1e-12], R=[1e-4])
+    product = compiled_equations(model, "kf", Options("f32", **options))
+    with Host(product) as host:
+        found, (record, _) = findings(model, product, host), drawn(model, trial.ROWS, 1)
+        text = trial.trial(product, host, record, found.first)
+    other = "#include <math.h>\nfloat other(float x);\nfloat other(float x) { return nextafterf(cosf(x), 2.0f); }\n"
+    for file, content in {**product.sources(), "kf_test.c": text, "other.c": other}.items():
+        (tmp_path / file).write_text(content, encoding="utf-8")
+    (tmp_path / "kf.c").write_text(product.code.replace("cosf(", "other(").replace("<math.h>", "<math.h>\nfloat other(float x);"), encoding="utf-8")
+    _compiled([compiler(), "-O1", *(tmp_path / one for one in ("kf.c", "kf_test.c", "other.c")), "-lm", "-o", tmp_path / "trial"])
+    assert subprocess.run([str(tmp_path / "trial")], capture_output=True, text=True).stdout.endswith("OK\n")
+
+
 # ------------------------------------------------------------------------------ random models
 
 
@@ -243,6 +263,36 @@ def test_a_linear_sensor_is_looked_at_too(tmp_path: Path) -> None:
     for x, events in ((0.1, set()), (100, {"PRECISION"})):
         f.call("start_at", f.numbers([x, 1]), f.numbers([1, 1]))
         assert f.update([1.5 * x + 0.3]) == 1 and f.events == events
+
+
+def test_a_sensor_of_one_state_does_not_round_the_state() -> None:
+    """An encoder after 16384 rad, where a float has 1 mrad, and sigma is 0.3 mrad"""
+    model = NonlinearModel(lambda x: [x[0] + 1e-3 * x[1], 0.99 * x[1] + 0.01 * np.sin(x[1])], lambda x: x[0], x0=[16384.0, 200.0],
+                           P0=[1e-6, 1.0], Q=[1e-12, 1e-6], R=[1e-7])
+    _, z, _ = simulated(model, 400, 1)
+    z = z.astype(np.float32).astype(float)
+    with Host(compiled_equations(model, "kf", Options("f32"))) as single, Host(compiled_equations(model, "kf", Options("f64"))) as double:
+        one, other = single.run(z), double.run(z)
+    sigma = np.sqrt(np.diagonal(other.covariance, axis1=1, axis2=2))
+    assert not np.any(one.events) and np.abs((one.mean - other.mean) / sigma).max() < 0.2
+
+
+def test_a_start_without_variance_has_an_error_in_the_report() -> None:
+    """Where a sigma is 0 the error is a number, too"""
+    model = NonlinearModel(lambda x: x, lambda x: x[0], x0=[1.0], P0=[0.0], Q=[1e-3], R=[0.1])
+    product = compiled_equations(model, "kf", Options("f32"))
+    with Host(product) as host:
+        found = findings(model, product, host)
+    assert found.beside < 1e-6 and found.mean < 1e-3
+
+
+def test_no_constant_is_unused(tmp_path: Path) -> None:
+    """What a state loses is there with its sign turned, too"""
+    model = NonlinearModel(lambda x: [x[0] - np.exp(x[1]) * x[0], 0.5 * x[1]], lambda x: x[0], x0=[0.1, 0.1], P0=[1.0, 1.0],
+                           Q=[1.0, 1.0], R=[1.0])
+    for file, text in compiled_equations(model, "kf", Options("f32")).sources().items():
+        (tmp_path / file).write_text(text, encoding="utf-8")
+    _compiled([compiler(), *STRICT, "-fsyntax-only", tmp_path / "kf.c"])
 
 
 @pytest.mark.parametrize("name", first(4, NAMES))
@@ -501,6 +551,7 @@ REFUSED: dict[str, tuple[Callable[[str], str], tuple, str]] = {
     "wrong H": (lambda s: s + "\n\ndef H(x):\n    return [[x[0], x[1]]]\n", (), "H["),
     "wrong A": (lambda s: s + "\n\ndef A(x):\n    return np.eye(2)\n", (), "A["),
     "R is 0": (lambda s: s.replace("[0.1]", "[0.0]"), (), "no noise"),
+    "R is a function that is 0": (lambda s: s + "\n\ndel R\n\n\ndef R(x):\n    return [0 * x[0]]\n", (), "no noise"),
     "R is negative": (lambda s: s.replace("[0.1]", "[-0.1]"), (), "R"),
     "R is NaN": (lambda s: s.replace("[0.1]", "[np.nan]"), (), "R"),
     "x0 is infinite": (lambda s: s.replace("[1.0, 2.0]", "[np.inf, 2.0]"), (), "x0"),

@@ -36,7 +36,7 @@ def compile_file(path: Path, name: str, wanted: Options, write: Callable[[dict[s
         with Host(product) as host:
             found = equation_report.findings(model, product, host)
             record, _ = equation_report.drawn(model, ROWS, equation_report.SEEDS[0])
-            texts = {**product.sources(), f"{name}_test.c": trial(product, host, record)}
+            texts = {**product.sources(), f"{name}_test.c": trial(product, host, record, found.first)}
     lines = equation_report.lines(product, found)
     written = write({**texts, f"{name}_report.txt": "\n".join([source, "", *lines]) + "\n"})
     if as_json:

@@ -7,7 +7,7 @@ from typing import Optional, Sequence
 
 import numpy as np
 
-from kalmanq.compiler import equation_costs
+from kalmanq.compiler import equation_costs, trial
 from kalmanq.compiler.emit import PREDICTS, UPDATES
 from kalmanq.compiler.equation_product import compiled_equations
 from kalmanq.compiler.host import Host, Ran
@@ -30,7 +30,7 @@ FAINT = 0.05  # sigma: an error of a formula above is told
 class Findings:
     """Over simulated rows with missing components, beside the same C in double: errors of means in sigma and of covariances
     in sigma_i sigma_j; beside: of the C in double beside the library's filter; least: R / S of a component; lost: rows
-    whose functions were not finite"""
+    whose functions were not finite; first: error of means in as many rows as NAME_test.c has"""
 
     mean: float
     covariance: float
@@ -39,6 +39,7 @@ class Findings:
     lost: int
     lossy: Sequence[Lossy]
     why_not: str = ""
+    first: float = 0.0
 
 
 def drawn(model: NonlinearModel, rows: int, seed: int) -> tuple[Record, np.ndarray]:
@@ -84,12 +85,12 @@ def _findings(model: NonlinearModel, product: Product, host: Host) -> Findings:
         for seed in SEEDS:
             record, z = drawn(model, ROWS, seed)
             runs = [one.run_record(record) for one in (host, reference)]
-            tried.append((*_apart(model, *runs), _lost(product, runs[0]),
+            tried.append((*_apart(model, *runs), float(_errors(model, *runs)[:trial.ROWS].max()), _lost(product, runs[0]),
                           *_library(model, options, _whole_groups(product, z), record, runs[1])))
             points.append((runs[1].mean, _sigma(runs[1]), record.now, record.clock))
-    mean, covariance, lost, beside, least = (np.array(column) for column in zip(*tried))
+    mean, covariance, first, lost, beside, least = (np.array(column) for column in zip(*tried))
     return Findings(float(mean.max()), float(covariance.max()), float(beside.max()), float(least.min()), int(lost.sum()),
-                    lossy_formulas(model, points) if options.arithmetic == "f32" else ())
+                    lossy_formulas(model, points) if options.arithmetic == "f32" else (), first=float(first.max()))
 
 
 def _whole_groups(product: Product, z: np.ndarray) -> np.ndarray:
@@ -110,9 +111,14 @@ def _lost(product: Product, ran: Ran) -> int:
 
 
 def _apart(model: NonlinearModel, ran: Ran, exact: Ran) -> tuple[float, float]:
-    sigma, errors = _sigma(exact), np.array([model.minus(*pair) for pair in zip(ran.mean, exact.mean)])
+    sigma = _sigma(exact)
     spread = np.abs(ran.covariance - exact.covariance) / (sigma[:, :, None] * sigma[:, None, :])
-    return float((np.abs(errors) / sigma).max()), float(spread.max())
+    return float(_errors(model, ran, exact).max()), float(spread.max())
+
+
+def _errors(model: NonlinearModel, ran: Ran, exact: Ran) -> np.ndarray:
+    """Of means, in sigma"""
+    return np.abs([model.minus(*pair) for pair in zip(ran.mean, exact.mean)]) / _sigma(exact)
 
 
 def _library(model: NonlinearModel, options: Options, z: np.ndarray, record: Record, exact: Ran) -> tuple[float, float]:
@@ -125,7 +131,7 @@ def _library(model: NonlinearModel, options: Options, z: np.ndarray, record: Rec
         run.mean, model.instants(len(z), times_of(record)), record.now)])
     shares = R / run.innovation_sigma**2
     is_same = options.gate is None and options.student is None
-    return float((np.abs(run.mean - exact.mean) / run.sigma).max()) if is_same else 0.0, float(np.nanmin(shares, initial=1))
+    return float((np.abs(run.mean - exact.mean) / _sigma(exact)).max()) if is_same else 0.0, float(np.nanmin(shares, initial=1))
 
 
 def refuse_wrong(model: NonlinearModel) -> None:

@@ -7,7 +7,7 @@ one after the other.  A call whose formulas are not finite changes nothing.
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
-from typing import Callable, Optional, Sequence
+from typing import Callable, Mapping, Optional, Sequence
 
 import numpy as np
 
@@ -16,10 +16,10 @@ from kalmanq.compiler.coefficients import Constant
 from kalmanq.compiler.floats import MOST, FloatFilter, Mean, carried, entry
 from kalmanq.compiler.printing import Body, Target, indented
 from kalmanq.compiler.names import named
-from kalmanq.compiler.request import FLOATS, Options, Request, groups, request
+from kalmanq.compiler.request import FLOATS, Options, Request, groups, no_noise, request
 from kalmanq.errors import KalmanqError
 from kalmanq.formulas.calculus import substituted, without
-from kalmanq.formulas.graph import Node, add, constant, dot, make, mul, needed, negated, node, select, symbol
+from kalmanq.formulas.graph import Node, add, constant, dot, make, mul, needed, negated, node, select, sub, symbol
 from kalmanq.model import Model
 from kalmanq.nonlinear import NonlinearModel
 from kalmanq.nonlinear.model import Sensor
@@ -50,6 +50,7 @@ def equations(model: NonlinearModel, name: str, options: Options) -> Equations:
     frame = model.frame
     controls = {"B": np.zeros((model.n, model.l)), "controls": model.controls} if model.l else {}
     _refuse_numbers(model, options)
+    _refuse_no_noise(model, options)
     R = np.eye(model.m) if model.R is None else frame.R  # in the place of what is worked out in each call
     whole = Model(frame.A, frame.H, R, frame.Q, x0=frame.x0, P0=frame.P0, states=frame.states,
                   measurements=frame.measurements, name=model.name, **controls)
@@ -99,6 +100,14 @@ def _refuse_numbers(model: NonlinearModel, options: Options) -> None:
                                        f"not have: {_cure(one.value, most, model.has_errors and which in 'Ah')}")
 
 
+def _refuse_no_noise(model: NonlinearModel, options: Options) -> None:
+    """R that is a function, of a variance that is a number"""
+    least = float(np.finfo(FLOATS[options.arithmetic]).tiny)
+    for j, row in enumerate(model.formulas.noise_of_sensors or []):
+        if row[j].is_constant and not row[j].value >= least:
+            raise no_noise(model.measurements[j].name)
+
+
 def _cure(value: float, most: float, is_by_errors: bool) -> str:
     if is_by_errors and not np.isfinite(value):
         return "a root or a quotient of errors has no derivative where they are 0; take all that needs it in one branch, as " \
@@ -132,6 +141,8 @@ class Formulas(Constant):
         self.corrected = [substituted(one, {**mean, **errors}, {}) for one in formulas.corrected] if of.model.has_errors else []
         if of.given.options.iterate > 1:
             mean, memo = {f"x{i}": symbol(f"a{i}") for i in count}, {}
+        else:
+            memo.update(_apart(formulas.innovation, mean))
         self.e = self._mixed([[substituted(one, mean, memo)] for one in formulas.innovation])
         self.H = self._mixed([[substituted(one, mean, memo) for one in row] for row in formulas.measurement])
 
@@ -153,6 +164,17 @@ class Formulas(Constant):
     def _factored(self) -> tuple[list[ud.Column], list[Node]]:
         name = "float" if self.type is np.float32 else "double"
         return ud.factored(self.step, *NO_VARIANCE[name], 10 * MOST[name])
+
+
+def _apart(innovations: Sequence[Node], mean: Mapping[str, Node]) -> dict[int, Node]:
+    """z less a state, by id: (z - x) - l.  x + l would be rounded by a share of x, which can be above sigma"""
+    made = {}
+    for one in needed(innovations)[0]:
+        if one.op == "sub" and all(part.op == "symbol" for part in one.args):
+            z, x = one.args[0], mean.get(one.args[1].args[0])
+            if z.args[0].startswith("z") and x is not None and x.op == "add":
+                made[id(one)] = sub(sub(symbol(z.args[0]), x.args[0]), x.args[1])
+    return made
 
 
 def _single(model: NonlinearModel) -> set[int]:
@@ -395,7 +417,8 @@ class EquationFilter(FloatFilter):
         return [f"if (!({self._fine(body, formulas)})) {{", *indented(refused), "}"]
 
     def _fine(self, body: Body, formulas: Sequence[Node]) -> str:
-        total = dot([(one, 1.0) for one in {id(one): one for one in map(_unsigned, formulas)}.values()])
+        formulas = list(map(_unsigned, formulas))
+        total = dot([(one, 1.0) for one in {id(one): one for one in formulas}.values()])
         square = mul(total, total)  # AVR has no fabsf
         body.name_shared([*formulas, square])
         return body.text(make("le", square, constant(MOST[self.type]**2)))

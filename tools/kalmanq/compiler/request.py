@@ -174,11 +174,15 @@ def _first_variances(of: Numbers, unknown: np.ndarray) -> np.ndarray:
     return np.diag(P)
 
 
+def no_noise(name: str) -> KalmanqError:
+    return KalmanqError(f"R: {name} has no noise, and a filter divides by its variance: give it one, for example the square of the "
+                        "sensor's resolution over 12")
+
+
 def _refuse(model: Model, options: Options) -> None:
     for one, variance in zip(model.measurements, np.diag(model.R)):
         if variance <= 0:
-            raise KalmanqError(f"R: {one.name} has no noise, and a filter divides by its variance: give it one, for "
-                               "example the square of the sensor's resolution over 12")
+            raise no_noise(one.name)
     for name, matrix in (("Q", model.Q), ("P0", model.P0), ("R", model.R)):
         scale = np.sqrt(np.maximum(np.diag(matrix), 0))
         scaled = matrix / np.outer(np.where(scale > 0, scale, 1), np.where(scale > 0, scale, 1))

@@ -114,7 +114,8 @@ def substituted(one: Node, values: Mapping[str, Given], memo: Memo) -> Node:
         waiting += needs
         if not needs:
             waiting.pop()
-            memo.setdefault(id(last), _substituted(last, values, memo))
+            if id(last) not in memo:
+                memo[id(last)] = _substituted(last, values, memo)
     return memo[id(one)]
 
 
