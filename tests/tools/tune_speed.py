@@ -24,7 +24,7 @@ MEASURE = """(async () => {
   const made = [];
   for (let k = 0; k < %d; k++) {
     delete document.body.dataset.took;
-    setNoise(0, BEGIN.theta[0] * (1 + 0.01 * k));
+    setNoise(0, BEGIN.theta[0] * (1 + 0.01 * (k + 1)));
     while (filterRuns.busy || smoothRuns.busy || queued) await new Promise((done) => setTimeout(done, 2));
     made.push(Number(document.body.dataset.took));
   }
