@@ -202,8 +202,8 @@ KQ_NODISCARD kq_status kq_sensor_init_diagonal_extended_q31(kq_sensor_q31 *s,
 KQ_NODISCARD kq_status kq_sensor_init_lean_extended_q31(kq_sensor_q31 *s, const kq_sensor_table_q31 *table,
     kq_range_error_q31 *range_error);
 
-/** As the f32 functions.  KQ_ERR_RANGE: also an entry of d is KQ_NOT_A_VALUE_Q31, or in an update an entry of e is outside the sensor's
- * declared range.  KQ_EVENT_SATURATED: the mean was saturated.
+/** As the f32 functions.  KQ_ERR_RANGE: also an entry of d is KQ_NOT_A_VALUE_Q31, or in an update an entry of e is
+ * outside the sensor's declared range.  KQ_EVENT_SATURATED: the mean was saturated.
  * With a lag or an instant attached A must keep the limits of kq_process_init_q31 (KQ_ERR_RANGE, KQ_ERR_COEFFICIENT),
  * and KQ_EVENT_SATURATED also says that A x would have been saturated. */
 KQ_NODISCARD kq_status kq_predict_extended_q31(kq_filter_q31 *f, const kq_process_q31 *p, const int32_t *d);

@@ -379,7 +379,7 @@ KQ_NODISCARD kq_status kq_step_q31(kq_filter_q31 *f, const kq_process_q31 *p, co
 /** As kq_forecast_f32; errors, events and accuracy: as kq_update_q31. */
 KQ_NODISCARD kq_status kq_forecast_q31(const kq_filter_q31 *f, const kq_process_q31 *p, const int32_t *u,
     size_t steps, kq_filter_q31 *ahead);
-/** As kq_filter_copy_f32, kq_attach_f32 and kq_detach_f32.  KQ_ERR_MISMATCH: also if the states' formats differ. */
+/** As kq_filter_copy_f32, kq_attach_f32 and kq_detach_f32.  A copy takes the formats, too. */
 KQ_NODISCARD kq_status kq_filter_copy_q31(kq_filter_q31 *to, const kq_filter_q31 *from);
 KQ_NODISCARD kq_status kq_attach_q31(kq_filter_q31 *f, struct kq_attached_q31 *object);
 KQ_NODISCARD kq_status kq_detach_q31(struct kq_attached_q31 *object);

@@ -89,8 +89,8 @@ KQ_NODISCARD kq_status kq_least_squares_add_q31(kq_least_squares_q31 *q, const k
 /** The minimum: the weighted sum of squared residuals with the prior's term; and the sum of the weights lambda^(N-k)
  * of the measurements taken.
  *   q        read
- * If the r are right, residual / weight is 1 but for chance.  If they are right up to one
- * factor, it estimates that factor, and P times it is the covariance.
+ * If the r are right, residual / weight is 1 but for chance.  If they are right up to one factor, it estimates that
+ * factor, and P times it is the covariance.
  * Accuracy: f32 to 2^-23 of its size for any number of measurements.  q31: Q39.24, saturates at 2^61 and stays.  NaN
  * (KQ_NOT_A_SCORE_Q31) where q is NULL or not initialised. */
 float kq_least_squares_residual_f32(const kq_least_squares_f32 *q);

@@ -8,7 +8,6 @@
  * f32, f64: NaN and infinity are refused, rounding is to nearest, mean and sums keep what is below their last bit.
  * q31: a small run gives the raw values that it gives everywhere.  It does not see the flags of other files
  * (kq_fixed_<T>.h).
-
  */
 #ifndef KALMANQ_SELF_TEST_H
 #define KALMANQ_SELF_TEST_H

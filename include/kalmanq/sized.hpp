@@ -3,7 +3,7 @@
 //     kalmanq::Process<float, 2> motion;             // 2 states; Process<float, 2, 1>: and 1 control
 //     kalmanq::Sensor<float, 2, 1> ranger;           // 2 states, 1 component
 //     kalmanq::Filter<float, 2> cart;
-//     status = motion.init(A, Q);                    // arrays of 4 numbers, or it does not compile
+//     status = motion.init(A, Q);                    // named arrays of 4 numbers, or it does not compile
 //     status = cart.step(motion, ranger, z);
 //
 // An object is C's, with its memory: every function of C takes its address, kq_sigma(&cart, 0).  A member function is one
@@ -44,6 +44,10 @@ template <typename T, int N, int L = 0> struct Process : c::of<T>::process {
     Process(const Process &) = delete;
     Process &operator=(const Process &) = delete;
 
+    /* A and B are kept by reference: no temporary arrays */
+    kq_status init(const T (&&A)[N * N], const T (&Q)[N * N]) = delete;
+    kq_status init(const T (&&A)[N * N], const T (&B)[L ? N * L : 1], const T (&Q)[N * N]) = delete;
+    kq_status init(const T (&A)[N * N], const T (&&B)[L ? N * L : 1], const T (&Q)[N * N]) = delete;
     KQ_NODISCARD kq_status init(const T (&A)[N * N], const T (&Q)[N * N])
     {
         static_assert(L == 0, "a process with controls: init(A, B, Q)");
@@ -66,6 +70,10 @@ template <typename T, int N, int M> struct Sensor : c::of<T>::sensor {
     Sensor(const Sensor &) = delete;
     Sensor &operator=(const Sensor &) = delete;
 
+    /* H is kept by reference: no temporary array */
+    kq_status init(const T (&&H)[M * N], const T (&R)[M * M]) = delete;
+    kq_status init_diagonal(const T (&&H)[M * N], const T (&r)[M]) = delete;
+    kq_status init_lean(const T (&&H)[M * N], const T (&r)[M]) = delete;
     KQ_NODISCARD kq_status init(const T (&H)[M * N], const T (&R)[M * M]) { return kq_sensor_init(this, H, R); }
     KQ_NODISCARD kq_status init_diagonal(const T (&H)[M * N], const T (&r)[M]) { return c::of<T>::diagonal(this, H, r); }
     KQ_NODISCARD kq_status init_lean(const T (&H)[M * N], const T (&r)[M]) { return c::of<T>::lean(this, H, r); }

@@ -234,8 +234,9 @@ int kq_freeze_is_active_f32(const kq_freeze_f32 *w);
 int kq_freeze_is_active_f64(const kq_freeze_f64 *w);
 
 /** Ends the frozen phase: the next steps are full until the filter is steady again.  Call it after a sensor has got
- * new numbers.  KQ_ERR_NULL, KQ_ERR_NOT_READY.
- *   w        changed */
+ * new numbers.
+ *   w        changed
+ * KQ_ERR_NULL, KQ_ERR_NOT_READY. */
 KQ_NODISCARD kq_status kq_freeze_release_f32(kq_freeze_f32 *w);
 KQ_NODISCARD kq_status kq_freeze_release_f64(kq_freeze_f64 *w);
 

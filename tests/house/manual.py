@@ -22,7 +22,7 @@ ROW = re.compile(r"^ \*   ((?:\w+|\.\.\.)(?:, \w+)*) {2,}(.*(?:\n \*     +.*)*)"
 KEEPS_EVENTS = re.compile(r"^kq_(filter|history|lag|instant|diffuse|least_squares|steady)_\w+ \*", re.M)
 # Statuses that the code of a function names and the function does not answer: EM fits its own filter; a check only asks if there is
 # memory
-INSIDE = {"kq_em_advance": {"KQ_ERR_MISMATCH"}, "kq_em_iterate": {"KQ_ERR_MISMATCH"}, "kq_filter_copy": {"KQ_ERR_SIZE"},
+INSIDE = {"kq_em_advance": {"KQ_ERR_MISMATCH"}, "kq_em_iterate": {"KQ_ERR_MISMATCH"},
           "kq_steady_solve": {"KQ_ERR_SIZE"},
           "kq_em_maximise": {"KQ_ERR_NOT_FINITE", "KQ_ERR_NOT_SEMIDEFINITE", "KQ_ERR_NOT_SYMMETRIC"}}
 FAILURE = re.compile(r"\b(bad|NULL|never|does not exist|out of)\b")

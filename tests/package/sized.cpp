@@ -84,6 +84,10 @@ kq_status wrong(kalmanq::Filter<double, 2> &other)
 #elif KQ_WRONG == 7
     static kalmanq::Sensor<float, 3, 1> of_three_states;
     return cart.update(of_three_states, one);
+#elif KQ_WRONG == 8
+    return motion.init({1, 0, 0, 1}, Q); // A is kept: a temporary array would be gone
+#elif KQ_WRONG == 9
+    return ranger.init({1, 0}, R);
 #else
     static kalmanq::Filter<float, 17> large;
     return kq_predict(&large, &motion, nullptr);

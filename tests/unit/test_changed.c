@@ -7,7 +7,7 @@
 
 #define STEPS 20
 #ifdef KQ_TEST_Q31
-#define LAST_BIT 0x1p-28
+#define LAST_BIT 0x1p-30
 #else
 #define LAST_BIT EPS
 #endif

@@ -33,9 +33,9 @@ S_FREEZE(lazy, N, M);
 S_FREEZE(blank_lazy, N, M);
 
 static num A[] = {0.5, N(0.4), N(0.6), N(0.3)};
-static const num B[] = {1, 0.5}, H[] = {1, 0, 0, 1}, x0[] = {1, -2};
+static const num B[] = {1, 0.5}, H[] = {1, 0, 0.5, 1}, x0[] = {1, -2};
 static const num P0[] = {4, 1, 1, 3}, Q[] = {N(0.3), 0, 0, N(0.3)}, R[] = {0.5, 0.25, 0.25, 0.75};
-static const num range[] = {100, 100, 100}, drive_range[] = {10}, measured_range[] = {200, 200};
+static const num range[] = {100, 10, 100}, drive_range[] = {10}, measured_range[] = {200, 200};
 
 static entry gains[GAINS * N * M], one_gain[N * M];
 static word u[1], z[M];
@@ -132,7 +132,7 @@ TEST(the_gains_lead_to_the_steady_one)
     for (int k = 0; k < N * M; k++) ASSERT_WITHIN(0x1p-12, gain[k], last[k]);
 }
 
-/* The steady gain: the textbook with it, H = I */
+/* The steady gain: the textbook with it */
 TEST(one_gain_is_the_steady_filter)
 {
     num gain[N * M];
@@ -146,8 +146,9 @@ TEST(one_gain_is_the_steady_filter)
         const double push = (double)exact_u[0], first = (double)exact_z[0], second = (double)exact_z[1];
         const double b = a[0] * x[0] + a[1] * x[1] + push;
         const double c = a[2] * x[0] + a[3] * x[1] + push / 2;
-        x[0] = b + k[0] * (first - b) + k[1] * (second - c);
-        x[1] = c + k[2] * (first - b) + k[3] * (second - c);
+        const double e[] = {first - b, second - b / 2 - c};
+        x[0] = b + k[0] * e[0] + k[1] * e[1];
+        x[1] = c + k[2] * e[0] + k[3] * e[1];
         ASSERT_OK(S(steady_step)(&steady, u, z));
         for (int i = 0; i < N; i++) ASSERT_WITHIN(ROUNDING_OF_STEPS, x[i], mean_of_steady(i));
     }

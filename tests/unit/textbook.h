@@ -122,6 +122,8 @@ static inline void textbook_update(textbook *t, const num *H, const num *R, cons
     for (int i = 0; i < n; i++) t->x[i] += change[i];
     textbook_multiply_transposed(change, t->K, PH, n, m, n);
     for (int k = 0; k < n * n; k++) t->P[k] -= change[k];
+    /* Symmetric: with an A that grows, what rounding makes of the difference would grow, too */
+    for (int k = 0; k < n * n; k++) t->P[k] = t->P[k % n * n + k / n];
     t->nis = 0;
     for (int k = 0; k < m * m; k++) t->nis += e[k / m] * inverse[k] * e[k % m];
     t->log_likelihood = -0.5 * (m * 1.8378770664093454836 + log(determinant) + t->nis);
