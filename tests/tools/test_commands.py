@@ -418,3 +418,18 @@ def test_the_library_needs_nothing_of_the_command_line():
             "for name in kalmanq.__all__: getattr(kalmanq, name)\nimport kalmanq.run.campaigns")
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True)
     assert (done.returncode, done.stderr) == (0, "")
+
+
+def test_run_names_the_next_command_where_the_data_do_not_fit(tmp_path):
+    said = "the data do not fit the model; kalmanq report shows where"
+    data = tmp_path / "wild.csv"
+    assert kalmanq("simulate", MODEL, "-n", 200, "--out", data).returncode == 0
+    assert said not in kalmanq("run", MODEL, data).stdout
+    head, *rows = data.read_text().splitlines()
+    place = head.split(",").index("flow")
+    wild = [row.split(",") for row in rows]
+    for k in range(0, 200, 40):
+        wild[k][place] = "20000"
+    data.write_text("\n".join([head, *map(",".join, wild)]) + "\n")
+    assert said in kalmanq("run", MODEL, data).stdout
+    assert said not in kalmanq("run", MODEL, data, "--robust", "huber").stdout  # outliers are looked after

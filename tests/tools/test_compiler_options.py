@@ -417,6 +417,23 @@ def test_the_end_of_a_control_s_range_is_a_raw_value():
         assert "u: the controls since the last sample" in header
 
 
+def test_q31_takes_0_for_a_control_that_is_no_value(tmp_path):
+    model = Model([[1.0]], [[1.0]], 0.01, 1e-4, B=[0.1], P0=[1.0], controls=[Quantity("on", range=2.0)])
+    called = library(tmp_path, compiled(model, "flt", Options("q31")), """
+#include <math.h>
+#include "flt.h"
+int differs(double with)
+{
+    static flt_filter f, g;
+    const int32_t u[] = {FLT_U_ON_RAW(NAN)}, v[] = {FLT_U_ON_RAW(with)};
+    flt_start(&f), flt_start(&g), flt_predict(&f, u), flt_predict(&g, v);
+    return f.events != FLT_CONTROL_REFUSED || f.x[0] != g.x[0];
+}
+""")
+    called.differs.argtypes = [ctypes.c_double]
+    assert not called.differs(0.0) and called.differs(-2.0)
+
+
 def test_q31_s_header_has_values_in_units_and_back(tmp_path):
     made = compiled(tank(), "flt", Options("q31"))
     called = library(tmp_path, made, """

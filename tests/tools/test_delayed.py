@@ -465,7 +465,7 @@ def test_a_late_log_of_a_nonlinear_model(tmp_path):
     ('"gps": 0.2', '"gps": -1', ("run",), "delays: gps is to be 0 or more"),
     ("0.05\n", "0.05\n", ("compile", "-o", "rover.c", "--library"), "--library: and a sensor with a delay"),
     ("0.05\n", "0.05\n", ("compile", "-o", "rover.c", "--smooth", "9"), "--smooth: and a sensor with a delay"),
-    ("0.05\n", "0.05\n", ("compare",), "delays: are of run, report, check and fit"),
+    ("0.05\n", "0.05\n", ("compare",), "compare cannot use delays (run, report, check and fit can)"),
 ])
 def test_what_is_no_delay_is_refused(old, new, command, said, tmp_path):
     (tmp_path / "rover.py").write_text(ROVER.replace(old, new, 1))

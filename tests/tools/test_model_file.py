@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -50,6 +51,11 @@ def test_a_range_may_have_two_ends(tmp_path):
     assert (model.states[0].range, model.states[0].ends) == (5, (-5, 2)) and model.measurements[0].ends is None
     path.write_text(model_file.text_of(model), encoding="utf-8")
     assert model_file.read(path).states == model.states
+    for wrong in ((1, 2, 3), (-np.inf, 2)):
+        with pytest.raises(ModelError, match="not a least and a larger number"):
+            Quantity("a", range=wrong)
+    other = replace(Quantity("a", range=(1, 2)), range=50.0)
+    assert other.range == 50 and other.ends is None and replace(other, ends=(-3.0, 50.0)).ends == (-3, 50)
     with pytest.raises(ModelError, match="not a least and a larger number"):
         Quantity("charge", range=(1, 1))
 

@@ -20,13 +20,13 @@ NAMES = [f"p{k}" for k in range(FIELDS)]
 def _drawn(random: np.random.Generator) -> list[Node]:
     """New values of all fields: a few are kept, some change places"""
     made: list[Node] = [symbol(name) for name in NAMES]
+    conditions = [compare("lt", made[0], made[1]), compare("lt", made[2], made[3])]  # of several selects, one within another
     for _ in range(OPERATIONS):
         a, b, c, d = (made[int(k)] for k in random.integers(len(made), size=4))
         made.append([lambda: add(a, b), lambda: sub(a, b), lambda: mul(call("sin", a), b), lambda: mul(a, 0.5),
-                     lambda: select(compare("lt", a, b), c, d)][random.integers(5)]())
-    chosen = compare("lt", made[0], made[1])  # one condition of several
+                     lambda: select(conditions[int(random.integers(2))], c, d)][random.integers(5)]())
     values = [made[int(k)] for k in random.integers(len(made), size=FIELDS)]
-    return [select(chosen, one, made[int(random.integers(len(made)))]) if k % 2 else one for k, one in enumerate(values)]
+    return [select(conditions[0], one, made[int(random.integers(len(made)))]) if k % 2 else one for k, one in enumerate(values)]
 
 
 def test_random_programs_in_place(tmp_path: Path) -> None:

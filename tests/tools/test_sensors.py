@@ -47,6 +47,24 @@ R = [[0.04, 0.01], [0.01, 0.09]]
 """
 
 
+ONE_LATE = """
+[model]
+F = 0.0
+Qc = 0.1
+dt = 0.1
+P0 = 10.0
+[[sensors]]
+name = "a"
+H = 1.0
+R = 1.0
+[[sensors]]
+name = "b"
+H = 1.0
+R = 1.0
+delay = 0.6
+"""
+
+
 def walk(folder, more=""):
     path = folder / "walk.toml"
     path.write_text(WALK.format(more=more))
@@ -553,3 +571,14 @@ def test_a_million_rows_take_no_more_memory(more, tmp_path):
         assert done.returncode == 0, done.stderr
         peaks.append(int(done.stderr.split()[-1]))
     assert peaks[1] < 1.1 * peaks[0], peaks
+
+
+def test_what_was_measured_in_the_first_row_of_all_is_kept_however_times_round(tmp_path):
+    path = tmp_path / "late.toml"
+    path.write_text(ONE_LATE)
+    for start in np.arange(10, 16, 0.1):
+        first = round(start - 0.9, 6)
+        files = [written(tmp_path, "a.csv", "t,a", np.round(start + 0.1 * np.arange(8), 6), np.ones(8)),
+                 written(tmp_path, "b.csv", "t,b", [first, *np.round(first + 0.6 + 0.1 * np.arange(4), 6)], [np.nan, 5, 6, 7, 8])]
+        z, *_ = joining.record(files, model_file.read(path))
+        assert z[0, 1] == 5, start

@@ -79,6 +79,7 @@ UNCERTAIN = {  # and what is said
     "flow\n1\n2,5\n": "row 3: 2 fields, not 1; .*--decimal ,",
     "flow\n1\n?\n": "row 3, column flow: '\\?' is not a number; if it is missing: --missing",
     "1,2\n3,4\n": "row 1: there is no header: 1, 2 are no names; the first row has the names of the columns, flow among them",
+    "time,x,1\n0,2,3\n": "there is no column flow; there are time, x, 1",
     "a,flow\n1,2\n3\n": "row 3: 1 field, not 2: fill it in, or leave the row out",
     "flow [m],flow [ft]\n1,2\n": "the column flow is there twice",
     "a,b;c\n1,2;3\n": "',' or ';' may be between fields: --separator says which",

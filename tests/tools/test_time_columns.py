@@ -254,6 +254,15 @@ def test_a_clock_goes_on_over_midnight_where_a_date_is_beside_it(tmp_path):
     assert read_and_told(written(tmp_path, data_of("date,time", seconds)))[0].tolist() == [0, 1]
 
 
+@pytest.mark.parametrize("rows", [2, 65536])
+def test_a_hole_in_a_date_is_told_with_its_row(rows, tmp_path):
+    at = [f"2026-02-28,9:00:{k:02}" for k in range(8)]
+    for hole, cell in ((0, ",9:00:00"), (4, ",9:00:04"), (5, "2026-02-28,")):
+        path = written(tmp_path, data_of("date,time", [*at[:hole], cell, *at[hole + 1:]]))
+        with pytest.raises(KalmanqError, match=f"row {hole + 2}, .*the time is missing"):
+            list(tables.read(Source(path, Layout()), ["pos"], rows, dt=1.0, cure=""))
+
+
 def test_a_column_that_rises_like_a_clock_and_is_not_taken_is_warned_of(tmp_path):
     cells = [f"{0.1 * k + (1 if k > 12 else 0):.3f}" for k in range(20)]
     for head, at, lines in (("sample", cells, 1), ("step", cells, 0), ("sample", list(map(str, range(20))), 0),

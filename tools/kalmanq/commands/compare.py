@@ -51,8 +51,8 @@ def compare_file(options: Options, console: Console) -> None:
         raise KalmanqError("of error states f32 is compared with double by kalmanq compile: it is in NAME_report.txt")
     else:
         if model.is_late:
-            raise KalmanqError("delays: are of run, report, check and fit; compare takes a recording in which nothing is late: move what is late to the rows "
-                               "that it was measured in, and leave `delays` out")
+            raise KalmanqError("compare cannot use delays (run, report, check and fit can): move late measurements to the rows in which they were made, "
+                               "and leave `delays` out")
         joining.refuse_several(options.data, model)
         true_states = [f"{name}_true" for name in model.state_names]  # where there is one for each state
         z, u, truth, times = tables.record_and(options.data[0], model, true_states, dt=tables.dt_of(model), cure=tables.cure_of(model))

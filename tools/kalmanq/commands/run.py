@@ -37,7 +37,7 @@ from kalmanq.run.streamed import StreamedSmoother
 
 BLOCK = 65536  # rows in memory at once
 PLOTTED = 200_000  # more rows than that are no picture
-LEAST_JUDGED, FAR_NIS = 50, 2.0  # measurements from which a NIS a measurement that is farther from 1 is no chance
+LEAST_JUDGED, FAR_NIS = 60, 2.0  # with so many measurements a right model's NIS is farther from 1 less often than once in 1000
 LOOKED_AT = 10  # rows at which a nonlinear model's own Jacobians are compared with its functions
 
 
@@ -298,7 +298,7 @@ class _FileRun:
         ratio = f", NIS {self.nis / self.taken:.3f} a measurement (1 if the model is right)" if self.taken else ""
         console.print(f"log-likelihood {self.log_likelihood:.6f}; {self.taken} measurements taken, "
                       f"{self.missing} missing{ratio}")
-        if self.taken >= LEAST_JUDGED and not 1 / FAR_NIS < self.nis / self.taken < FAR_NIS:
+        if options.robust is None and self.taken >= LEAST_JUDGED and not 1 / FAR_NIS < self.nis / self.taken < FAR_NIS:
             console.print("the data do not fit the model; kalmanq report shows where, kalmanq fit finds Q and R")
         if told.get("passes", 1) > 1:
             said = "settled" if told["is_settled"] else \

@@ -8,7 +8,8 @@ from typing import Mapping, Optional, Sequence
 from kalmanq.formulas.graph import Node
 
 LEAST = 4  # operations of one side alone, from which on a branch is worth it
-Home = Optional[tuple[int, int]]  # id of a condition, and the side; None: needed in any case
+Key = tuple[int, int]  # id of a condition, and how many selects are below
+Home = Optional[tuple[Key, int]]  # and the side; None: needed in any case
 
 
 @dataclass(frozen=True)
@@ -30,11 +31,13 @@ class Choice:
 
 
 def choices(order: Sequence[Node], roots: Sequence[Node]) -> dict[int, Choice]:
-    """By id of each select.  order: all nodes, arguments first.  A choice within a side of another one is none"""
-    by_condition: dict[int, list[Node]] = {}
+    """By id of each select.  order: all nodes, arguments first.  A choice inside a side of another choice stays a select"""
+    by_condition: dict[Key, list[Node]] = {}
+    ranks: dict[int, int] = {}  # of selects below, so that no choice waits for itself
     for one in order:
+        ranks[id(one)] = max((ranks[id(part)] for part in one.args if isinstance(part, Node)), default=0) + (one.op == "select")
         if one.op == "select":
-            by_condition.setdefault(id(one.args[0]), []).append(one)
+            by_condition.setdefault((id(one.args[0]), ranks[id(one)]), []).append(one)
     while by_condition:
         homes = _homes(order, roots, by_condition)
         nested = [key for key, selects in by_condition.items() if any(homes[id(one)] for one in selects)]
@@ -48,13 +51,14 @@ def choices(order: Sequence[Node], roots: Sequence[Node]) -> dict[int, Choice]:
     return {id(one): choice for choice in made if max(map(len, choice.inside)) >= LEAST for one in choice.selects}
 
 
-def _homes(order: Sequence[Node], roots: Sequence[Node], by_condition: Mapping[int, Sequence[Node]]) -> dict[int, Home]:
+def _homes(order: Sequence[Node], roots: Sequence[Node], by_condition: Mapping[Key, Sequence[Node]]) -> dict[int, Home]:
     """Where each node is needed"""
     homes: dict[int, Home] = {id(one): None for one in roots}
+    own = {id(one): key for key, selects in by_condition.items() for one in selects}
     for one in reversed(order):
         home = homes[id(one)]
         for place, part in enumerate(one.args):
             if isinstance(part, Node):
-                there = (id(one.args[0]), place - 1) if one.op == "select" and place and id(one.args[0]) in by_condition else home
+                there = (own[id(one)], place - 1) if place and id(one) in own else home
                 homes[id(part)] = there if homes.get(id(part), there) == there else None
     return homes

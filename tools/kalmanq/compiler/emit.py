@@ -132,10 +132,10 @@ class Text:
         if not self.given.inputs:
             return []
         type_, zero = self.a.type, self.a.zero
-        low = "-most" if type_ == "int32_t" else f"u < {zero} ? -most : {zero}"
+        low = f"u > INT32_MIN ? -most : {zero}" if type_ == "int32_t" else f"u < {zero} ? -most : {zero}"
         return function(f"static {type_} control({self.filter}, {type_} u, {type_} most)", [
             "if (u >= -most && u <= most) return u;", f"f->events |= {self.given.upper}_CONTROL_REFUSED;",
-            f"return u > {zero} ? most : {low};"], "A control, or the nearer end of its range")
+            f"return u > {zero} ? most : {low};"], "A control, or the nearer end of its range; 0 for NaN")
 
     def _controls(self) -> list[str]:
         given = [f"control(f, u[{k}], {self.a.most_control(k)})" for k in range(self.given.inputs)]

@@ -197,7 +197,7 @@ class EquationFilter(FloatFilter):
             equation_rounding.chosen(of.model, innovations, c.H, c.spread or c.R) if of.looked_at is None else of.looked_at
         self.watched = equation_rounding.watched(innovations, self.looked_at)
         self.events = (("NOT_FINITE", "a function of the model or a derivative was not finite, or Q or R no covariance: mean and covariance stay "
-                        "as they were; or the variance of an innovation was not: its component is not taken"),
+                        "as they were. If the variance of an innovation was not finite, only that component is not taken"),
                        ("OVERFLOW", "a variance is infinite: start again"),
                        *([PRECISION] if self.watched else []))
         self.code_includes = ["#include <math.h>"]

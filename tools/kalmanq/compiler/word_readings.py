@@ -79,7 +79,7 @@ class Readings(Arithmetic):
                       for j, name in enumerate(given.measurements)]
         converted = [one for name, which, k in rows for one in self._converted(f"{upper}_{name.upper()}", self.fraction(which, k))]
         return ["/* value = raw value 2^-FRACTION; a covariance has the sum of two fractions of sigmas */", "enum {",
-                *indented([f"{one}," for one in lines[:-1]] + lines[-1:]), "};", "", *to_raw(given.name, "INT32_MIN"), *converted, ""]
+                *indented([f"{one}," for one in lines[:-1]] + lines[-1:]), "};", "", *to_raw(given.name, "INT32_MIN", f"takes 0 for such a control, with {upper}_CONTROL_REFUSED"), *converted, ""]
 
     def _converted(self, name: str, fraction: int) -> list[str]:
         return [f"#define {name}_RAW(value) {self.given.name}_to_raw((double)(value), {2.0**fraction!r})",

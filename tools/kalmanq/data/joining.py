@@ -137,7 +137,7 @@ class _Waiting:
         self.times, self.columns, self._begin = np.zeros(0), {name: np.zeros(0) for name in names}, -np.inf
 
     def begin(self, first: float) -> None:
-        """What was measured before the first row of all is not there: no step has it."""
+        """Drops what was measured before the first row: no step has it."""
         if self._delay:
             self._begin, is_there = first, self.times >= first
             self.times, self.columns = self.times[is_there], {name: one[is_there] for name, one in self.columns.items()}
@@ -191,7 +191,7 @@ def _merged(files: Sequence[_File], names: Sequence[str], time_of_row: Optional[
         judge_units(columns)
     parts, line = [part for one in files for part in one.parts], files[0].first_row
     for part in parts:
-        part.begin(min(one.first for one in files))
+        part.begin(min(one.first for one in files) - SAME * dt)
     while True:
         until = min(one.known for one in parts)
         block = _rows([one.taken(until - dt) for one in parts], names, dt)  # what is as good as at `until` may come yet

@@ -227,7 +227,8 @@ def place_of(source: Source, cells: Sequence[str], name: str, unit: str, line: i
     column, found = source.layout.rename.get(name, name), places_of(source, cells, name)
     if len(found) > 1:
         raise TableError(source, f"the column {column} is there twice", line)
-    if not found and any(_float(cell) is not None for cell in cells):
+    is_number = [_float(cell) is not None for cell in cells]
+    if not found and any(is_number) and not any(cell[:1].isalpha() for cell, one in zip(cells, is_number) if not one):
         raise TableError(source, f"there is no header: {', '.join(cells)[:SHOWN]} are no names; the first row has the names of the columns, "
                          f"{column} among them", line)
     if not found:

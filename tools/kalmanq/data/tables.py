@@ -217,7 +217,8 @@ class Table:
         if self._clock is None:
             return cells
         both = [[row[place].strip() for row in block] for place in self._clock]
-        if not (DAY.fullmatch(both[0][0]) and CLOCK.fullmatch(both[1][0])):
+        are_both = all(not one[0] or form.fullmatch(one[0]) for form, one in zip((DAY, CLOCK), both))  # a hole is told of later
+        if self._line == self._begun_at and not are_both:
             self._clock = None  # one of them has all
             return cells
         return list(map(date_and_clock, *both))

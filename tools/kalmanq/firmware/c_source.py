@@ -303,7 +303,7 @@ static inline double {name}_to_value(int32_t raw, double last_bit)
 
 
 def _conversions(w: Writer) -> list[str]:
-    lines = [*to_raw(w.name, "KQ_NOT_A_VALUE_Q31"), "", *TO_VALUE.format(name=w.name).split("\n")]
+    lines = [*to_raw(w.name, "KQ_NOT_A_VALUE_Q31", "refuses such a control"), "", *TO_VALUE.format(name=w.name).split("\n")]
     for _, _, name, fraction in w.quantities():
         lines += [f"#define {name}_RAW(value) {w.name}_to_raw((double)(value), {2.0**fraction!r})",
                   f"#define {name}_VALUE(raw) {w.name}_to_value((raw), {2.0**-fraction!r})"]

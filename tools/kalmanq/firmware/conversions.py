@@ -4,7 +4,8 @@ from __future__ import annotations
 
 TO_RAW = """\
 /* A value in its unit as a raw value: rounded to the nearest one, saturated at +-(2^31 - 1).  NaN becomes
-   {missing}, which an update refuses, as it does what is beyond the declared range. */
+   {missing}: an update refuses it, as it does what is beyond the declared range; a predict
+   {control}. */
 static inline int32_t {name}_to_raw(double value, double scale)
 {{
     const double raw = value * scale;
@@ -18,6 +19,6 @@ static inline int32_t {name}_to_raw(double value, double scale)
 }}"""
 
 
-def to_raw(name: str, missing: str) -> list[str]:
-    """NAME_to_raw(value, scale); missing: the raw value of what is not there"""
-    return TO_RAW.format(name=name, missing=missing).split("\n")
+def to_raw(name: str, missing: str, control: str) -> list[str]:
+    """NAME_to_raw(value, scale); missing: the raw value of what is not there; control: what a predict does with such a control"""
+    return TO_RAW.format(name=name, missing=missing, control=control).split("\n")

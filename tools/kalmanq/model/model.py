@@ -36,11 +36,13 @@ class Quantity:
 
     def __post_init__(self) -> None:
         if isinstance(self.range, (tuple, list)):
-            low, high = map(float, self.range)
-            if not low < high:
-                raise ModelError(self.name, f"range: ({low:g}, {high:g}) is not a least and a larger number")
-            object.__setattr__(self, "ends", (low, high))
-            object.__setattr__(self, "range", max(-low, high))
+            low, high = self.range if len(self.range) == 2 else (0, 0)
+            if not -np.inf < low < high < np.inf:
+                raise ModelError(self.name, f"range: {tuple(self.range)} is not a least and a larger number")
+            object.__setattr__(self, "ends", (float(low), float(high)))
+            object.__setattr__(self, "range", max(-float(low), float(high)))
+        elif self.ends and self.range != max(-self.ends[0], self.ends[1]):  # another range was put in their place
+            object.__setattr__(self, "ends", None)
 
     @property
     def label(self) -> str:

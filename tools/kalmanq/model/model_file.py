@@ -477,8 +477,7 @@ def _section(which: str, quantities: tuple[Quantity, ...]) -> list[str]:
 
 
 def _range(one: Quantity) -> str:
-    is_as_given = one.ends and one.range == max(-one.ends[0], one.ends[1])
-    return repr(list(one.ends) if one.ends and is_as_given else float(one.range or 0))
+    return repr(list(one.ends) if one.ends else float(one.range or 0))
 
 
 def _quoted(text: str) -> str:

@@ -174,7 +174,7 @@ static void tune_row(const tune_run *of, {name}_history *history, int t, int by)
     const tune_state before = tune_now();
     tune_expect(of, &before, t);
 {update}
-    tune_judge(of, t, taken);
+    tune_judge(of, t, present, taken);
 }}
 
 /* kept: filters before the last rows, from which those are taken again once something of them comes */
@@ -227,7 +227,10 @@ int {name}_tune(void)
     void *mark = tune_mark();
     {name}_history *history = tune_take(sizeof *history);
     {name}_filter *kept = tune_take(((size_t)of->latest + 1) * sizeof *kept);
-    if (!history || !kept) return 0;
+    if (!history || !kept) {{
+        tune_release(mark);
+        return 0;
+    }}
     {name}_start(&f);
     {name}_history_start(history);
     tune_filter(of, history, kept);

@@ -75,10 +75,38 @@ function stepOver(n, l, F, Qc, B, dt) {
 
 class Refusal extends Error {}
 
-class Engine {
+/* A recording in the memory of a WebAssembly module */
+class Recording {
   constructor(instance, model) {
     this.core = instance.exports;
     this.model = model;
+    this.latest = 0;
+  }
+  take(count) {
+    const at = this.core.tune_take(8 * count);
+    if (!at) throw new Refusal("not enough memory for so many rows");
+    return at;
+  }
+  view(at, count) { return new Float64Array(this.core.memory.buffer, at, count); }
+  write(at, values) { this.view(at, values.length).set(values); }
+  put(values) { const at = this.take(values.length); this.write(at, values); return at; }
+  putWhole(values) {
+    const at = this.take(Math.ceil(values.length / 2));
+    new Int32Array(this.core.memory.buffer, at, values.length).set(values);
+    return at;
+  }
+  measurements() { return this.view(this.z, this.model.rows * this.model.m); }
+  /* Cells that come so many rows late; all others in time */
+  setLate(cells, rows) {
+    const late = new Int32Array(this.core.memory.buffer, this.late, this.model.rows * this.model.m).fill(0);
+    cells.forEach((cell, k) => { late[cell] = rows[k]; });
+    this.latest = rows.reduce((most, one) => Math.max(most, one), 0);
+  }
+}
+
+class Engine extends Recording {
+  constructor(instance, model) {
+    super(instance, model);
     const { n, m, l, rows } = model;
     this.request = this.core.tune_request() >> 2;
     this.at = Object.fromEntries(FIELDS.map((name, k) => [name, this.request + k]));
@@ -87,7 +115,6 @@ class Engine {
     this.u = model.u ? this.put(model.u) : 0;
     this.which = model.which ? this.putWhole(model.which) : 0;
     this.late = this.putWhole(new Int32Array(rows * m));
-    this.latest = 0;
     const quantities = [...model.states, ...model.measurements, ...model.controls];
     this.canFix = quantities.every((one) => one.range !== null);
     this.range = this.put(quantities.map((one) => one.range || 1));
@@ -105,32 +132,11 @@ class Engine {
     this.out.forecast_sigma = this.take(this.mostAhead * n);
   }
 
-  take(count) {
-    const at = this.core.tune_take(8 * count);
-    if (!at) throw new Refusal("not enough memory for so many rows");
-    return at;
-  }
-  view(at, count) { return new Float64Array(this.core.memory.buffer, at, count); }
-  write(at, values) { this.view(at, values.length).set(values); }
-  put(values) { const at = this.take(values.length); this.write(at, values); return at; }
-  putWhole(values) {
-    const at = this.take(Math.ceil(values.length / 2));
-    new Int32Array(this.core.memory.buffer, at, values.length).set(values);
-    return at;
-  }
   result(name) {
     const { n, m, rows } = this.model;
     const width = { innovation: m, innovation_sigma: m, nis: 1, log_likelihood: 1, taken: 1 }[name] || n;
     return this.view(this.out[name], (name.startsWith("forecast") ? this.ahead : rows) * width);
   }
-  measurements() { return this.view(this.z, this.model.rows * this.model.m); }
-  /* Cells that come so many rows late; all others in time */
-  setLate(cells, rows) {
-    const late = new Int32Array(this.core.memory.buffer, this.late, this.model.rows * this.model.m).fill(0);
-    cells.forEach((cell, k) => { late[cell] = rows[k]; });
-    this.latest = Math.max(0, ...rows);
-  }
-
   /* A, B and Q of the step of another dt.  As it was given: those very bits. */
   step(theta, dt, made) {
     const { flow, noises, n, l } = this.model, isGiven = !flow || dt === undefined || dt === flow.dt;

@@ -25,18 +25,18 @@ function literalOf([form, noise, factor, begun], theta, values, parameter, isFlo
   return (isFloat ? Math.fround(factor * size) : factor * size) * (parameter / (parameter + 1)); // a variance is a float first
 }
 
-class EquationEngine {
+class EquationEngine extends Recording {
   constructor(instance, model) {
-    this.core = instance.exports;
-    this.model = model;
+    super(instance, model);
     this.canFix = false;
     this.hasExpected = true;
     this.at = Object.fromEntries(RUN_FIELDS.map((name, k) => [name, (this.core.tune_request() >> 2) + k]));
     const { n, m, rows } = model;
     this.mostAhead = 2000;
-    this.latest = 0;
-    this.fixed = { z: this.put(model.z), u: this.put(model.u), clock: this.put(model.clock), step: this.put([model.step]),
-                   R: this.take(m * m), late: this.take(Math.ceil((rows * m) / 2)), total: this.take(1) };
+    this.z = this.put(model.z);
+    this.late = this.putWhole(new Int32Array(rows * m));
+    this.fixed = { u: this.put(model.u), clock: this.put(model.clock), step: this.put([model.step]),
+                   R: this.take(m * m), total: this.take(1) };
     this.out = {};
     for (const [name, width] of [["mean", n], ["sigma", n], ["expected", m], ["innovation", m], ["innovation_sigma", m], ["nis", 1], ["log_likelihood", 1],
       ["taken", 1], ["smoothed", n], ["smoothed_sigma", n], ["smoothed_expected", m]]) this.out[name] = this.take(rows * width);
@@ -44,23 +44,9 @@ class EquationEngine {
     this.out.forecast_sigma = this.take(this.mostAhead * n);
   }
 
-  take(count) {
-    const at = this.core.tune_take(8 * count);
-    if (!at) throw new Refusal("not enough memory for so many rows");
-    return at;
-  }
-  view(at, count) { return new Float64Array(this.core.memory.buffer, at, count); }
-  put(values) { const at = this.take(values.length); this.view(at, values.length).set(values); return at; }
   result(name) {
     const { n, m, rows } = this.model, width = name.endsWith("expected") || name.startsWith("innovation") ? m : ["nis", "log_likelihood", "taken"].includes(name) ? 1 : n;
     return this.view(this.out[name], (name.startsWith("forecast") ? this.ahead : rows) * width);
-  }
-  measurements() { return this.view(this.fixed.z, this.model.rows * this.model.m); }
-  /* Cells that come so many rows late; all others in time */
-  setLate(cells, rows) {
-    const late = new Int32Array(this.core.memory.buffer, this.fixed.late, this.model.rows * this.model.m).fill(0);
-    cells.forEach((cell, k) => { late[cell] = rows[k]; });
-    this.latest = Math.max(0, ...rows);
   }
   limit(dof) { return this.model.limits[dof]; }
 
@@ -81,7 +67,7 @@ class EquationEngine {
     const ask = new Int32Array(this.core.memory.buffer), set = (given) => { for (const [field, value] of Object.entries(given)) ask[this.at[field]] = value; };
     this.ahead = isAll && !asked.alone ? Math.min(asked.ahead || 0, this.mostAhead) : 0;
     set({ n: model.states_of_filter, m: model.m, c: model.n, l: model.l, rows: model.rows, smooth: asked.smooth && model.smooths ? 1 : 0, ahead: this.ahead,
-          latest: isAll && !asked.smooth ? this.latest : 0, ...this.fixed, ...this.out });
+          latest: isAll && !asked.smooth ? this.latest : 0, z: this.z, late: this.late, ...this.fixed, ...this.out });
     if (!isAll) set({ mean: 0, smooth: 0 });
     if (!this.core[`${name}_tune`]()) throw new Refusal("not enough memory for so many rows");
     return { total: this.view(this.fixed.total, 1)[0], events: new Int32Array(this.core.memory.buffer)[this.at.events] };

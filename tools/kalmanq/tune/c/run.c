@@ -74,7 +74,7 @@ static double scored(int m, unsigned taken, double *logarithm)
     return nis;
 }
 
-void tune_judge(const tune_run *of, int row, unsigned taken)
+void tune_judge(const tune_run *of, int row, unsigned present, unsigned taken)
 {
     const int m = of->m;
     int count = 0;
@@ -84,7 +84,7 @@ void tune_judge(const tune_run *of, int row, unsigned taken)
     of->log_likelihood[row] = taken ? -(nis + logarithm + count * LOG_2_PI) / 2 : 0;
     if (!of->mean) return;
     for (int j = 0; j < m; j++) {
-        of->innovation[row * m + j] = e[j];
+        of->innovation[row * m + j] = present >> j & 1u ? e[j] : (double)NAN;
         of->innovation_sigma[row * m + j] = sqrt(S[j * m + j]);
     }
     of->nis[row] = taken ? nis : (double)NAN;

@@ -48,7 +48,7 @@ void tune_total(const tune_run *of);
 /* Before the update of a row: what it will be judged by */
 void tune_expect(const tune_run *of, const tune_state *before, int row);
 /* After it */
-void tune_judge(const tune_run *of, int row, unsigned taken);
+void tune_judge(const tune_run *of, int row, unsigned present, unsigned taken);
 /* A row of means, sigmas and h */
 void tune_tell(const tune_run *of, const tune_state *of_row, const double *u, double t, int row, double *mean, double *sigma, double *expected);
 
