@@ -1,4 +1,4 @@
-/* The mean of a steady-state filter in fixed point: that of a filter. */
+/* The mean of a steady-state filter in fixed point has the format of a filter's mean. */
 #ifndef KQ_SRC_ARITHMETIC_GAINS_Q31_H
 #define KQ_SRC_ARITHMETIC_GAINS_Q31_H
 

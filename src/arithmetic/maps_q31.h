@@ -66,7 +66,7 @@ static inline unsigned coordinate_move(int32_t *a, int n, int i, int32_t unit, s
     return coordinate_set(a, n, i, sum_of(wide_get(a, n, i), d, 58));
 }
 
-/* shift_k + row k of J a, J by columns; |row| <= 1: at most 16 2^57, and that of a word more */
+/* shift_k + row k of J a, J by columns; |row| <= 1: at most 16 2^57, and a word more for the shift */
 KQ_SHARED wide coordinate_through(const int32_t *J, int k, const int32_t *a, const int32_t *shift,
                                   int n)
 {

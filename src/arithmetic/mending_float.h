@@ -50,8 +50,8 @@ KQ_COLD static inline void mend_root_row(num *S, const scaled *rest, scaled h, s
 
 /*
  * f = S'h in numbers.  Answers what rounding alone makes of f'f, squared sums of its terms' sizes: a
- * variance below it says nothing.  (64 eps)^2: f's own rounding, and that of S
- * from earlier updates, whose rows were longer.
+ * variance below it says nothing.  (64 eps)^2: the rounding of f, and the rounding
+ * of S in earlier updates, whose rows were longer.
  */
 KQ_COLD static num project_exactly(num *f, const num *S, const num *h, num *rests, int n)
 {

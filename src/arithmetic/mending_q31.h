@@ -7,8 +7,8 @@
 /* A cosine or sine in Q31 */
 static inline int32_t turn_word(scaled a) { return word_of(scaled_shift(a, 31)); }
 
-/* Row i of S through the rotations of cosines c and sines t, its exponent becoming that of what is
-   left of it.  Answers entry i of S f / sqrt(s), which is as long as the row was at most. */
+/* Row i of S through the rotations of cosines c and sines t.  Its exponent becomes the exponent of what is
+   left.  Answers entry i of S f / sqrt(s), which is as long as the row was at most. */
 KQ_COLD static inline scaled turn_root_row(int32_t *S, const scaled *c, const scaled *t, scaled *entries,
                                    int n, int i)
 {
@@ -34,14 +34,14 @@ static inline void row_clear(int32_t *S, int n, int i)
    of sigma = sqrt(s), and has 31 bits: r < 2^-96 s */
 static inline int mending_rounds(scaled r, scaled sigma) { return r.exponent < 2 * sigma.exponent - 66; }
 
-/* Row i of S, columns i .. end - 1, <- 0, its exponent becoming that of what is left */
+/* Row i of S, columns i .. end - 1, <- 0.  Its exponent becomes the exponent of what is left. */
 KQ_COLD static inline void row_forget(int32_t *S, scaled *entries, int n, int i, int end)
 {
     for (int j = i; j < n; j++) entries[j - i] = j < end ? (scaled){0, 0} : root_number(S, n, i, j);
     root_set_row(S, entries, n, i);
 }
 
-/* Row i of S, columns i .. end - 1, += rest / h, its exponent becoming that of what it is then */
+/* Row i of S, columns i .. end - 1, += rest / h.  Its exponent becomes the exponent of the sum. */
 KQ_COLD static inline void mend_root_row(int32_t *S, const scaled *rest, scaled h, scaled *entries, int n,
                                  int i, int end)
 {

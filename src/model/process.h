@@ -29,7 +29,7 @@ KQ_SHARED uint32_t fingerprint_of(uint32_t print, const num *words, int count)
     return print;
 }
 
-/* One whose noise has been scaled: its fingerprint is not that of its G. */
+/* One whose noise has been scaled: its fingerprint is not the fingerprint of its G. */
 static const uint32_t process_scaled = UINT32_C(1) << 30;
 
 /* Of what the smoother reads, G and A, in 30 bits */

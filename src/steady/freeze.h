@@ -64,7 +64,7 @@ static int roots_are_same(const num *a, const num *b, int n)
     return 1;
 }
 
-/* Is no row of a further from that of b than 2^-bits of itself? */
+/* Is no row of a further from the row of b than 2^-bits of itself? */
 static int root_is_steady(const num *a, const num *b, int n, int bits)
 {
     for (int i = 0; i < n; i++) {

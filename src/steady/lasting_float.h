@@ -12,7 +12,7 @@ typedef struct {
     num *F, *S, *L;    /* n x n */
     num *X, *Y, *Z;    /* n x n, scratch */
     num *wide;         /* n rows of up to 2n or n + m */
-    num *root, *last;  /* triangles: the predicted root, and that of the step before */
+    num *root, *last;  /* triangles: the predicted root, and the root of the step before */
     num *spare;        /* one more */
     num *pq;           /* 2n */
     num *gain, *drive; /* n x m: K and A K R^1/2 */

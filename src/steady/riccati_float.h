@@ -162,7 +162,7 @@ static num root_change(const num *a, const num *b, int n)
     return most;
 }
 
-/* From the root of doubling to that of the equation.  Each step squares what is wrong, down to what
+/* From the root of doubling to the root of the equation.  Each step squares what is wrong, down to what
    rounding makes of it: from there on it no longer falls. */
 static kq_status refine(const process *p, const sensor *s, const steady_work *w, filter *f)
 {

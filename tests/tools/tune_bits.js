@@ -22,9 +22,15 @@ async function one(core, { content, asked, names, free, code, late, em }) {
   return { total, apart: made.compared ? made.compared() : null, ...Object.fromEntries(told) };
 }
 
+/* What is refused is what it came to. */
+function refused(problem) {
+  if (problem.constructor.name !== "Refusal") throw problem;
+  return { refused: problem.message };
+}
+
 async function main() {
   const { core, cases } = JSON.parse(fs.readFileSync(0)), told = [];
-  for (const given of cases) told.push(await one(Buffer.from(core, "base64"), given));
+  for (const given of cases) told.push(await one(Buffer.from(core, "base64"), given).catch(refused));
   process.stdout.write(JSON.stringify(told));
 }
 main();

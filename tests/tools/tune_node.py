@@ -49,3 +49,13 @@ def nameless(chromium: browser.Browser) -> list[str]:
     roles = {"button", "slider", "textbox", "combobox", "spinbutton", "checkbox", "radio", "group"}
     return [one["role"]["value"] for one in chromium.accessible()
             if not one.get("ignored") and one.get("role", {}).get("value") in roles and not one.get("name", {}).get("value")]
+
+
+def come_by(z: np.ndarray, late: dict[int, int], t: int) -> np.ndarray:
+    """Rows 0 to t with what has come by then; late: of a cell, by how many rows"""
+    there = z[:t + 1].copy()
+    for cell, by in late.items():
+        row, component = divmod(cell, z.shape[1])
+        if row <= t < row + by:
+            there[row, component] = np.nan
+    return there

@@ -4,6 +4,7 @@
 #define KQ_NATIVE_TUNE_H
 
 #include "sequences.h"
+#include "../tune/c/memory.h"
 
 typedef enum { TUNE_F32, TUNE_F64, TUNE_Q31 } tune_arithmetic;
 typedef enum { TUNE_PLAIN, TUNE_GATE, TUNE_HUBER, TUNE_STUDENT, TUNE_JUMP } tune_loss;
@@ -46,11 +47,6 @@ typedef struct {
 
 /* Where the page writes what it asks for */
 kq_tune *tune_request(void);
-
-/* Bytes that stay until tune_release of what was before; NULL: there are no more. */
-void *tune_take(size_t size);
-void *tune_mark(void);
-void tune_release(void *mark);
 
 kq_status tune_run(void);
 

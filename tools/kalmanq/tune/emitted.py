@@ -27,7 +27,7 @@ FLOATS = ("f32", "f64")
 CLANG = ("clang", *(f"clang-{k}" for k in range(21, 13, -1)))
 LINKER = ("wasm-ld", *(f"wasm-ld-{k}" for k in range(21, 13, -1)))
 FLAGS = ("--target=wasm32", "-std=c11", "-O2", "-ffreestanding", "-ffp-contract=off", "-fno-math-errno", "-mbulk-memory", "-w")
-NO_TOOLS = "tune: {} is not here, which a nonlinear model's page is made by: apt install clang lld"
+NO_TOOLS = "tune: {} not found; it compiles the page of a nonlinear model: apt install clang lld"
 ModelOf = Callable[[Sequence[float]], NonlinearModel]  # with these sizes of its noises
 
 

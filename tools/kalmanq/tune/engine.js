@@ -201,6 +201,7 @@ class Engine extends Recording {
     const where = row >= 0 ? `row ${row}: ` : "";
     if (whose && offset) return `${where}${whose.name} is beyond its range of ${whose.range}: raise the range in the model file, or take another arithmetic`;
     if (whose) return `${PARTS[part]}: ${whose.name} needs ${get("bits") || "more"} more integer bits: lower its fraction, or raise its range, in the model file`;
+    if (PARTS[part] === "what comes late" && status === -2) return `${where}cannot be late: nothing is known of the start yet; restore this row`;
     return `${where}${PARTS[part]}: ${this.text(this.core.kq_status_text(status))}`;
   }
   text(at) {

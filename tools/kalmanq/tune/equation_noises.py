@@ -11,7 +11,7 @@ from kalmanq.errors import KalmanqError
 from kalmanq.nonlinear import NonlinearModel
 from kalmanq.nonlinear.calls import Given
 from kalmanq.nonlinear.model import Sensor
-from kalmanq.tune.noises import Noise, blocks
+from kalmanq.tune.noises import Noise, blocks, squared
 
 HEAD = "\n\n# Noises, as kalmanq tune has set them\n"
 Number = Callable[[int, float], float]  # of a noise and a factor: what is written
@@ -52,8 +52,7 @@ def _of_sensor(model: NonlinearModel, sensor: Sensor) -> Iterator[Noise]:
 def _unit(whose: Sequence[Any], key: str) -> str:
     if len(whose) != 1 or " x" in key or not whose[0].unit:
         return ""
-    unit = whose[0].unit
-    return f"({unit})²" if " " in unit or "/" in unit else f"{unit}²"
+    return squared(whose[0].unit)
 
 
 # ------------------------------------------------------------------------------ the file with other sizes

@@ -124,8 +124,7 @@ function shortest(value) {
 /* hasExponent: as C's compiler module writes numbers that are large or small; at least so many digits of it */
 function inC(text, hasExponent, least) {
   if (!hasExponent) {
-    const plain = /e/.test(text) ? Number(text).toFixed(20).replace(/0+$/, "") : text;
-    return plain.includes(".") ? (plain.endsWith(".") ? `${plain}0` : plain) : `${plain}.0`;
+    return text.includes(".") ? text : `${text}.0`;
   }
   const [mantissa, power] = (/e/.test(text) ? text : Number(text).toExponential()).split("e");
   const digits = power.replace(/[+-]/, "").padStart(least, "0");

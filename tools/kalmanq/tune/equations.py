@@ -26,7 +26,7 @@ from kalmanq.tune import emitted
 from kalmanq.tune.emitted import Variant
 from kalmanq.tune.equation_noises import noises_of, text_of
 from kalmanq.tune.literals import Template
-from kalmanq.tune.noises import Noise, mark, split
+from kalmanq.tune.noises import Noise, marker, split
 from kalmanq.tune.packing import noise_content, packed, quantities
 
 
@@ -52,8 +52,7 @@ def content(model: NonlinearModel, z: np.ndarray, u: Optional[np.ndarray], times
         "z": packed(z), "u": packed(np.zeros((len(z), 0)) if u is None else u), "clock": packed(clock), "times": packed(times), "unit": "s" if times is not None else "",
         "step": _step(clock), "flow": None, "noises": [noise_content(one) for one in noises], "template": _template(model, source, noises),
         "smooths": len(z) <= MOST_STEPS, "limits": _limits(model.m), "total": float(np.sum(run.log_likelihood)), "host": _found(run),
-        "filters": {one.name: _filter(one) for one in made}, "c_name": name, "cores": CORES, "costs": _costs(model, name),
-        "free": list(model.free)}, module
+        "filters": {one.name: _filter(one) for one in made}, "c_name": name, "cores": CORES, "costs": _costs(model, name)}, module
 
 
 def _name_of(file: str) -> str:
@@ -77,13 +76,7 @@ def _with_sizes(model: NonlinearModel, source: str, noises: Sequence[Noise], siz
 
 def _template(model: NonlinearModel, source: str, noises: Sequence[Noise]) -> list[Any]:
     """The file that the page writes, in pieces: between them numbers as of a linear model's"""
-    marks: dict[str, Any] = {}
-
-    def marked(what: Any) -> float:
-        value = mark(len(marks))
-        marks[repr(value)] = what
-        return value
-
+    marks, marked = marker()
     return split(text_of(source, model, noises, lambda k, factor: marked([[k, factor]]), lambda k, factor: marked({"root": k, "of": factor})), marks)
 
 

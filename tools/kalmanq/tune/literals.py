@@ -1,7 +1,8 @@
 """The C of a model with its noises left open: which numbers of the text they are in, and how.
 
 The C is emitted twice, with sizes of the noises that are different powers of two.  A number of the text that differs is of one
-noise: its ratio says of which one, and how.  So the text with any sizes is the one that `kalmanq compile` writes for them.
+noise: its ratio says of which one, and how.  So the text with any sizes is the one that `kalmanq compile` writes for them, but for last
+digits where a size is 1, which the text leaves out, or where a number has several terms in it.
 """
 
 from __future__ import annotations
@@ -96,7 +97,7 @@ def _literal(first: float, second: float, count: int, parameters: tuple[float, f
 def _as_begun(made: Template, text: Sequence[str], first: Sequence[str], second: Sequence[str], sizes: Sequence[float]) -> Template:
     """With the numbers that the C has at the sizes of the file, where these are not factor times size to the last bit"""
     if text[::2] != first[::2]:
-        return made  # ones were left out: the same bits
+        return made  # a factor of 1 is left out of the file's text: last digits may differ
     numbers = [_value(text[k]) for k in range(1, len(text), 2) if first[k] != second[k]]
     rounded = np.float32 if any(one.endswith("f") for one in text[1::2]) else np.float64
     literals = [one if one.form not in (SIZE, ROOT) or rounded(one.factor * value_of(one.form, one.noise, sizes, 1.0)) == rounded(number)

@@ -190,7 +190,7 @@ def _describe(one: Noise, model: Model, noises: Sequence[Noise]) -> None:
     one.hint = ", ".join(quantity.name for quantity in whose)
     entry = one.key.partition("[")[0] in ("Q", "R", "Qc")
     if len(whose) == 1 and whose[0].unit and (entry or one.kind == "R" or (of is None and one.power == 1)) and " x" not in one.key:
-        one.unit = f"({whose[0].unit})²" if " " in whose[0].unit or "/" in whose[0].unit else f"{whose[0].unit}²"
+        one.unit = squared(whose[0].unit)
         one.unit += f"/{of.unit}" if one.key.startswith("Qc") and of else ""
     if one.key.partition("[")[0] in searched(model.builder):
         one.fit = one.key
@@ -213,19 +213,24 @@ def _without_builder(model: Model) -> Model:
     return made
 
 
-def mark(k: int) -> float:
-    """A number that no model has"""
-    return float(f"7.{k:05d}1e-250")
-
-
-def _pieces(model: Model, noises: Sequence[Noise], with_dt: bool) -> list[Any]:
+def marker() -> tuple[dict[str, Any], Callable[[Any], float]]:
+    """What marks stand for, by their text; and a function that makes one: a number that no model has"""
     marks: dict[str, Any] = {}
 
     def marked(what: Any) -> float:
-        value = mark(len(marks))
+        value = float(f"7.{len(marks):05d}1e-250")
         marks[repr(value)] = what
         return value
 
+    return marks, marked
+
+
+def squared(unit: str) -> str:
+    return f"({unit})²" if " " in unit or "/" in unit else f"{unit}²"
+
+
+def _pieces(model: Model, noises: Sequence[Noise], with_dt: bool) -> list[Any]:
+    marks, marked = marker()
     made = _with_marks(model, noises, marked)
     if with_dt and made.builder:
         made.builder["dt"] = marked({"dt": 1})

@@ -90,9 +90,10 @@ function asked() {
 async function edited(helper, who) {
   const { cells, late } = set;
   if (seenBy[who][0] === cells && seenBy[who][1] === late) return;
+  const told = await helper.ask({ kind: "edit", cells: Object.keys(cells).map(Number), values: Object.values(cells).map((one) => (one === null ? NaN : one)),
+                                  late: Object.keys(late).map(Number), rows: Object.values(late) });
+  if (told.refused) throw new Error(told.refused);
   seenBy[who] = [cells, late];
-  await helper.ask({ kind: "edit", cells: Object.keys(cells).map(Number), values: Object.values(cells).map((one) => (one === null ? NaN : one)),
-                     late: Object.keys(late).map(Number), rows: Object.values(late) });
 }
 
 async function runFilter({ kind, begun }) {
@@ -149,7 +150,8 @@ function smooths() { return isNonlinear ? content.smooths : set.loss === "none";
 
 function check({ total, apart }) {
   const same = isNonlinear ? apart === 0 : Object.is(total, content.total);
-  $("bits").textContent = same ? "start: the host's bits" : isNonlinear ? `start: ${said(apart, 2)} sigma off the host` : "start: not the host's bits";
+  const other = !isNonlinear ? "not the host's bits" : apart < 1e-15 ? "the host's but for last bits" : `${said(apart, 2)} sigma off the host`;
+  $("bits").textContent = `start: ${same ? "the host's bits" : other}`;
   document.body.dataset.bits = same ? "same" : "other";
 }
 
@@ -465,7 +467,8 @@ function script() {
 
 async function copyScript() {
   const done = await navigator.clipboard?.writeText(script()).then(() => true, () => false);
-  if (!done) { $("source").open = true; showSource(); getSelection().selectAllChildren($("source-text")); }
+  $("script-text").hidden = done === true;
+  if (!done) { $("script-text").textContent = script(); getSelection().selectAllChildren($("script-text")); }
   $("copied").textContent = done ? "Copied." : "The browser does not let a page copy: the text below is selected, Ctrl+C copies it.";
 }
 

@@ -1,4 +1,4 @@
-/* What is taken of a C library, of a WebAssembly module that has none; its memory is tune/c/memory.c. */
+/* What is taken of a C library, of a WebAssembly module that has none; memory, memcpy and memset are those of tune/c/memory.c. */
 #include <math.h>
 #include <stdint.h>
 #include <string.h>

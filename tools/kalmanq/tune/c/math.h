@@ -1,4 +1,4 @@
-/* <math.h> of a compiled model in WebAssembly: what has an instruction there is that; the page has the rest (engine.js). */
+/* <math.h> of a compiled model in WebAssembly: what has an instruction there is that; the page has the rest (equations.js). */
 #ifndef KQ_TUNE_MATH_H
 #define KQ_TUNE_MATH_H
 

@@ -1,4 +1,4 @@
-/* A recording through the C of a compiled model, as the page of `kalmanq tune` asks for it: engine.js writes a tune_run word
+/* A recording through the C of a compiled model, as the page of `kalmanq tune` asks for it: equations.js writes a tune_run word
    by word, and has the names of its fields in this order. */
 #ifndef KQ_TUNE_RUN_H
 #define KQ_TUNE_RUN_H
