@@ -488,7 +488,9 @@ BAD_FUNCTIONS = {  # the same, found in a run
     "h: answers complex numbers": ("np.arctan2(x[1], x[0])]\n", "1j]\n"),
     "increment: answers inf for v_north at x =": ("x[3], 0, 0]", "x[3], 0, np.inf]"),
     "increment: answers 3, not 4": ("x[3], 0, 0]", "x[3], 0]"),
-    "increment: IndexError: ": ("x[3], 0, 0]", "x[4], 0, 0]"),
+    "increment: IndexError: index 4 is out of bounds for axis 0 with size 4 (x has 4 numbers)": ("x[3], 0, 0]", "x[4], 0, 0]"),
+    "h: IndexError: index 0 is out of bounds for axis 0 with size 0 (x has 4 numbers, no controls are declared)": (
+        "def h(x):\n", "def h(x, u):\n    u[0]\n"),
     "h: ends the program": ("    return [np.hypot", "    raise SystemExit\n    return [np.hypot"),
 }
 BAD_JACOBIANS = {

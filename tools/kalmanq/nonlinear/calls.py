@@ -104,7 +104,7 @@ class Given:
         try:
             answer = self.function(*given)
         except (Exception, SystemExit) as problem:
-            raise UserError(told(self.name, problem, self.file)) from problem
+            raise UserError(told(self.name, problem, self.file) + self.lengths(problem, given)) from problem
         try:
             array = np.asarray(answer if not np.ma.isMaskedArray(answer) else answer.filled(np.nan))
             if answer is None or array.dtype.kind not in "biufcO":
@@ -112,6 +112,14 @@ class Given:
             return array if array.dtype.kind == "c" else array.astype(np.float64)
         except Exception:  # of an object's own __array__, too
             raise self.error(f"answers {type(answer).__name__}, no array of numbers") from None
+
+    def lengths(self, problem: Exception, given: Sequence[Any]) -> str:
+        """Of an index beyond its arguments: how many numbers each has"""
+        if not isinstance(problem, IndexError):
+            return ""
+        sizes = [f"{name} has {one.size} number{'s' * (one.size != 1)}" if one.size else "no controls are declared"
+                 for name, one in zip(self.takes, given) if isinstance(one, np.ndarray)]
+        return f" ({', '.join(sizes)})" if sizes else ""
 
     def numbers(self, shape: tuple[int, ...], *arguments: Any) -> np.ndarray:
         """What it answers: real numbers of this shape; where that is of one row or of one number, it may be flat."""
