@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import csv
 import json
+import re
 import subprocess
 import sys
 from pathlib import Path
@@ -181,6 +182,24 @@ def test_a_fitted_file_keeps_sensors_and_delays(tmp_path):
     assert ran["log_likelihood"] == pytest.approx(told["log_likelihood"], rel=1e-6)
 
 
+def test_a_fit_joins_the_files_of_sensors_to_records(tmp_path):
+    """The log-likelihood of one evaluation, at the model's own values, is that of the runs"""
+    path, rng = walk(tmp_path), np.random.default_rng(3)
+    pairs = []
+    for day in "ab":
+        imu = written(tmp_path, f"imu_{day}.csv", "t,acc", [f"{0.02 * k:.6f}" for k in range(60)], rng.normal(size=60))
+        gps = written(tmp_path, f"gps_{day}.csv", "t,pos,speed", [f"{0.1 * k:.6f}" for k in range(12)], *rng.normal(size=(2, 12)))
+        pairs.append((imu, gps))
+    ran = [json.loads(kalmanq("run", path, *pair, "--json").stdout)["log_likelihood"] for pair in pairs]
+    for files, expected in ((pairs[0], ran[0]), (pairs[0][::-1], ran[0]), (pairs[0] + pairs[1], sum(ran))):
+        done = kalmanq("fit", path, *files, "--free", "R", "--method", "ml", "--iterations", "1", "--json")
+        assert json.loads(done.stdout)["course"][0] == pytest.approx(expected, rel=1e-8), done.stderr
+    done = kalmanq("fit", path, *pairs[0], *pairs[1], "--free", "R", "--method", "ml", "--iterations", "1")
+    assert re.sub(r"\s+", " ", done.stdout).startswith(f"2 records: {pairs[0][0]} + {pairs[0][1]}; {pairs[1][0]} + {pairs[1][1]} log")
+    done = kalmanq("fit", path, pairs[0][0], "-", input=pairs[0][1].read_text())
+    assert done.returncode == 1 and done.stderr == "kalmanq: standard input: is one of several: write it to a file\n"
+
+
 REFUSED = [
     (lambda f: [written(f, "a.csv", "acc", [1.0]), written(f, "b.csv", "t,pos,speed", ["0"], [1.0], [1.0])],
      "a.csv: there is no column of times, by which files are joined; --time"),
@@ -189,6 +208,8 @@ REFUSED = [
     (lambda f: [written(f, "a.csv", "t,acc", ["0"], [1.0]), written(f, "b.csv", "t,pos", ["0"], [1.0])],
      "there is no column speed of the sensor gps"),
     (lambda f: [written(f, "a.csv", "t,x", ["0"], [1.0])], "there is no column of any sensor: acc, pos, speed"),
+    (lambda f: [written(f, "a.csv", "t,acc", ["0"], [1.0]), written(f, "b.csv", "t,x", ["0"], [1.0])],
+     "b.csv: there is no column of the model, acc, pos, speed .--rename acc="),
     (lambda f: [written(f, "a.csv", "t,acc", ["0"], [1.0]), written(f, "b.csv", "t,pos,speed", ["2024-01-01"], [1.0], [1.0])],
      "b.csv: row 2, column t: the times are dates, the other file's are numbers"),
     (lambda f: [written(f, "a.csv", "t,acc", ["0", "1"], [1.0, 2.0]),

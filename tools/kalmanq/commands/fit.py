@@ -32,7 +32,7 @@ Form = choices("Form", FORMS)
 @dataclass(frozen=True)
 class Options:
     model: Path = ANY_MODEL
-    data: List[Path] = typer.Argument(..., metavar="DATA.csv", help="A CSV file for each record.")
+    data: List[Path] = typer.Argument(..., metavar="DATA.csv", help="A CSV file for each record; files without a column in common are one, joined by their times.")
     free: Optional[str] = typer.Option(None, "--free", help="What to estimate: A, H, Q, R, x0, P0, with commas, or entries such as "
                                        "A[0,0]; by default Q,R.  Model in continuous time: also F, Qc, or its builder's parameters.  "
                                        "Nonlinear model: constants of its file, Q, R, x0, P0; by default its `free`.")
@@ -44,7 +44,7 @@ class Options:
     seed: int = typer.Option(0, "--seed", min=0, help="Seed of the random starts.")
     iterations: int = typer.Option(1000, "--iterations", min=1, help="The most evaluations of the likelihood for one start.")
     tolerance: float = typer.Option(1e-6, "--tolerance", min=1e-9, help="Stop when less than this is left to gain in log-likelihood.")
-    out: Optional[Path] = typer.Option(None, "--out", metavar="FITTED", help="Write the fitted model to this file.")
+    out: Optional[Path] = typer.Option(None, "-o", "--out", metavar="FITTED", help="Write the fitted model to this file.")
     plot: Optional[Path] = typer.Option(None, "--plot", metavar="OUT.png", help="Draw the likelihood over the iterations.")
     json: bool = JSON
 
@@ -59,7 +59,10 @@ def fit_files(options: Options, console: Console) -> None:
     if not free:
         raise KalmanqError("--free: names nothing")
     require_units(model, free, held)
-    records = [joining.record(path, model) for path in options.data]
+    files = joining.records_of(options.data, model)
+    records = [joining.record(one, model) for one in files]
+    if len(options.data) > 1 and not options.json:
+        console.print(f"{len(files)} record{'s' * (len(files) > 1)}: " + "; ".join(" + ".join(map(str, one)) for one in files))
     found = _fit(options, console, model, records, free, held)
     inputs = [options.model, *options.data]
     if options.out:

@@ -55,7 +55,7 @@ class Options:
     method: Optional[choices("NonlinearMethod", METHODS)] = typer.Option(None, "--method", help="Nonlinear model: how to linearise; extended by default.")
     iterate: Optional[int] = typer.Option(None, "--iterate", metavar="N", min=1, max=1000, help="Methods iterated and posterior: linearise each update N times; 4 by default.")
     passes: Optional[int] = typer.Option(None, "--passes", metavar="N", min=1, max=1000, help="Nonlinear model with --smooth: at most N passes, each linearised at the smoothed states before it.")
-    out: Optional[Path] = typer.Option(None, "--out", metavar="OUT.csv", help="Write the results: a row for each row of data.")
+    out: Optional[Path] = typer.Option(None, "-o", "--out", metavar="OUT.csv", help="Write the results: a row for each row of data.")
     plot: Optional[Path] = typer.Option(None, "--plot", metavar="OUT.png", help="Draw data, means and bands of 95 %.")
     json: bool = JSON
 

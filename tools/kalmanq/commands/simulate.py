@@ -39,7 +39,7 @@ class Options:
     model: Path = ANY_MODEL
     rows: Optional[int] = typer.Option(None, "-n", "--rows", metavar="N", min=1, max=100_000_000, help="Number of rows; by default 200, or as many as CONTROLS.csv or TIMES.csv has.")
     seed: int = typer.Option(1, "--seed", min=0, help="The same seed gives the same rows everywhere.")
-    out: Optional[Path] = typer.Option(None, "--out", metavar="OUT.csv", help="Write to this file; by default to the terminal.")
+    out: Optional[Path] = typer.Option(None, "-o", "--out", metavar="OUT.csv", help="Write to this file; by default to the terminal.")
     truth: bool = typer.Option(False, "--truth", help="Also write the true states, as columns NAME_true.")
     gap: Optional[Tuple[int, int]] = typer.Option(None, "--gap", metavar="FIRST END", help="No measurements in the rows from FIRST to before END.")
     controls: Optional[Path] = typer.Option(None, "--controls", metavar="CONTROLS.csv", help="A CSV file of controls, by name; 0 by default.")

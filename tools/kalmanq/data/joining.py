@@ -51,6 +51,28 @@ def record(data: Any, model: Any, has_to_fit: bool = False) -> tuple[np.ndarray,
     return *split(block, model, data), block.times
 
 
+def records_of(data: Sequence[Any], model: Any) -> list[list[Source]]:
+    """The files of each record: those that follow each other without a column in common are one, joined by their times"""
+    made: list[list[Source]] = []
+    taken: set[str] = set()
+    for source in map(source_of, data):
+        names = set() if len(data) == 1 else _columns_of(source, model)
+        if made and not taken & names:
+            made[-1].append(source)
+            taken |= names
+        else:
+            made.append([source])
+            taken = names
+    return made
+
+
+def _columns_of(source: Source, model: Any) -> set[str]:
+    if source.is_standard_input:
+        raise TableError(source, "is one of several: write it to a file")
+    with opened_table(source, [*model.measurements, *model.inputs], dt=dt_of(model), cure=cure_of(model), may_lack=True) as table:
+        return set(table.names)
+
+
 def _sensors_of(model: Any) -> Sequence[Sensor]:
     """Of a model file: their columns come and go together"""
     return model.sensors if isinstance(model, Model) else getattr(model, "late_sensors", ())
@@ -77,11 +99,13 @@ def _joined(sources: Sequence[Source], model: Any, rows: int, has_to_fit: bool) 
 
 def _require_columns(tables: Sequence[Table], model: Any) -> None:
     """Each column is in one file; a sensor may be in none, as a whole"""
-    said = ", ".join(str(one.source) for one in tables)
+    said, names = ", ".join(str(one.source) for one in tables), [one.name for one in (*model.measurements, *model.inputs)]
     for one in tables:
         if len(tables) > 1 and one.times is None:
             raise TableError(one.source, "there is no column of times, by which files are joined; --time says which it is")
-    for name in (one.name for one in (*model.measurements, *model.inputs)):
+        if len(tables) > 1 and not one.names:
+            raise TableError(one.source, f"there is no column of the model, {', '.join(names)} (--rename {names[0]}=... says which it is)")
+    for name in names:
         there = [one for one in tables if name in one.names]
         if len(there) > 1:
             raise KalmanqError(f"{said}: column {name} is in {there[0].source} and in {there[1].source}: leave one out")
