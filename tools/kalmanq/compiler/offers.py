@@ -4,7 +4,7 @@ For kalmanq design and report, which write no file of it unless they are told to
 from __future__ import annotations
 
 from dataclasses import asdict, dataclass, field
-from typing import Any, Mapping, Optional, Sequence
+from typing import Any, Iterator, Mapping, Optional, Sequence
 
 import numpy as np
 
@@ -19,11 +19,12 @@ from kalmanq.compiler.simulation import CompiledFilter
 from kalmanq.core import lib
 from kalmanq.errors import KalmanqError
 from kalmanq.firmware import costs as library
-from kalmanq.firmware.designs import Designs, Trial, Way, errors_of
+from kalmanq.firmware.designs import Designs, Way, trial_of
 from kalmanq.firmware.reach import Record
 from kalmanq.firmware.steps_kept import latest_of
 from kalmanq.model import Model
 from kalmanq.run.filters import Filter
+from kalmanq.run.results import Run
 
 WAY = "compiled"
 SAID = "C for this model alone, in straight lines: --out writes what kalmanq compile writes"
@@ -146,30 +147,18 @@ def add_ways(made: Designs, found: Sequence[Offer], records: Sequence[Record]) -
         if one.product and cost and cost.two_calls and cost.flash is not None:
             soft = SOFT_FLOAT.get(made.part.core, 0) if one.arithmetic == "f32" else 0
             sums = library.Cost(cost.two_calls, cost.flash + soft, one.ram or 0, cost.stack or 0)
-            made.ways.append(Way(one.arithmetic, WAY, sums, made.part.holds(sums), _tried(one, records, exact)))
+            trial = trial_of(f"{WAY} in {one.arithmetic}", made.model.n, _tried(one, records, exact))
+            made.ways.append(Way(one.arithmetic, WAY, sums, made.part.holds(sums), trial))
 
 
-def _tried(one: Offer, records: Sequence[Record], exact: Sequence[Any]) -> Trial:
-    """Its C on this machine, over the records"""
+def _tried(one: Offer, records: Sequence[Record], exact: Sequence[Run]) -> Iterator[tuple[Run, Run, Optional[Run]]]:
+    """Runs of its C on this machine over the records, in double, and in double with the wide sigmas that it starts with"""
     assert one.product
     model = one.product.given.model
     bounded = model.changed(P0=one.product.given.of.doubles().P0, unknown=[]) if np.any(model.unknown) else None
-    worst, squares, count, events, start = np.zeros(model.n), np.zeros(model.n), np.zeros(model.n), 0, 0.0
-    try:
-        with CompiledFilter(model, one.arithmetic, one.product) as host:
-            for record, double in zip(records, exact):
-                host.restart()
-                run = host.run(record.z, record.u)
-                error = errors_of(run, double)
-                if bounded:  # it starts with wide sigmas
-                    start = max(start, float(np.nanmax(np.abs(error), initial=0)))
-                    other = errors_of(run, Filter(bounded, "f64").run(record.z, record.u))
-                    error = np.where(np.abs(other) < np.abs(error), other, error)
-                worst = np.fmax(worst, np.nanmax(np.abs(error), axis=0, initial=0))
-                squares += np.nansum(error**2, axis=0)
-                count += np.sum(np.isfinite(error), axis=0)
-                events |= host.events
-    except KalmanqError as problem:
-        return Trial(f"{WAY} in {one.arithmetic}", worst, worst, refused=f"{WAY} in {one.arithmetic}: {problem}")
-    return Trial(f"{WAY} in {one.arithmetic}", worst, np.sqrt(squares / np.maximum(count, 1)), lib.KQ_EVENT_SATURATED if events else 0,
-                 start=start)
+    with CompiledFilter(model, one.arithmetic, one.product) as host:
+        for record, double in zip(records, exact):
+            host.restart()
+            run = host.run(record.z, record.u)
+            run.events = lib.KQ_EVENT_SATURATED if host.events else 0
+            yield run, double, Filter(bounded, "f64").run(record.z, record.u) if bounded else None
