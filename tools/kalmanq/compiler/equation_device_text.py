@@ -8,7 +8,7 @@ from typing import Sequence
 
 import numpy as np
 
-from kalmanq.compiler.emit import PREDICTS, UPDATES, Row, comment, function, within
+from kalmanq.compiler.emit import PREDICTS, UPDATES, Row, comment, function, passed, within
 from kalmanq.compiler.equation_device import Device, device, field
 from kalmanq.compiler.equation_product import EquationHeader
 from kalmanq.compiler.equation_rounding import PER_SIGMA
@@ -210,7 +210,7 @@ class DeviceText(EquationText):
         copied = f"kq_filter_copy_{a.T}(&f->trial, &f->filter)"
         return function(self.innovation_head(sensor), [
             *spread, *(self._then([copied]) if spread else self._calls(copied)),
-            f"return status ? status : linearise{sensor.suffix}(f{self._same(self.update_arguments(sensor))}, e);"])
+            f"return status ? status : linearise{sensor.suffix}(f{passed(self.update_arguments(sensor))}, e);"])
 
     def _spread(self, sensor: Sensor) -> str:
         """The sensor with R of this mean, and its H"""
@@ -233,16 +233,16 @@ class DeviceText(EquationText):
             return [f"return {call_.format('filter')};"]
         last = self._then([call_.format("filter"), *([f"{name}_reset(f)"] if a.has_errors else [])])
         again = [f"status = kq_filter_copy_{a.T}(&f->trial, &f->filter);",
-                 *self._then([call_.format("trial"), f"linearise{sensor.suffix}(f{self._same(arguments)}, e)"])]
+                 *self._then([call_.format("trial"), f"linearise{sensor.suffix}(f{passed(arguments)}, e)"])]
         passes = [f"for (int pass = 1; pass < {self.given.options.iterate} && !status; pass++) {{", *indented(again), "}"]
-        return [f"{a.type} e[{sensor.m}];", *self._calls(f"{name}_innovation{sensor.suffix}(f{self._same(arguments)}, e)"),
+        return [f"{a.type} e[{sensor.m}];", *self._calls(f"{name}_innovation{sensor.suffix}(f{passed(arguments)}, e)"),
                 *(passes if a.iterates else []), *last, "return status;"]
 
     def _update_of(self, sensor: Sensor) -> list[str]:
         arguments, name = self.update_arguments(sensor), f"{self.given.name}_update{sensor.suffix}"
         lines = self._taken_by(sensor, "kq_update", "")
         if sensor.m > 1:
-            lines = [f"return {name}_some(f{self._same(arguments)}, UINT32_MAX);"]
+            lines = [f"return {name}_some(f{passed(arguments)}, UINT32_MAX);"]
         return function(f"kq_status {name}({self.filter}{arguments})", lines)
 
     def _update_some_of(self, sensor: Sensor) -> list[str]:
@@ -298,7 +298,7 @@ class DeviceHeader(EquationHeader):
         one = a.sensors[0]
         z = "z" if one in a.plain else "e"
         lines += ["", "A robust update (kalmanq/robust.h):", ""]
-        lines += [] if z == "z" else [f"    {self.name}_innovation{one.suffix}(&f{self.c._same(self.c.update_arguments(one))}, e);"]
+        lines += [] if z == "z" else [f"    {self.name}_innovation{one.suffix}(&f{passed(self.c.update_arguments(one))}, e);"]
         lines += [f"    kq_update_robust_{T}({self.name}_filter(&f), &f.{field(one)}, {z}, UINT32_MAX, &loss);"]
         return [*lines, *([f"    {self.name}_reset(&f);"] if a.has_errors else []), *self._usage_of_points()]
 
