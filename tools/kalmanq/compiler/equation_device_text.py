@@ -9,7 +9,7 @@ from typing import Sequence
 import numpy as np
 
 from kalmanq.compiler.emit import PREDICTS, UPDATES, Row, comment, function, passed, within
-from kalmanq.compiler.equation_device import Device, device, field
+from kalmanq.compiler.equation_device import Device, device, field, varies
 from kalmanq.compiler.equation_product import EquationHeader
 from kalmanq.compiler.equation_rounding import PER_SIGMA
 from kalmanq.compiler.equation_text import EquationText
@@ -67,7 +67,7 @@ class DeviceText(EquationText):
                  *(f"kq_sensor_assign_{T}(&f->{field(one)}, {n}, {one.m}, f->{field(one)}_memory, {a.length(one)})" for one in a.sensors)]
         if a.iterates:
             calls.append(f"kq_filter_assign_{T}(&f->trial, {n}, f->trial_memory, KQ_FILTER_LEN_{T.upper()}({n}))")
-        A, B = "f->A" if self._varies_A else "A", "B" if self._l else "NULL"
+        A, B = "f->A" if varies(self.of.transition) else "A", "B" if self._l else "NULL"
         G = a.nonlinear.G
         if a.Q:
             calls.append(f"kq_process_init_factor_{T}(&f->process, {A}, NULL, NULL, 0)")  # none before the first predict
@@ -79,7 +79,7 @@ class DeviceText(EquationText):
             calls.append(f"kq_sensor_init{kind}_{T}(&f->{field(one)}, {self._H(one)}, {'f->' if a.has_spread(one) else ''}R{one.suffix})")
         mean = "none" if a.has_errors else "first"
         calls.append(f"kq_filter_init_{T}(&f->filter, {mean}, P0)")
-        copies = [("A", "A", n * n)] if self._varies_A else []
+        copies = [("A", "A", n * n)] if varies(self.of.transition) else []
         copies += [(f"H{one.suffix}", f"H{one.suffix}", one.m * n) for one in a.sensors if self._H(one).startswith("f->")]
         ones = [f"for (int i = 0; i < {len(a.spreads(one))}; i++) f->R{one.suffix}[i] = {self._unit(one)}; /* until the first innovation */"
                 for one in a.sensors if a.has_spread(one)]
@@ -105,12 +105,8 @@ class DeviceText(EquationText):
     def _l(self) -> int:
         return self.of.B.shape[1] if self.of.B is not None else 0
 
-    @property
-    def _varies_A(self) -> bool:
-        return not all(one.is_constant for one in self.of.transition)
-
     def _H(self, sensor: Sensor) -> str:
-        return f"{'' if all(one.is_constant for one in self.of.rows_of(sensor)) else 'f->'}H{sensor.suffix}"
+        return f"{'f->' if varies(self.of.rows_of(sensor)) else ''}H{sensor.suffix}"
 
     def _places(self, of: str = "filter") -> list[tuple[str, str, str]]:
         a = self.of
@@ -149,7 +145,7 @@ class DeviceText(EquationText):
         if a.Q:
             name, columns = "F" if a.is_root else "Q", f", {len(a.Q[0])}" if a.is_root else ""
             body.lines.append(f"const {a.type} {name}[{len(a.noises)}] = {{{', '.join(body.text(one) for one in a.noises)}}};")
-            calls = [f"kq_process_init{'_factor' if a.is_root else ''}_{T}(&f->process, {'f->A' if self._varies_A else 'A'}, NULL, "
+            calls = [f"kq_process_init{'_factor' if a.is_root else ''}_{T}(&f->process, {'f->A' if varies(self.of.transition) else 'A'}, NULL, "
                      f"{name}{columns})"]
         last = [*self._calls(*calls, f"kq_predict_extended_{T}(&f->filter, &f->process, {given})")]
         if a.has_errors:

@@ -6,9 +6,10 @@ import re
 from dataclasses import dataclass, field
 from typing import Sequence
 
+from kalmanq.compiler.printing import indented
 from kalmanq.compiler.proven.forms import Entries, Judged, Mean, judged_settled, judged_unsettled, \
     update_by_gain
-from kalmanq.compiler.proven.lines import Line, Lines, indented
+from kalmanq.compiler.proven.lines import Line, Lines
 from kalmanq.compiler.proven.plan import LARGEST, Plan, event
 from kalmanq.compiler.proven.sums import Sum
 

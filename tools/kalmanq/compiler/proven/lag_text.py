@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from kalmanq.compiler import lag
 from kalmanq.compiler.proven.body import function
-from kalmanq.compiler.proven.lines import indented
+from kalmanq.compiler.printing import indented
 from kalmanq.compiler.proven.plan import Plan
 from kalmanq.compiler.proven.sums import Sum
 

@@ -87,7 +87,3 @@ class Lines:
 
 def is_title(row: Line) -> bool:
     return not row.name and row.text.startswith("/*")
-
-
-def indented(lines: Iterable[str], by: str = "    ") -> list[str]:
-    return [f"{by}{line}" if line else line for line in lines]

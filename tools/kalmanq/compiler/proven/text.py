@@ -8,7 +8,7 @@ from kalmanq.compiler.proven import lag_text
 from kalmanq.compiler.proven.body import PROBE, Body, beyond, door, function, not_yet, numbered, outside_of, second, stops, \
     too_soon
 from kalmanq.compiler.proven.header import comment
-from kalmanq.compiler.proven.lines import indented
+from kalmanq.compiler.printing import indented
 from kalmanq.compiler.proven.plan import Plan, bookkeeping, event
 from kalmanq.compiler.proven.routines import routines
 from kalmanq.compiler.proven.sums import Sum
