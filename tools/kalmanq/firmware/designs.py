@@ -188,8 +188,9 @@ def _bounded(model: Model) -> Model:
 def _try(model: Model, arithmetic: str, records: Sequence[Record], exact: Sequence[Run]) -> Trial:
     """Compared with double; an unknown start in q31 also with double that has the ranges as its prior"""
     bounded = _bounded(model) if arithmetic == "q31" and np.any(model.unknown) else None
-    return trial_of(arithmetic, model.n, ((_run(model, arithmetic, record), double, _run(bounded, "f64", record) if bounded else None)
-                                          for record, double in zip(records, exact)))
+    runs = ((_run(model, arithmetic, record), double, _run(bounded, "f64", record) if bounded else None)
+            for record, double in zip(records, exact))
+    return trial_of(arithmetic, model.n, runs)
 
 
 def trial_of(name: str, n: int, runs: Iterable[tuple[Run, Run, Optional[Run]]]) -> Trial:

@@ -171,7 +171,8 @@ def stay(plan: Plan) -> list[str]:
 def not_yet(plan: Plan) -> list[str]:
     """What a step begins with: before the gain is constant it is two calls."""
     u = ", u" if plan.subject.of.l else ""
-    return [f"if (f->rows != {plan.rows_to_constant_gain}) {{", f"    {plan.name}_predict(f{u});", f"    return {plan.name}_update(f, z);", "}"]
+    return [f"if (f->rows != {plan.rows_to_constant_gain}) {{", f"    {plan.name}_predict(f{u});",
+            f"    return {plan.name}_update(f, z);", "}"]
 
 
 def stops(plan: Plan) -> list[str]:

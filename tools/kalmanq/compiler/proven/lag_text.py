@@ -60,6 +60,6 @@ def step(plan: Plan) -> list[str]:
     lines += [f"l->x_{state}_0 = {s.mean.whole(i)};" for i, state in enumerate(s.states)]
     count = plan.lag if plan.carries_covariance else plan.forgets + plan.lag - plan.min_run
     return function(f"int {plan.name}_lag_step({plan.name}_lag *restrict l, const {plan.type} *restrict f)", [
-        *lines, f"if (f->rows != {plan.rows_to_constant_gain}) {{", "    l->rows = 0;", f"}} else if (l->rows <= {count}) {{", "    l->rows++;",
-        "}",
+        *lines, f"if (f->rows != {plan.rows_to_constant_gain}) {{", "    l->rows = 0;",
+        f"}} else if (l->rows <= {count}) {{", "    l->rows++;", "}",
         f"return l->rows > {count};"])
