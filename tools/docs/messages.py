@@ -19,7 +19,7 @@ except ModuleNotFoundError:  # before Python 3.11
 ROOT = Path(__file__).resolve().parents[2]
 PACKAGE = ROOT / "tools" / "kalmanq"
 RAISES = re.compile(r"(?<!Value)(?<!Attribute)(?<!Implemented)(?<!Type)Error$|^stop$|\.error$|\._refused$|Warning$|\.warn$"
-                    r"|^(NoFormula|Untraced|NotProven|NotSearched|NotClosed|NoCompiler|_Refused|Singular|Overflow)$")
+                    r"|^(NoFormula|Untraced|NotProven|NotClosed|NoCompiler|_Refused|Singular|Overflow)$")
 C_CORE = re.compile(r"case (KQ_\w+):\s*return \"([^\"]+)\"|lib\.(KQ_EVENT_\w+): \(\"[^\"]+\", \"([^\"]+)\"\)")
 
 

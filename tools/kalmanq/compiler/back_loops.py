@@ -111,16 +111,8 @@ def _triangular(a: EquationFilter) -> list[str]:
         "U, with D on its diagonal, of columns v with weights w; a row of U that begins with a D is a column of noise")
 
 
-def _places(a: EquationFilter) -> tuple[list[int], list[float]]:
-    """Of the entries, column after column: the field P[k], or what follows them, the constants"""
-    constants = sorted({fact for fact in a.facts.values() if not isinstance(fact, tuple)})
-    slots = {key: slot for slot, key in enumerate(a.live)}
-    return [slots[fact] if isinstance(fact, tuple) else len(slots) + constants.index(fact)
-            for fact in (a.facts[key] for key in ud.keys(a.of.n))], constants
-
-
 def _unpack(a: EquationFilter) -> list[str]:
-    place, constants = _places(a)
+    place, constants = a.places_of_entries()
     n, made, value = a.of.n, [], "P[k]"
     if place != list(range(len(place))):
         made, value = [f"static const uint8_t place[{len(place)}] = {{{', '.join(map(str, place))}}};"], "P[place[k]]"

@@ -8,16 +8,13 @@ measured.
 
 from __future__ import annotations
 
-import csv
 import re
 from collections import Counter
 from dataclasses import dataclass
-from functools import lru_cache
-from importlib import resources
 from typing import Mapping, Optional
 
 from kalmanq.compiler.loops import LoopedFilter
-from kalmanq.compiler.operations import KINDS, counted, table_of
+from kalmanq.compiler.operations import counted, factors, sums, table_of
 from kalmanq.compiler.product import Product
 from kalmanq.compiler.request import Options
 from kalmanq.compiler.word_loops import LoopedWords
@@ -111,34 +108,12 @@ def _bytes_of_tables(text: str) -> int:
 # ------------------------------------------------------------------------------ their sums
 
 
-@dataclass(frozen=True)
-class Factors:
-    of: Mapping[str, float]
-    off: float
-
-
-@lru_cache(maxsize=None)
-def factors() -> Mapping[tuple[str, str, str, str], Factors]:
-    """By core, arithmetic, level and measure"""
-    text = resources.files("kalmanq.compiler").joinpath("costs.csv").read_text(encoding="utf-8")
-    rows = csv.DictReader(line for line in text.splitlines() if not line.startswith("#"))
-    return {(row["core"], row["arithmetic"], row["level"], row["measure"]):
-            Factors({kind: float(row[kind]) for kind in KINDS if row.get(kind)}, float(row["off"])) for row in rows}
-
-
 def estimates(product: Product) -> dict[str, Cost]:
     """On the cores that were measured in its arithmetic, at -O2; of no filter with options, since none was measured"""
     options = product.given.options
     if options != Options(options.arithmetic, options.settle):
         return {}
-    made = operations_of(product)
-    cores = dict.fromkeys(core for core, arithmetic, _, _ in factors() if arithmetic == options.arithmetic)
-    return {core: _cost(core, options.arithmetic, made) for core in cores} if made else {}
-
-
-def _cost(core: str, arithmetic: str, made: Mapping[str, Mapping[str, int]]) -> Cost:
-    by = {measure: factors().get((core, arithmetic, "O2", measure)) for measure in MEASURES}
-    sums = {measure: round(sum(one * made[measure][kind] for kind, one in factor.of.items()))
-            if factor and measure in made else None for measure, factor in by.items()}
-    return Cost(**sums, off={measure: factor.off for measure, factor in by.items() if factor},
-                settles="step_settled" in made)
+    made, arithmetic = operations_of(product), options.arithmetic
+    cores = dict.fromkeys(core for core, of, _, _ in factors(__package__) if of == arithmetic)
+    return {core: Cost(**sums(__package__, core, arithmetic, "O2", MEASURES, made), settles="step_settled" in made)
+            for core in cores} if made else {}

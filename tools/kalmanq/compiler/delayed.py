@@ -6,12 +6,11 @@ is late goes into its step, and all steps are worked out again from there.
 
 from __future__ import annotations
 
-import re
 from dataclasses import dataclass
 from typing import Optional, Sequence
 
 from kalmanq.compiler.arithmetic import Arithmetic
-from kalmanq.compiler.emit import Text, function
+from kalmanq.compiler.emit import Text, function, named, passed
 from kalmanq.compiler.printing import indented
 from kalmanq.compiler.request import Request
 from kalmanq.errors import KalmanqError
@@ -109,7 +108,7 @@ class Delayed:
         """Calls, and what each is for"""
         name = self.name
         return [(f"static {self.type} d;", "in its place, for what comes late"), (f"{name}_start(&d.now);", "once"),
-                (f"{name}_delayed_start(&d);", "then"), (f"{name}_delayed_predict(&d{given(self.arguments)});", "to each step"),
+                (f"{name}_delayed_start(&d);", "then"), (f"{name}_delayed_predict(&d{passed(self.arguments)});", "to each step"),
                 *self.usage_of_updates(), (f"{name}_mean_{self.given.carried[0]}(&d.now)", "the estimate")]
 
     def struct(self) -> list[str]:
@@ -172,17 +171,7 @@ class Delayed:
             *(["return 1;"] if self.answers else [])])
 
     def predicts(self) -> list[str]:
-        return [f"{self.name}_predict(&d->now{given(self.arguments)});"]
-
-
-def given(arguments: str, of: str = "") -> str:
-    """Such arguments as they are passed on; of: where they are"""
-    return "".join(f", {of}{name}" for name, _ in named(arguments))
-
-
-def named(arguments: str) -> list[tuple[str, str]]:
-    """Names, and lengths of arrays"""
-    return re.findall(r"(\w+)(?:\[(\d+)\])?(?=,|$)", arguments)
+        return [f"{self.name}_predict(&d->now{passed(self.arguments)});"]
 
 
 def _declared(arguments: str) -> str:
@@ -215,7 +204,7 @@ class LinearDelayed(Delayed):
 
     def again(self) -> list[str]:
         move = [f"    (void){self.name}_move(f, d->steps[k].dt);"] if self.answers else []
-        return [f"if (d->steps[k].present & {self._bit()}) {{", *move, f"    {self.name}_predict(f{given(self.u, 'd->steps[k].')});", "}",
+        return [f"if (d->steps[k].present & {self._bit()}) {{", *move, f"    {self.name}_predict(f{passed(self.u, 'd->steps[k].')});", "}",
                 f"const unsigned taken = present ? {self._update('f', 'd->steps[k].z', 'present')} : 0;"]
 
     def _update(self, f: str, z: str, present: str) -> str:
@@ -228,7 +217,7 @@ class LinearDelayed(Delayed):
         return [f"for (int j = 0; j < {self.given.of.m}; j++) d->before.r[j] = d->now.r[j];"] if self.answers else []
 
     def predicts(self) -> list[str]:
-        return [f"{self.name}_predict(&d->now{given(self.u)});"]
+        return [f"{self.name}_predict(&d->now{passed(self.u)});"]
 
     def usage_of_updates(self) -> list[tuple[str, str]]:
         return [(f"{self.name}_delayed_update_{one.name}(&d, {one.name}{one.ago});", one.said) for one in self.sensors] or \

@@ -268,6 +268,16 @@ def function(head: str, body: Sequence[str], remark: str = "") -> list[str]:
     return [*([f"/* {remark} */"] if remark else []), head, "{", *indented([*unused, *used]), "}", ""]
 
 
+def passed(arguments: str, of: str = "") -> str:
+    """Arguments of a function as they are passed on; of: where they are"""
+    return "".join(f", {of}{name}" for name, _ in named(arguments))
+
+
+def named(arguments: str) -> list[tuple[str, str]]:
+    """Names, and lengths of arrays"""
+    return re.findall(r"(\w+)(?:\[(\d+)\])?(?=,|$)", arguments)
+
+
 def _used(body: Sequence[str]) -> list[str]:
     """Without measurements that a row of zeros does not read; a control is looked at all the same"""
     made = []

@@ -7,15 +7,14 @@ a function of the compiler's library takes depends on its argument; the factor i
 
 from __future__ import annotations
 
-import csv
 import re
 from collections import Counter
 from functools import lru_cache
-from importlib import resources
 from typing import Any, Mapping, Optional
 
 from kalmanq.compiler.product import Product
 from kalmanq.compiler.request import Options
+from kalmanq.firmware.costs import table
 
 OPERATORS = {"sums": r" [+-] ", "products": r" \* ", "divisions": r" / ", "selects": r" \? ", "branches": r"^\s*if \(",
              "comparisons": r" [<>]=? ", "loads": r"^\s*(?:const )?float \w+ = (?:f->|z\[)", "stores": r"^\s*f->.* = ",
@@ -63,8 +62,7 @@ def table_of(made: Counter[str]) -> dict[str, int]:
 @lru_cache(maxsize=None)
 def factors() -> dict[str, dict[str, float]]:
     """By core; `off` among them"""
-    text = resources.files("kalmanq.compiler").joinpath("equation_costs.csv").read_text(encoding="utf-8")
-    rows = csv.DictReader(line for line in text.splitlines() if not line.startswith("#"))
+    rows = table("equation_costs.csv", __package__)
     return {row.pop("core"): {kind: float(one) for kind, one in row.items() if one} for row in rows}
 
 

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from typing import Optional
 
-from kalmanq.compiler.delayed import Delayed, Late, given, named
-from kalmanq.compiler.emit import Row, function
+from kalmanq.compiler.delayed import Delayed, Late
+from kalmanq.compiler.emit import Row, function, named, passed
 from kalmanq.compiler.equation_text import EquationText
 from kalmanq.compiler.equations import EquationFilter, Sensor
 from kalmanq.errors import KalmanqError
@@ -43,7 +43,7 @@ class EquationDelayed(Delayed):
         return "".join(f", d->steps[k].{KEPT[name]}" for name, _ in named(self.text.update_arguments(sensor)) if name in KEPT)
 
     def again(self) -> list[str]:
-        lines = [f"if (d->steps[k].present & {self._bit()}) {self.name}_predict(f{given(self.arguments, 'd->steps[k].')});", "unsigned taken = 0;"]
+        lines = [f"if (d->steps[k].present & {self._bit()}) {self.name}_predict(f{passed(self.arguments, 'd->steps[k].')});", "unsigned taken = 0;"]
         for sensor, one in self.pairs:
             here = f"present >> {one.first} & {sensor.all}u" if one.first else f"present & {sensor.all}u"
             z = f"d->steps[k].z + {one.first}" if one.first else "d->steps[k].z"
@@ -52,7 +52,7 @@ class EquationDelayed(Delayed):
         return lines
 
     def usage_of_updates(self) -> list[tuple[str, str]]:
-        return [(f"{self.name}_delayed_update{sensor.suffix}(&d{given(self.text.update_arguments(sensor))}{one.ago});", one.said)
+        return [(f"{self.name}_delayed_update{sensor.suffix}(&d{passed(self.text.update_arguments(sensor))}{one.ago});", one.said)
                 for sensor, one in self.pairs]
 
     def _declared_update(self, sensor: Sensor, one: Late) -> str:
@@ -74,7 +74,7 @@ class EquationDelayed(Delayed):
             [f"for (unsigned i = 0; i < {size}u; i++) d->steps[k].{KEPT[name]}[i] = {name}[i];"] if size else
             [f"d->steps[k].{KEPT[name]} = {name};"])]
         at = f"{one.first}u + j" if one.first else "j"
-        now = f"{self.name}_update{sensor.suffix}(&d->now{given(arguments)})"
+        now = f"{self.name}_update{sensor.suffix}(&d->now{passed(arguments)})"
         then = f"(replay_all(d, k) >> {one.first}) & {sensor.all}u" if one.first else f"replay_all(d, k) & {sensor.all}u"
         return function(self._declared_update(sensor, one), [
             f"const unsigned k = place(d, {one.bits}u, {ago});", f"if (k == {self.kept}u) return 0;",
@@ -100,11 +100,11 @@ class EquationDelayed(Delayed):
     def late_predict(self, row: str) -> str:
         before, step, _ = self._clock(row)
         values = {"u": f"rows[{row}].u", "t": f"({self.a.type})({before})", "dt": f"({self.a.type})({step})"}
-        return f"{self.name}_delayed_predict(&d{''.join(f', {values[name]}' for name, _ in named(self.arguments))});"
+        return f"{self.name}_delayed_predict(&d{self.text.with_values(self.arguments, values)});"
 
     def late_row(self, which: Late, row: str, ago: str) -> str:
         sensor = next(sensor for sensor, one in self.pairs if one is which)
         z = f"rows[{row}].z + {which.first}" if which.first else f"rows[{row}].z"
         values = {"z": z, "u": f"rows[{row}].now", "t": f"({self.a.type})({self._clock(row)[2]})"}
-        given_ = "".join(f", {values[name]}" for name, _ in named(self.text.update_arguments(sensor)))
-        return f"(void){self.name}_delayed_update{sensor.suffix}(&d{given_}{f', {ago}' if which.steps else ''});"
+        arguments = self.text.with_values(self.text.update_arguments(sensor), values)
+        return f"(void){self.name}_delayed_update{sensor.suffix}(&d{arguments}{f', {ago}' if which.steps else ''});"

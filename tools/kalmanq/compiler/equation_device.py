@@ -16,7 +16,7 @@ import numpy as np
 
 from kalmanq.compiler import equation_rounding
 from kalmanq.compiler.arithmetic import Arithmetic
-from kalmanq.compiler.equations import Equations, equations
+from kalmanq.compiler.equations import Equations, equations, reads
 from kalmanq.compiler.head import readings
 from kalmanq.compiler.printing import Floats
 from kalmanq.compiler.request import Options, Request
@@ -136,17 +136,17 @@ class Device(Arithmetic):
     # ---- what the text of the straight-line filter asks for
 
     def predicts_by(self, which: str) -> bool:
-        return _reads(which, [*(self.moved if self.has_errors else self.change), *self.transition, *self.noises])
+        return reads(which, [*(self.moved if self.has_errors else self.change), *self.transition, *self.noises])
 
     def updates_by(self, sensor: Sensor, which: str) -> bool:
-        return _reads(which, [*self.innovations(sensor), *self.rows_of(sensor), *self.spreads(sensor)])
+        return reads(which, [*self.innovations(sensor), *self.rows_of(sensor), *self.spreads(sensor)])
 
     def row_fields(self) -> list[tuple[str, str]]:
         """What the functions for sigma points read of a row: declarations and names"""
         rows = self.change if self.moves_points else []
         rows = [*rows, *(one for sensor in self.measures_points for one in self.innovations(sensor))]
         return [(f"{self.type} {name}" if "t" in name else f"const {self.type} *{name}", name) for name in ("z", "u", "t", "dt")
-                if _reads(name, rows)]
+                if reads(name, rows)]
 
     def innovations(self, sensor: Sensor) -> list[Node]:
         return list(self.e[sensor.first:sensor.first + sensor.m])
@@ -180,8 +180,8 @@ class Device(Arithmetic):
                  f"{self.type} trial_memory[KQ_FILTER_LEN_{capital}({n})];"]
         lines += trial if self.iterates else []
         lines += [f"{self.type} R{one.suffix}[{len(self.spreads(one))}];" for one in self.sensors if self.has_spread(one)]
-        lines += [f"{self.type} A[{n * n}];"] if _varies(self.transition) else []
-        lines += [f"{self.type} H{one.suffix}[{one.m * n}];" for one in self.sensors if _varies(self.rows_of(one))]
+        lines += [f"{self.type} A[{n * n}];"] if varies(self.transition) else []
+        lines += [f"{self.type} H{one.suffix}[{one.m * n}];" for one in self.sensors if varies(self.rows_of(one))]
         return lines + ([f"{self.type} x[{len(self.given.carried)}]; /* what the states are errors of */"] if self.has_errors else [])
 
     def length(self, sensor: Sensor) -> str:
@@ -245,9 +245,5 @@ def _linear(rows: Sequence[Node], by: Sequence[Node]) -> Optional[np.ndarray]:
     return np.array([[one.value for one in row] for row in slopes], float).reshape(len(rows), len(by))
 
 
-def _varies(entries: Sequence[Node]) -> bool:
+def varies(entries: Sequence[Node]) -> bool:
     return not all(one.is_constant for one in entries)
-
-
-def _reads(which: str, rows: Sequence[Node]) -> bool:
-    return any(one.op == "symbol" and one.args[0].rstrip("0123456789") == which for one in needed(rows)[0])

@@ -8,8 +8,8 @@ from typing import Sequence
 
 import numpy as np
 
-from kalmanq.compiler.emit import PREDICTS, UPDATES, Row, comment, function, within
-from kalmanq.compiler.equation_device import Device, device, field
+from kalmanq.compiler.emit import PREDICTS, UPDATES, Row, comment, function, passed, within
+from kalmanq.compiler.equation_device import Device, device, field, varies
 from kalmanq.compiler.equation_product import EquationHeader
 from kalmanq.compiler.equation_rounding import PER_SIGMA
 from kalmanq.compiler.equation_text import EquationText
@@ -67,7 +67,7 @@ class DeviceText(EquationText):
                  *(f"kq_sensor_assign_{T}(&f->{field(one)}, {n}, {one.m}, f->{field(one)}_memory, {a.length(one)})" for one in a.sensors)]
         if a.iterates:
             calls.append(f"kq_filter_assign_{T}(&f->trial, {n}, f->trial_memory, KQ_FILTER_LEN_{T.upper()}({n}))")
-        A, B = "f->A" if self._varies_A else "A", "B" if self._l else "NULL"
+        A, B = "f->A" if varies(self.of.transition) else "A", "B" if self._l else "NULL"
         G = a.nonlinear.G
         if a.Q:
             calls.append(f"kq_process_init_factor_{T}(&f->process, {A}, NULL, NULL, 0)")  # none before the first predict
@@ -79,7 +79,7 @@ class DeviceText(EquationText):
             calls.append(f"kq_sensor_init{kind}_{T}(&f->{field(one)}, {self._H(one)}, {'f->' if a.has_spread(one) else ''}R{one.suffix})")
         mean = "none" if a.has_errors else "first"
         calls.append(f"kq_filter_init_{T}(&f->filter, {mean}, P0)")
-        copies = [("A", "A", n * n)] if self._varies_A else []
+        copies = [("A", "A", n * n)] if varies(self.of.transition) else []
         copies += [(f"H{one.suffix}", f"H{one.suffix}", one.m * n) for one in a.sensors if self._H(one).startswith("f->")]
         ones = [f"for (int i = 0; i < {len(a.spreads(one))}; i++) f->R{one.suffix}[i] = {self._unit(one)}; /* until the first innovation */"
                 for one in a.sensors if a.has_spread(one)]
@@ -105,12 +105,8 @@ class DeviceText(EquationText):
     def _l(self) -> int:
         return self.of.B.shape[1] if self.of.B is not None else 0
 
-    @property
-    def _varies_A(self) -> bool:
-        return not all(one.is_constant for one in self.of.transition)
-
     def _H(self, sensor: Sensor) -> str:
-        return f"{'' if all(one.is_constant for one in self.of.rows_of(sensor)) else 'f->'}H{sensor.suffix}"
+        return f"{'f->' if varies(self.of.rows_of(sensor)) else ''}H{sensor.suffix}"
 
     def _places(self, of: str = "filter") -> list[tuple[str, str, str]]:
         a = self.of
@@ -149,7 +145,7 @@ class DeviceText(EquationText):
         if a.Q:
             name, columns = "F" if a.is_root else "Q", f", {len(a.Q[0])}" if a.is_root else ""
             body.lines.append(f"const {a.type} {name}[{len(a.noises)}] = {{{', '.join(body.text(one) for one in a.noises)}}};")
-            calls = [f"kq_process_init{'_factor' if a.is_root else ''}_{T}(&f->process, {'f->A' if self._varies_A else 'A'}, NULL, "
+            calls = [f"kq_process_init{'_factor' if a.is_root else ''}_{T}(&f->process, {'f->A' if varies(self.of.transition) else 'A'}, NULL, "
                      f"{name}{columns})"]
         last = [*self._calls(*calls, f"kq_predict_extended_{T}(&f->filter, &f->process, {given})")]
         if a.has_errors:
@@ -210,7 +206,7 @@ class DeviceText(EquationText):
         copied = f"kq_filter_copy_{a.T}(&f->trial, &f->filter)"
         return function(self.innovation_head(sensor), [
             *spread, *(self._then([copied]) if spread else self._calls(copied)),
-            f"return status ? status : linearise{sensor.suffix}(f{self._same(self.update_arguments(sensor))}, e);"])
+            f"return status ? status : linearise{sensor.suffix}(f{passed(self.update_arguments(sensor))}, e);"])
 
     def _spread(self, sensor: Sensor) -> str:
         """The sensor with R of this mean, and its H"""
@@ -233,16 +229,16 @@ class DeviceText(EquationText):
             return [f"return {call_.format('filter')};"]
         last = self._then([call_.format("filter"), *([f"{name}_reset(f)"] if a.has_errors else [])])
         again = [f"status = kq_filter_copy_{a.T}(&f->trial, &f->filter);",
-                 *self._then([call_.format("trial"), f"linearise{sensor.suffix}(f{self._same(arguments)}, e)"])]
+                 *self._then([call_.format("trial"), f"linearise{sensor.suffix}(f{passed(arguments)}, e)"])]
         passes = [f"for (int pass = 1; pass < {self.given.options.iterate} && !status; pass++) {{", *indented(again), "}"]
-        return [f"{a.type} e[{sensor.m}];", *self._calls(f"{name}_innovation{sensor.suffix}(f{self._same(arguments)}, e)"),
+        return [f"{a.type} e[{sensor.m}];", *self._calls(f"{name}_innovation{sensor.suffix}(f{passed(arguments)}, e)"),
                 *(passes if a.iterates else []), *last, "return status;"]
 
     def _update_of(self, sensor: Sensor) -> list[str]:
         arguments, name = self.update_arguments(sensor), f"{self.given.name}_update{sensor.suffix}"
         lines = self._taken_by(sensor, "kq_update", "")
         if sensor.m > 1:
-            lines = [f"return {name}_some(f{self._same(arguments)}, UINT32_MAX);"]
+            lines = [f"return {name}_some(f{passed(arguments)}, UINT32_MAX);"]
         return function(f"kq_status {name}({self.filter}{arguments})", lines)
 
     def _update_some_of(self, sensor: Sensor) -> list[str]:
@@ -298,7 +294,7 @@ class DeviceHeader(EquationHeader):
         one = a.sensors[0]
         z = "z" if one in a.plain else "e"
         lines += ["", "A robust update (kalmanq/robust.h):", ""]
-        lines += [] if z == "z" else [f"    {self.name}_innovation{one.suffix}(&f{self.c._same(self.c.update_arguments(one))}, e);"]
+        lines += [] if z == "z" else [f"    {self.name}_innovation{one.suffix}(&f{passed(self.c.update_arguments(one))}, e);"]
         lines += [f"    kq_update_robust_{T}({self.name}_filter(&f), &f.{field(one)}, {z}, UINT32_MAX, &loss);"]
         return [*lines, *([f"    {self.name}_reset(&f);"] if a.has_errors else []), *self._usage_of_points()]
 

@@ -6,6 +6,7 @@ import re
 from dataclasses import replace
 from typing import Optional
 
+from kalmanq.compiler.emit import passed
 from kalmanq.compiler.equation_delayed import delayed_equations
 from kalmanq.compiler.equation_text import EquationText
 from kalmanq.compiler.equations import EquationFilter, equations
@@ -32,9 +33,9 @@ def compiled_equations(model: NonlinearModel, name: str, options: Options = Opti
 class EquationHeader(Header):
     def _usage(self) -> list[str]:
         rows = [(f"static {self.given.type} f;", ""), (f"{self.name}_start(&f);", "once"),
-                *((f"{self.name}_update{one.suffix}(&f{self.c._same(self.c.update_arguments(one))});", "a sample")
+                *((f"{self.name}_update{one.suffix}(&f{passed(self.c.update_arguments(one))});", "a sample")
                   for one in self.a.sensors),
-                (f"{self.name}_predict(&f{self.c._same(self.c.predict_arguments())});", "to the next instant"),
+                (f"{self.name}_predict(&f{passed(self.c.predict_arguments())});", "to the next instant"),
                 (f"{self.name}_mean_{self.given.carried[0]}(&f)", "the estimate"),
                 *(self.c.smoother.usage() if self.c.smoother else [])]
         return self._aligned(rows) + self._usage_late()

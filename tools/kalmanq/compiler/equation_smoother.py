@@ -11,7 +11,7 @@ from typing import Sequence
 
 from kalmanq.compiler import back_loops
 from kalmanq.compiler.back import Back
-from kalmanq.compiler.emit import function, within
+from kalmanq.compiler.emit import function, passed, within
 from kalmanq.compiler.equations import EquationFilter
 from kalmanq.compiler.printing import Body
 from kalmanq.formulas.graph import Node, constant, needed, symbol
@@ -73,12 +73,9 @@ class Smoother:
         """Calls and what they are for"""
         state = self.given.carried[0]
         return [("", ""), (f"static {self.name}_history h;", f"the last {self.steps} steps, {self.history_size} bytes"),
-                (f"{self.name}_history_start(&h);", "once"), (f"{self.name}_predict_recorded(&f, &h{self._passed()});", "in the place of predict"),
+                (f"{self.name}_history_start(&h);", "once"), (f"{self.name}_predict_recorded(&f, &h{passed(self.arguments)});", "in the place of predict"),
                 (f"{self.given.type} s = f;", "to smooth, begin with a copy"), (f"{self.name}_smooth(&s, &h, 1);", "then with 2, 3, ..."),
                 (f"{self.name}_mean_{state}(&s)", "1 step ago, given all samples")]
-
-    def _passed(self) -> str:
-        return "".join(f", {one}" for one in re.findall(r"(\w+)(?:\[\d+\])?(?=,|$)", self.arguments))
 
     def calls(self) -> list[str]:
         name, filter_, n = self.name, f"{self.given.type} *f", len(self.given.carried)
@@ -109,7 +106,7 @@ class Smoother:
             function(f"void {name}_predict_recorded({filter_}, {history}{self.arguments})", [
                 f"{name}_record *const r = &h->records[h->next];", *self._recorded(),
                 f"h->next = (uint16_t)(h->next + 1 < {self.steps} ? h->next + 1 : 0);",
-                f"if (h->steps < {self.steps}) h->steps++;", f"{name}_predict(f{self._passed()});"]),
+                f"if (h->steps < {self.steps}) h->steps++;", f"{name}_predict(f{passed(self.arguments)});"]),
             *self._step_back(),
             function(f"static const {name}_record *recorded(const {history}, int back)", [
                 f"return &h->records[h->next - back + (h->next < back ? {self.steps} : 0)];"]),

@@ -2,10 +2,9 @@
 
 from __future__ import annotations
 
-import re
 from typing import Mapping
 
-from kalmanq.compiler.emit import PREDICTS, UPDATES, Row, Text, function, within
+from kalmanq.compiler.emit import PREDICTS, UPDATES, Row, Text, function, named, passed, within
 from kalmanq.compiler.equation_smoother import Smoother
 from kalmanq.compiler.equations import EquationFilter, Sensor
 from kalmanq.compiler.floats import entry
@@ -41,27 +40,23 @@ class EquationText(Text):
 
     def row(self, of: Row) -> list[str]:
         name, lines = self.given.name, []
-        before = self._given(self.predict_arguments(), {
+        before = self.with_values(self.predict_arguments(), {
             "u": of.u, "t": f"({self.a.type})({of.left})", "dt": f"({self.a.type})({of.step})"})
         predict = f"{name}_predict_recorded(&f, &history" if self.smoother else f"{name}_predict(&f"
         lines = [f"if ({of.what} & {PREDICTS}) {predict}{before});"]
         for sensor in self.of.sensors:
             z = f"{of.z} + {sensor.first}" if sensor.first else of.z
-            given = self._given(self.update_arguments(sensor), {"z": z, "u": of.now, "t": f"({self.a.type})({of.t})"})
+            given = self.with_values(self.update_arguments(sensor), {"z": z, "u": of.now, "t": f"({self.a.type})({of.t})"})
             present = f"({of.present} >> {sensor.first} & {sensor.all}u)"
             some = f"_some(&f{given}, {present})" if sensor.m > 1 else f"(&f{given})"
             lines.append(f"if ({of.what} & {UPDATES} && {present}) {of.taken} |= "
                          f"{name}_update{sensor.suffix}{some} << {sensor.first};")
         return lines
 
-    def _same(self, arguments: str) -> str:
-        return self._given(arguments, {name: name for name in ("z", "u", "t", "dt")})
-
     @staticmethod
-    def _given(arguments: str, values: Mapping[str, str]) -> str:
+    def with_values(arguments: str, values: Mapping[str, str]) -> str:
         """Values of such arguments"""
-        names = re.findall(r"(\w+)(?:\[\d+\])?(?=,|$)", arguments)
-        return "".join(f", {values[name]}" for name in names)
+        return "".join(f", {values[name]}" for name, _ in named(arguments))
 
     def count_fields(self) -> list[str]:
         return []
@@ -132,7 +127,7 @@ class EquationText(Text):
         return function(f"unsigned {self.given.name}_update{sensor.suffix}({self.filter}{arguments})", [
             f"{'unsigned' if self._whole_groups_of(sensor) else 'const unsigned'} taken = {self.of.accepts_of(sensor)};",
             *self._whole_groups_of(sensor), self._refused(f"{sensor.all}u"),
-            f"return take{sensor.suffix}(f{self._same(arguments)}, taken);"])
+            f"return take{sensor.suffix}(f{passed(arguments)}, taken);"])
 
     def _update_some_of(self, sensor: Sensor) -> list[str]:
         if sensor.m == 1:
@@ -141,4 +136,4 @@ class EquationText(Text):
         return function(f"unsigned {self.given.name}_update{sensor.suffix}_some({self.filter}{arguments}, unsigned present)", [
             f"present &= {sensor.all}u;", f"unsigned taken = present & ({self.of.accepts_of(sensor)});",
             *self._whole_groups_of(sensor), self._refused("present"),
-            f"return take{sensor.suffix}(f{self._same(arguments)}, taken);"])
+            f"return take{sensor.suffix}(f{passed(arguments)}, taken);"])

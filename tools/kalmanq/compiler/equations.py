@@ -209,17 +209,14 @@ class EquationFilter(FloatFilter):
     def made_coefficients(self) -> Formulas:
         return Formulas(self.equations)
 
-    def _reads(self, which: str, rows: Sequence[Node]) -> bool:
-        return any(one.op == "symbol" and one.args[0].rstrip("0123456789") == which for one in needed(rows)[0])
-
     def predicts_by(self, which: str) -> bool:
         """Does f read u, or t?"""
         c = self.coefficients
-        return self._reads(which, [*c.change, *(one for rows in (c.A, c.step or []) for row in rows for one in row)])
+        return reads(which, [*c.change, *(one for rows in (c.A, c.step or []) for row in rows for one in row)])
 
     def updates_by(self, sensor: Sensor, which: str) -> bool:
         c, some = self.coefficients, range(sensor.first, sensor.first + sensor.m)
-        return self._reads(which, [one for j in some for one in (*c.e[j], *c.H[j], *([c.spread[j]] if c.spread else []))])
+        return reads(which, [one for j in some for one in (*c.e[j], *c.H[j], *([c.spread[j]] if c.spread else []))])
 
     def sensor_of(self, j: int) -> Sensor:
         return next(one for one in self.sensors if one.first <= j < one.first + one.m)
@@ -442,6 +439,11 @@ class EquationFilter(FloatFilter):
     def looks_at(self, k: int) -> bool:
         """Is control k held within its range?"""
         return bool(self.given.model.controls[k].range)
+
+
+def reads(which: str, rows: Sequence[Node]) -> bool:
+    """u, t, ...: does a formula have such a symbol?"""
+    return any(one.op == "symbol" and one.args[0].rstrip("0123456789") == which for one in needed(rows)[0])
 
 
 def _unsigned(one: Node) -> Node:

@@ -7,12 +7,14 @@ axes that are alike share their entries, and entries that are 0 for ever cost no
 
 from __future__ import annotations
 
-from typing import Callable, Mapping, Sequence, Union
+from decimal import Decimal
+from typing import Any, Callable, Hashable, Mapping, Sequence, Union
 
 from kalmanq.formulas.graph import Node, constant, node, symbol
 
 Key = tuple[int, int]
-Fact = Union[float, Key]  # a constant, or the entry that stands for it
+Fact = Union[float, Decimal, Key]  # a constant, or the entry that stands for it
+After = tuple[Union[float, Decimal, None], Hashable]  # the constant that an entry becomes, and what is equal of equal formulas
 Entries = dict[Key, Node]
 
 
@@ -22,25 +24,27 @@ def entries_of(facts: Mapping[Key, Fact], name: Callable[[Key], str]) -> Entries
 
 def facts(first: Mapping[Key, float], transfers: Sequence[Callable[[Entries], Entries]],
           rounded: Callable[[float], float]) -> dict[Key, Fact]:
-    known: dict[Key, Fact] = {key: rounded(value) for key, value in first.items()}
-    while True:
+    def after(known: Mapping[Key, Fact]) -> dict[Key, list[After]]:
         entries = entries_of(known, lambda key: f"p{key}")
         results = [transfer(dict(entries)) for transfer in transfers]
-        parted = _parted(known, first, results, rounded)
-        if parted == known:
+        made = {key: [node(result[key]) for result in results] for key in known}
+        return {key: [(rounded(one.value) if one.is_constant else None, id(one)) for one in nodes] for key, nodes in made.items()}
+
+    return lasting({key: rounded(value) for key, value in first.items()}, after)
+
+
+def lasting(first: Mapping[Key, Any], after: Callable[[Mapping[Key, Fact]], Mapping[Key, Sequence[After]]]) -> dict[Key, Fact]:
+    """after: of facts, what each transfer makes of each entry"""
+    known: dict[Key, Fact] = dict(first)
+    while True:
+        results, made = after(known), {}
+        representatives: dict[tuple, Key] = {}
+        for key, fact in known.items():
+            if not isinstance(fact, tuple) and all(value == fact for value, _ in results[key]):
+                made[key] = fact
+            else:
+                sort = first[key], fact if isinstance(fact, tuple) else None, tuple(results[key])
+                made[key] = representatives.setdefault(sort, key)
+        if made == known:
             return known
-        known = parted
-
-
-def _parted(known: Mapping[Key, Fact], first: Mapping[Key, float], results: Sequence[Entries],
-            rounded: Callable[[float], float]) -> dict[Key, Fact]:
-    made: dict[Key, Fact] = {}
-    representatives: dict[tuple, Key] = {}
-    for key, fact in known.items():
-        after = [node(result[key]) for result in results]
-        if isinstance(fact, float) and all(one.is_constant and rounded(one.value) == fact for one in after):
-            made[key] = fact
-        else:
-            sort = (rounded(first[key]), fact if isinstance(fact, tuple) else None, tuple(map(id, after)))
-            made[key] = representatives.setdefault(sort, key)
-    return made
+        known = made

@@ -7,7 +7,6 @@ its argument and a polynomial near the least error (Chebyshev's), all without fl
 from __future__ import annotations
 
 import math
-import re
 from typing import Sequence
 
 from kalmanq.compiler import word_routines
@@ -230,17 +229,10 @@ static int64_t remainder_of(int64_t a, int64_t b, uint32_t *far)
 """,
 }
 INVERTED = "typedef struct { int32_t over; int by; } inverted;\n"
-ORDER = ("upper", "rounded", "narrowed", "held", "known", "kept", "placed", "size", "leading", "scaled", "one_over", "root_of",
-         "over_root", "phase", "large_phase", "sine", "exponential", "logarithm", "angle", "nearest", "within", "absolute",
-         "remainder_of")
 
 
 def routines(text: str) -> str:
     """C of the functions that a text calls, and of those that they call"""
-    made: list[str] = []
-    for name in ORDER[::-1]:
-        if re.search(rf"\b{name}\(", text):
-            made.insert(0, C[name])
-            text += C[name]
-    own = "\n".join([*([INVERTED] if "inverted" in text else []), *made])
-    return "\n".join(one for one in (word_routines.routines(text), own) if one)
+    own = word_routines.called(text, reversed(C.items()))
+    own = f"{INVERTED}\n{own}" if "inverted" in text + own else own
+    return "\n".join(one for one in (word_routines.routines(text + own), own.removesuffix("\n")) if one)

@@ -137,6 +137,13 @@ class FloatFilter(Arithmetic):
                 for local, field in (("x", "x"), ("l", "low"))] if mean else []
         return made + ([(self.type, entry(key), f"f->P[{slot}]") for slot, key in enumerate(self.live)] if factor else [])
 
+    def places_of_entries(self) -> tuple[list[int], list[float]]:
+        """Column after column: the field P[k], or what follows them, the constants"""
+        constants = sorted({fact for fact in self.facts.values() if not isinstance(fact, tuple)})
+        slots = {key: slot for slot, key in enumerate(self.live)}
+        return [slots[fact] if isinstance(fact, tuple) else len(slots) + constants.index(fact)
+                for fact in (self.facts[key] for key in ud.keys(self.of.n))], constants
+
     def factor_literals(self, P: np.ndarray) -> list[str]:
         made = ud.factor(P)
         return [self.number(made[key]) for key in self.live]
@@ -315,12 +322,9 @@ class FloatFilter(Arithmetic):
 
     def covariance(self) -> list[str]:
         """A loop over the columns of U, from the entries that are carried and those that are constant"""
-        n = self.of.n
-        constants = sorted({fact for fact in self.facts.values() if not isinstance(fact, tuple)})
-        slots = {key: slot for slot, key in enumerate(self.live)}
-        place = [slots[fact] if isinstance(fact, tuple) else len(slots) + constants.index(fact)
-                 for fact in (self.facts[key] for key in ud.keys(n))]
-        lines, value = [], f"{{}} < {len(slots)} ? P[{{}}] : constants[{{}} - {len(slots)}]"
+        n, live = self.of.n, len(self.live)
+        place, constants = self.places_of_entries()
+        lines, value = [], f"{{}} < {live} ? P[{{}}] : constants[{{}} - {live}]"
         if constants:
             lines = [f"static const {self.type} constants[{len(constants)}] = {{"
                      f"{', '.join(self.number(one) for one in constants)}}};"]
@@ -332,7 +336,7 @@ class FloatFilter(Arithmetic):
             if is_plain:
                 return f"P[{index}]"
             where = f"place[{index}]"
-            if not slots:
+            if not live:
                 return f"constants[{where}]"
             return f"({value.format(where, where, where)})" if constants else f"P[{where}]"
 

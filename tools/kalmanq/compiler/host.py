@@ -6,9 +6,10 @@ import ctypes
 import os
 import shutil
 import subprocess
+from contextlib import ExitStack, contextmanager
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Any, Mapping, Optional, Sequence
+from typing import Any, Iterator, Mapping, Optional, Sequence
 
 import numpy as np
 
@@ -86,24 +87,17 @@ class Host:
         self.product, self.flags = product, flags
 
     def __enter__(self) -> Host:
-        self._own = own_folder("kalmanq-compile-")
-        self.folder = self._own.__enter__()
-        try:
-            name = self.product.given.name
-            files = {**self.product.sources(), "driver.c": driver(self.product)}
-            with telling_where(self.folder):
-                for file, text in files.items():
-                    (self.folder / file).write_text(text, encoding="utf-8")
-            library = build(self.folder, [f"{name}.c", "driver.c"], "filter.so", (*self.flags, "-shared", "-fPIC"))
+        with ExitStack() as own:
+            self.folder = own.enter_context(folder_of({**self.product.sources(), "driver.c": driver(self.product)}))
+            sources = [f"{self.product.given.name}.c", "driver.c"]
+            library = build(self.folder, sources, "filter.so", (*self.flags, "-shared", "-fPIC"))
             self._library = ctypes.CDLL(str(library))
             self._run = self._library.run
-        except BaseException:
-            self.__exit__()
-            raise
+            self._own = own.pop_all()
         return self
 
     def __exit__(self, *_: object) -> None:
-        self._own.__exit__(None, None, None)
+        self._own.close()
 
     def run(self, z: np.ndarray, u: Optional[np.ndarray] = None, present: Optional[np.ndarray] = None,
             what: Optional[np.ndarray] = None, goes_on: bool = False, now: Optional[np.ndarray] = None, clock: Optional[np.ndarray] = None) -> Ran:
@@ -199,6 +193,16 @@ def driver(product: Product) -> str:
 
 def _inside(lines: Sequence[str]) -> str:
     return "\n".join(f"        {line}" for line in lines)
+
+
+@contextmanager
+def folder_of(texts: Mapping[str, str]) -> Iterator[Path]:
+    """A folder with these files, by name, that is gone afterwards"""
+    with own_folder("kalmanq-compile-") as folder:
+        with telling_where(folder):
+            for file, text in texts.items():
+                (folder / file).write_text(text, encoding="utf-8")
+        yield folder
 
 
 def build(folder: Path, sources: Sequence[str], target: str, flags: Sequence[str]) -> Path:

@@ -12,18 +12,17 @@ import numpy as np
 
 from kalmanq.compiler.arithmetic import Arithmetic
 from kalmanq.compiler.enclosure import Settled
-from kalmanq.compiler.exact import eye, inverse
+from kalmanq.compiler.exact import Numbers, eye, inverse
 from kalmanq.compiler.request import Request
 
 
-def gains(given: Request, steady: Settled) -> list[np.ndarray]:
+def gains(of: Numbers, steady: Settled, lag: int) -> list[np.ndarray]:
     """n x m for each of 1 to L samples ago"""
-    of = given.of
     variance = of.H @ steady.predicted @ of.H.T + np.diag(of.R)
     closed = of.A @ (eye(of.n) - steady.gain @ of.H)
     weighed, cross, made = of.H.T @ inverse(variance), steady.filtered @ of.A.T, []
-    for _ in range(given.options.lag):
-        made.append((cross @ weighed).astype(float))
+    for _ in range(lag):
+        made.append(cross @ weighed)
         cross = cross @ closed.T
     return made
 
@@ -54,7 +53,7 @@ def functions(given: Request, a: Arithmetic, steady: Optional[Settled]) -> list[
     lag, name, n, m = given.options.lag, given.name, given.of.n, given.of.m
     if not lag or steady is None:
         return []
-    tables = gains(given, steady)
+    tables = [one.astype(float) for one in gains(given.of, steady, lag)]
     moved = [a.gained(i, tables, "g[{}]", "f->y[{}]") for i in range(n)]
     return [f"static const {a.type} lag_gain[{lag}][{n * m}] = {{",
             *(f"    {{{', '.join(row)}}}," for row in a.gain_literals(tables)), "};", "",

@@ -3,30 +3,35 @@ For kalmanq design and report, which write no file of it unless they are told to
 
 from __future__ import annotations
 
+import decimal
 from dataclasses import asdict, dataclass, field
-from typing import Any, Mapping, Optional, Sequence
+from typing import Any, Iterator, Mapping, Optional, Sequence
 
 import numpy as np
 
-from kalmanq.compiler import report
+from kalmanq.compiler import exact, report
 from kalmanq.compiler.costs import ARITHMETICS, SOFT_FLOAT, Cost, estimates
 from kalmanq.compiler.host import Host, NoCompiler
 from kalmanq.compiler.product import Product, compiled
-from kalmanq.compiler.proven import offers as proven
-from kalmanq.compiler.proven.product import ram_of
+from kalmanq.compiler.proven import costs as covariance_costs, product as proven
+from kalmanq.compiler.proven.plan import Plan
+from kalmanq.compiler.proven.proof_file import warnings
+from kalmanq.compiler.proven.refusals import refuse
 from kalmanq.compiler.request import Options
 from kalmanq.compiler.simulation import CompiledFilter
 from kalmanq.core import lib
 from kalmanq.errors import KalmanqError
 from kalmanq.firmware import costs as library
-from kalmanq.firmware.designs import Designs, Trial, Way, errors_of
+from kalmanq.firmware.designs import Designs, Way, trial_of
 from kalmanq.firmware.reach import Record
 from kalmanq.firmware.steps_kept import latest_of
 from kalmanq.model import Model
 from kalmanq.run.filters import Filter
+from kalmanq.run.results import Run
 
 WAY = "compiled"
 SAID = "C for this model alone, in straight lines: --out writes what kalmanq compile writes"
+MOST = 30_000  # covariances that are searched: some seconds; counted, so that the answer is the same everywhere
 SAVES = 0.85  # of a row that has not settled: the covariance form is shown where it costs less
 CORES, LEAST_STATES = {"f32": "m4f", "q31": "m3"}, 4  # f32 with fewer states: the factor is as cheap
 COLUMNS = ("arithmetic", "form", "two calls", "settled", "settled step", "settles in", "flash", "RAM", "stack",
@@ -95,18 +100,37 @@ def _factor(model: Model, arithmetic: str, name: str) -> Offer:
 
 def _covariance(model: Model, arithmetic: str, factor: Offer) -> list[Offer]:
     """The proven form, on the cores where it saves enough; what it may be used for is said with it"""
-    if latest_of(model):
+    if latest_of(model) or not factor.product:
         return []  # it takes all in time
-    found = proven.offer(model, arithmetic)
-    if not found.plan or not found.error or not factor.product:
+    try:
+        found = proven.compiled(model, proven.Wanted(arithmetic, "filter"), MOST)
+    except KalmanqError:
         return []
+    plan, proof = found.plan, found.proof
     costs = {core: Cost(one.two_calls, None, one.step_settled, one.flash, None, one.off)
-             for core, one in found.costs.items() if _saves(one.two_calls, factor.costs.get(core))}
+             for core, one in _costs(plan).items() if _saves(one.two_calls, factor.costs.get(core))}
     if not costs:
         return []
-    condition = f"kalmanq compile --form covariance is for {_gaps(model)}"
-    return [Offer(arithmetic, "covariance", costs, ram_of(found.plan), found.plan.rows, found.error.mean,
-                  found.error.covariance, None, "; ".join(filter(None, (condition, found.remark))))]
+    said = [f"kalmanq compile --form covariance is for {_gaps(model)}", *warnings(found)]
+    return [Offer(arithmetic, "covariance", costs, proven.ram_of(plan), plan.rows, proof.mean.worst,
+                  proven.MARGIN[arithmetic] * proof.worst.error, None, "; ".join(said))]
+
+
+def _costs(plan: Plan) -> dict[str, covariance_costs.Cost]:
+    """By core, at -O2"""
+    with decimal.localcontext(exact.DIGITS):
+        return {core: cost for (core, level), cost in covariance_costs.estimates(plan).items() if level == "O2"}
+
+
+def _searched(model: Model, arithmetic: str) -> dict[str, covariance_costs.Cost]:
+    """What the covariance form costs if its search closes: a hint, not yet a proof"""
+    try:
+        with decimal.localcontext(exact.DIGITS):
+            refuse(model, arithmetic)
+            maker = proven.Maker(model, proven.Wanted(arithmetic, "filter"))
+            return _costs(maker.searched(proven.FORMS[arithmetic][0](), MOST))
+    except KalmanqError:
+        return {}
 
 
 def _gaps(model: Model) -> str:
@@ -123,7 +147,7 @@ def cheaper(product: Product) -> Optional[str]:
     factor = estimates(product).get(core) if core else None
     if core is None or factor is None or options.arithmetic == "f32" and of.n < LEAST_STATES:
         return None
-    cost = proven.searched(product.given.model, options.arithmetic).get(core)
+    cost = _searched(product.given.model, options.arithmetic).get(core)
     if cost is None or not _saves(cost.two_calls, factor):
         return None
     return f"--form covariance takes {cost.two_calls} in the place of {factor.two_calls} instructions a row that has not " \
@@ -146,30 +170,18 @@ def add_ways(made: Designs, found: Sequence[Offer], records: Sequence[Record]) -
         if one.product and cost and cost.two_calls and cost.flash is not None:
             soft = SOFT_FLOAT.get(made.part.core, 0) if one.arithmetic == "f32" else 0
             sums = library.Cost(cost.two_calls, cost.flash + soft, one.ram or 0, cost.stack or 0)
-            made.ways.append(Way(one.arithmetic, WAY, sums, made.part.holds(sums), _tried(one, records, exact)))
+            trial = trial_of(f"{WAY} in {one.arithmetic}", made.model.n, _tried(one, records, exact))
+            made.ways.append(Way(one.arithmetic, WAY, sums, made.part.holds(sums), trial))
 
 
-def _tried(one: Offer, records: Sequence[Record], exact: Sequence[Any]) -> Trial:
-    """Its C on this machine, over the records"""
+def _tried(one: Offer, records: Sequence[Record], exact: Sequence[Run]) -> Iterator[tuple[Run, Run, Optional[Run]]]:
+    """Runs of its C on this machine over the records, in double, and in double with the wide sigmas that it starts with"""
     assert one.product
     model = one.product.given.model
     bounded = model.changed(P0=one.product.given.of.doubles().P0, unknown=[]) if np.any(model.unknown) else None
-    worst, squares, count, events, start = np.zeros(model.n), np.zeros(model.n), np.zeros(model.n), 0, 0.0
-    try:
-        with CompiledFilter(model, one.arithmetic, one.product) as host:
-            for record, double in zip(records, exact):
-                host.restart()
-                run = host.run(record.z, record.u)
-                error = errors_of(run, double)
-                if bounded:  # it starts with wide sigmas
-                    start = max(start, float(np.nanmax(np.abs(error), initial=0)))
-                    other = errors_of(run, Filter(bounded, "f64").run(record.z, record.u))
-                    error = np.where(np.abs(other) < np.abs(error), other, error)
-                worst = np.fmax(worst, np.nanmax(np.abs(error), axis=0, initial=0))
-                squares += np.nansum(error**2, axis=0)
-                count += np.sum(np.isfinite(error), axis=0)
-                events |= host.events
-    except KalmanqError as problem:
-        return Trial(f"{WAY} in {one.arithmetic}", worst, worst, refused=f"{WAY} in {one.arithmetic}: {problem}")
-    return Trial(f"{WAY} in {one.arithmetic}", worst, np.sqrt(squares / np.maximum(count, 1)), lib.KQ_EVENT_SATURATED if events else 0,
-                 start=start)
+    with CompiledFilter(model, one.arithmetic, one.product) as host:
+        for record, double in zip(records, exact):
+            host.restart()
+            run = host.run(record.z, record.u)
+            run.events = lib.KQ_EVENT_SATURATED if host.events else 0
+            yield run, double, Filter(bounded, "f64").run(record.z, record.u) if bounded else None

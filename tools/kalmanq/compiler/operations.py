@@ -11,7 +11,10 @@ import ast
 import re
 from collections import Counter
 from dataclasses import dataclass, field
-from typing import Iterator, Optional
+from functools import lru_cache
+from typing import Any, Iterator, Mapping, Optional, Sequence
+
+from kalmanq.firmware.costs import Factors, table
 
 LINE = re.compile(r"^\s*(?:(?:const )?(float|u?int32_t|u?int64_t|reciprocal) (\w+)|f->(\w+(?:\[\d+\])?)|(\w+)) (\+?)= (.*);$")
 FAR = re.compile(r"^\s*(?:uint32_t )?far \|?= ")
@@ -54,6 +57,22 @@ def counted(body: str, is_fixed: bool) -> Counter[str]:
 
 def table_of(made: Counter[str]) -> dict[str, int]:
     return {kind: int(made[kind]) if kind != "calls" else 1 for kind in KINDS}
+
+
+@lru_cache(maxsize=None)
+def factors(package: str) -> Mapping[tuple[str, str, str, str], Factors]:
+    """Of its costs.csv, by core, arithmetic, level and measure"""
+    return {(row["core"], row["arithmetic"], row["level"], row["measure"]):
+            Factors({kind: float(row[kind]) for kind in KINDS if row.get(kind)}, float(row["off"]))
+            for row in table("costs.csv", package)}
+
+
+def sums(package: str, core: str, arithmetic: str, level: str, measures: Sequence[str],
+         made: Mapping[str, Mapping[str, int]]) -> dict[str, Any]:
+    """By measure what such operations cost, None where it has no factors; `off`: how far off that was at most, a share"""
+    by = {measure: factors(package).get((core, arithmetic, level, measure)) for measure in measures}
+    of = {measure: round(factor.sum(made[measure])) if factor and measure in made else None for measure, factor in by.items()}
+    return {**of, "off": {measure: factor.off for measure, factor in by.items() if factor}}
 
 
 def _tree(text: str) -> ast.expr:

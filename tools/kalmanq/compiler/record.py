@@ -10,6 +10,7 @@ import numpy as np
 from kalmanq.compiler.emit import PREDICTS, UPDATES
 from kalmanq.compiler.host import Host, Ran
 from kalmanq.compiler.request import GAP, STUDENT_STEPS, Request, due
+from kalmanq.model import root_of
 from kalmanq.run.simulation import read_off
 
 LONG = np.longdouble
@@ -85,7 +86,7 @@ def _samples(given: Request, rows: int, draws: np.random.Generator) -> tuple[np.
     model, of = given.model, given.of.doubles()
     largest = np.abs(np.linalg.eigvals(of.A)).max()
     A = of.A * min(1.0, FADES / max(largest, 1e-9))
-    root, noise = _root(of.Q), _root(np.asarray(model.R))
+    root, noise = root_of(of.Q), root_of(np.asarray(model.R))
     pushes = np.array([PUSHED * (one.range or 1.0) for one in model.controls])
     u = draws.standard_normal((rows, of.l)).clip(-3, 3) * pushes
     u[:, given.inputs:] = 1
@@ -95,11 +96,6 @@ def _samples(given: Request, rows: int, draws: np.random.Generator) -> tuple[np.
         x = A @ x + root @ draws.standard_normal(of.n) + of.B @ u[t]
         z[t] = model.H @ (stays + x) + noise @ draws.standard_normal(of.m) + (0.0 if model.d is None else model.d)
     return read_off(z, model).astype(np.float32).astype(float), u.astype(np.float32).astype(float)
-
-
-def _root(P: np.ndarray) -> np.ndarray:
-    values, vectors = np.linalg.eigh(P)
-    return vectors * np.sqrt(values.clip(0))
 
 
 def exact(given: Request, record: Record, taken: np.ndarray) -> tuple[np.ndarray, np.ndarray]:

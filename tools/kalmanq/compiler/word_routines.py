@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 import re
+from typing import Iterable
 
 PRODUCT = """\
 #if defined __ARM_ARCH_6M__ && defined __GNUC__
@@ -76,9 +77,8 @@ static inline int32_t narrow(int64_t a)
 }
 """
 
-ZEROS = """\
-/* s > 0 */
-#if defined __GNUC__ && __SIZEOF_INT__ == 4
+ZEROS_BEFORE = """\
+#if defined __GNUC__ && INT_OF_32_BITS
 static inline int zeros_before(uint32_t s) { return __builtin_clz(s); }
 #else
 static int zeros_before(uint32_t s)
@@ -92,6 +92,7 @@ static int zeros_before(uint32_t s)
 }
 #endif
 """
+ZEROS = "/* s > 0 */\n" + ZEROS_BEFORE.replace("INT_OF_32_BITS", "__SIZEOF_INT__ == 4")
 
 ROOT = """\
 #if defined __AVR__ /* whose constants are copied to RAM, but for these: 384 bytes */
@@ -228,10 +229,14 @@ ROUTINES = (("student", STUDENT), ("stopped", STOPPED), ("inverse", INVERSE), ("
             ("high", HIGH), ("product", PRODUCT))
 
 
-def routines(text: str) -> str:
-    """Those that a text calls, and those that they call"""
+def called(text: str, routines: Iterable[tuple[str, str]]) -> str:
+    """Those that a text calls, and those that they call; names and texts, none after what it calls"""
     made = ""
-    for name, routine in ROUTINES:
+    for name, routine in routines:
         if re.search(rf"\b{name}\(", text + made):
             made = routine + "\n" + made
-    return made.replace("LINE", line())
+    return made
+
+
+def routines(text: str) -> str:
+    return called(text, ROUTINES).replace("LINE", line())

@@ -47,7 +47,8 @@ class WordFilter(Readings):
         self.model = ranged(given.model, sigma)
         self.given, self.of, self.steady = given, given.of.doubles(), steady
         self.constant = steady or turn
-        gains = [*(self.constant.gains if self.constant else []), *(lag.gains(given, steady) if steady else [])]
+        lagged = lag.gains(given.of, steady, given.options.lag) if steady else []
+        gains = [*(self.constant.gains if self.constant else []), *(one.astype(float) for one in lagged)]
         self.formats = formats(given, self.model, self.constant, gains, sigma)
         self.mean = Mean(given.of, self.formats, self.event("MEAN_SATURATED"))
         made = [self._in_order(order) for order in self._orders()]

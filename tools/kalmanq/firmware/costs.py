@@ -88,8 +88,8 @@ def terms(measure: str, of: Mapping[str, int]) -> dict[str, float]:
 Key = tuple[str, str, str]  # core, arithmetic, way
 
 
-def table(name: str) -> csv.DictReader:
-    text = resources.files(__package__).joinpath(name).read_text(encoding="utf-8")
+def table(name: str, package: str = __package__) -> csv.DictReader:
+    text = resources.files(package).joinpath(name).read_text(encoding="utf-8")
     return csv.DictReader(line for line in text.splitlines() if not line.startswith("#"))
 
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import warnings
 from dataclasses import dataclass, field, replace
-from typing import Mapping, Optional, Sequence
+from typing import Iterable, Mapping, Optional, Sequence
 
 import numpy as np
 
@@ -186,25 +186,31 @@ def _bounded(model: Model) -> Model:
 
 
 def _try(model: Model, arithmetic: str, records: Sequence[Record], exact: Sequence[Run]) -> Trial:
-    """Compared with double; an unknown start in q31 also with double that has the ranges as its prior, and the nearer
-    of both counts."""
+    """Compared with double; an unknown start in q31 also with double that has the ranges as its prior"""
     bounded = _bounded(model) if arithmetic == "q31" and np.any(model.unknown) else None
-    worst, squares, count, events, start = np.zeros(model.n), np.zeros(model.n), np.zeros(model.n), 0, 0.0
+    runs = ((_run(model, arithmetic, record), double, _run(bounded, "f64", record) if bounded else None)
+            for record, double in zip(records, exact))
+    return trial_of(arithmetic, model.n, runs)
+
+
+def trial_of(name: str, n: int, runs: Iterable[tuple[Run, Run, Optional[Run]]]) -> Trial:
+    """Of runs, each beside one in double and, where the start is unknown, beside another one in double that has the prior
+    of the run; the nearer of both counts."""
+    worst, squares, count, events, start = np.zeros(n), np.zeros(n), np.zeros(n), 0, 0.0
     try:
-        for record, double in zip(records, exact):
-            run = _run(model, arithmetic, record)
+        for run, double, bounded in runs:
             error = errors_of(run, double)
-            if bounded:
+            if bounded is not None:
                 start = max(start, float(np.nanmax(np.abs(error), initial=0)))
-                other = errors_of(run, _run(bounded, "f64", record))
+                other = errors_of(run, bounded)
                 error = np.where(np.abs(other) < np.abs(error), other, error)  # NaN: not known yet, and does not count
             worst = np.fmax(worst, np.nanmax(np.abs(error), axis=0, initial=0))
             squares += np.nansum(error**2, axis=0)
             count += np.sum(np.isfinite(error), axis=0)
             events |= run.events
     except KalmanqError as problem:
-        return Trial(arithmetic, worst, worst, refused=f"{arithmetic}: {problem}")
-    return Trial(arithmetic, worst, np.sqrt(squares / np.maximum(count, 1)), events, start=start)
+        return Trial(name, worst, worst, refused=f"{name}: {problem}")
+    return Trial(name, worst, np.sqrt(squares / np.maximum(count, 1)), events, start=start)
 
 
 def _cure(model: Model, records: Sequence[Record], exact: Sequence[Run], trial: Trial) -> str:

@@ -8,7 +8,7 @@ floats      words and means of f32;  fixed: of q31
 forms       the filter's algorithms, once for both
 structure   which entries of the covariance are constants, or equal to another
 text        NAME.c and NAME.h;  trial_file: NAME_test.c;  proof_file: NAME_proof.txt
-costs       what it costs on a core, about, from the operations of its C;  offers: one of the ways to run a model
+costs       what it costs on a core, about, from the operations of its C
 search      every covariance that the C can come to, by running it
 product     all of it, and which form is taken
 """

@@ -6,9 +6,10 @@ import re
 from dataclasses import dataclass, field
 from typing import Sequence
 
+from kalmanq.compiler.printing import indented
 from kalmanq.compiler.proven.forms import Entries, Judged, Mean, judged_settled, judged_unsettled, \
     update_by_gain
-from kalmanq.compiler.proven.lines import Line, Lines, indented
+from kalmanq.compiler.proven.lines import Line, Lines
 from kalmanq.compiler.proven.plan import LARGEST, Plan, event
 from kalmanq.compiler.proven.sums import Sum
 
@@ -47,10 +48,8 @@ class Body:
         for line in counted(self.plan):
             self.lines.do(line)
         self.lines.put_off(self.plan.field(key) for key in self.plan.structure.carried)
-        self._predict_covariance()
-
-    def _predict_covariance(self) -> None:
-        self.P = self.plan.form.predict(self.plan.subject, self.lines, self.P)
+        if self.plan.carries_covariance:
+            self.P = self.plan.form.predict(self.plan.subject, self.lines, self.P)
 
     def predict_mean(self) -> None:
         s = self.plan.subject
@@ -169,10 +168,11 @@ def stay(plan: Plan) -> list[str]:
         "if (x >= -most && x <= most) return x;", event(plan, "MEAN_SATURATED"), "return x > 0 ? most : -most;"])
 
 
-def not_yet(plan: Plan, rows: int) -> list[str]:
-    """What a step begins with: before so many samples in a row it is two calls."""
+def not_yet(plan: Plan) -> list[str]:
+    """What a step begins with: before the gain is constant it is two calls."""
     u = ", u" if plan.subject.of.l else ""
-    return [f"if (f->rows != {rows}) {{", f"    {plan.name}_predict(f{u});", f"    return {plan.name}_update(f, z);", "}"]
+    return [f"if (f->rows != {plan.rows_to_constant_gain}) {{", f"    {plan.name}_predict(f{u});",
+            f"    return {plan.name}_update(f, z);", "}"]
 
 
 def stops(plan: Plan) -> list[str]:

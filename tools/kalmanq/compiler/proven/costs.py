@@ -7,15 +7,12 @@ for those and for others.  A measure that has no row there is not estimated.
 
 from __future__ import annotations
 
-import csv
 import re
 from collections import Counter
 from dataclasses import dataclass
-from functools import lru_cache
-from importlib import resources
 from typing import Mapping, Optional
 
-from kalmanq.compiler.operations import KINDS, counted, table_of
+from kalmanq.compiler.operations import counted, factors, sums, table_of
 from kalmanq.compiler.proven.plan import Plan
 from kalmanq.compiler.proven.text import code
 
@@ -43,12 +40,6 @@ class Cost:
                 for measure in MEASURES]
 
 
-@dataclass(frozen=True)
-class Factors:
-    of: Mapping[str, float]
-    off: float
-
-
 def operations_of(plan: Plan) -> dict[str, dict[str, int]]:
     return operations(code(plan), plan.name, plan.subject.words.is_fixed)
 
@@ -70,27 +61,11 @@ def operations(text: str, name: str, is_fixed: bool) -> dict[str, dict[str, int]
     return {measure: table_of(one) for measure, one in made.items()}
 
 
-@lru_cache(maxsize=None)
-def factors() -> Mapping[tuple[str, str, str, str], Factors]:
-    """By core, arithmetic, level and measure"""
-    text = resources.files("kalmanq.compiler.proven").joinpath("costs.csv").read_text(encoding="utf-8")
-    rows = csv.DictReader(line for line in text.splitlines() if not line.startswith("#"))
-    return {(row["core"], row["arithmetic"], row["level"], row["measure"]):
-            Factors({kind: float(row[kind]) for kind in KINDS if row.get(kind)}, float(row["off"])) for row in rows}
-
-
 def estimates(plan: Plan) -> dict[tuple[str, str], Cost]:
     """On the cores that were measured in its arithmetic, by core and level; of no filter with options, since none was
     measured"""
     if plan.nis or plan.lag or plan.partial or not plan.carries_covariance:
         return {}
     counted, arithmetic = operations_of(plan), "q31" if plan.subject.words.is_fixed else "f32"
-    places = dict.fromkeys((core, level) for core, of, level, _ in factors() if of == arithmetic)
-    return {(core, level): _cost({measure: factors().get((core, arithmetic, level, measure)) for measure in MEASURES},
-                                 counted) for core, level in places}
-
-
-def _cost(by: Mapping[str, Optional[Factors]], counted: Mapping[str, Mapping[str, int]]) -> Cost:
-    sums = {measure: round(sum(one * counted[measure][kind] for kind, one in factor.of.items())) if factor else None
-            for measure, factor in by.items()}
-    return Cost(**sums, off={measure: factor.off for measure, factor in by.items() if factor})
+    places = dict.fromkeys((core, level) for core, of, level, _ in factors(__package__) if of == arithmetic)
+    return {(core, level): Cost(**sums(__package__, core, arithmetic, level, MEASURES, counted)) for core, level in places}

@@ -7,7 +7,7 @@ from typing import Sequence
 import numpy as np
 
 from kalmanq.compiler.proven import lag_text
-from kalmanq.compiler.proven.lines import indented
+from kalmanq.compiler.printing import indented
 from kalmanq.compiler.proven.plan import LARGEST, Plan, bookkeeping, events as events_of
 from kalmanq.firmware.c_source import plain
 

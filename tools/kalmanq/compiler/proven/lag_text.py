@@ -6,25 +6,11 @@ P A' (A (I - K H))'^(k-1) H' S^-1 for the one k samples ago, with the steady P, 
 
 from __future__ import annotations
 
-import numpy as np
-
+from kalmanq.compiler import lag
 from kalmanq.compiler.proven.body import function
-from kalmanq.compiler.exact import eye, inverse
-from kalmanq.compiler.proven.lines import indented
+from kalmanq.compiler.printing import indented
 from kalmanq.compiler.proven.plan import Plan
 from kalmanq.compiler.proven.sums import Sum
-
-
-def gains(plan: Plan) -> list[np.ndarray]:
-    """n x m for each of 1 to L samples ago"""
-    of, settled = plan.subject.of, plan.settled
-    closed = of.A @ (eye(of.n) - settled.gain @ of.H)
-    weighed = of.H.T @ inverse(settled.variance)
-    cross, made = settled.filtered @ of.A.T, []
-    for _ in range(plan.lag):
-        made.append(cross @ weighed)
-        cross = cross @ closed.T
-    return made
 
 
 def innovations(plan: Plan) -> list[str]:
@@ -64,7 +50,7 @@ def start(plan: Plan) -> list[str]:
 
 def step(plan: Plan) -> list[str]:
     s, lines = plan.subject, []
-    steady = gains(plan)
+    steady = lag.gains(s.of, plan.settled, plan.lag)
     for k in range(plan.lag, 0, -1):
         for i, state in enumerate(s.states):
             change = Sum()
@@ -72,10 +58,8 @@ def step(plan: Plan) -> list[str]:
                 change = change + Sum.named(f"f->y_{measured}") * steady[k - 1][i, j]
             lines.append(f"l->x_{state}_{k} = {s.mean.corrected(i, f'l->x_{state}_{k - 1}', change)};")
     lines += [f"l->x_{state}_0 = {s.mean.whole(i)};" for i, state in enumerate(s.states)]
-    full, count = (plan.rows, plan.lag) if plan.carries_covariance else \
-        (plan.min_run, plan.forgets + plan.lag - plan.min_run)
-    unsettled = f"f->rows != {full}"
+    count = plan.lag if plan.carries_covariance else plan.forgets + plan.lag - plan.min_run
     return function(f"int {plan.name}_lag_step({plan.name}_lag *restrict l, const {plan.type} *restrict f)", [
-        *lines, f"if ({unsettled}) {{", "    l->rows = 0;", f"}} else if (l->rows <= {count}) {{", "    l->rows++;",
-        "}",
+        *lines, f"if (f->rows != {plan.rows_to_constant_gain}) {{", "    l->rows = 0;",
+        f"}} else if (l->rows <= {count}) {{", "    l->rows++;", "}",
         f"return l->rows > {count};"])

@@ -13,13 +13,12 @@ NAME = re.compile(r"[A-Za-z_]\w*")
 
 @dataclass(frozen=True)
 class Line:
-    """type name = text; a store has neither type nor name.  wide: its value before it is cut to a word."""
+    """type name = text; a store has neither type nor name."""
 
     name: str
     type: str
     text: str
     note: str = ""
-    wide: str = ""
 
     def code(self) -> str:
         return f"const {self.type} {self.name} = {self.text};" if self.name else self.text
@@ -44,13 +43,13 @@ class Lines:
                 self.taken.add(name)
                 return name
 
-    def add(self, base: str, type_: str, text: str, note: str = "", wide: str = "") -> Sum:
+    def add(self, base: str, type_: str, text: str, note: str = "") -> Sum:
         """The name of this text, which is that of an earlier line where it is the same."""
         key = f"{type_} {text}"
         if key not in self.seen:
             name = self.fresh(base)
             self.seen[key] = Sum.named(name)
-            self.rows.append(Line(name, type_, text, note, wide))
+            self.rows.append(Line(name, type_, text, note))
         return self.seen[key]
 
     def load(self, name: str, type_: str, text: str, word: Optional[int]) -> Sum:
@@ -88,7 +87,3 @@ class Lines:
 
 def is_title(row: Line) -> bool:
     return not row.name and row.text.startswith("/*")
-
-
-def indented(lines: Iterable[str], by: str = "    ") -> list[str]:
-    return [f"{by}{line}" if line else line for line in lines]

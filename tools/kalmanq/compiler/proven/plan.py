@@ -90,6 +90,11 @@ class Plan:
         return bool(self.structure.facts)
 
     @property
+    def rows_to_constant_gain(self) -> int:
+        """Measured in a row, after which a step takes a sample by the constant gain"""
+        return self.rows if self.carries_covariance else self.min_run
+
+    @property
     def needs_math(self) -> bool:
         return not self.subject.words.is_fixed and (self.subject.words.fused or self.form.has_roots)
 

@@ -15,7 +15,6 @@ from kalmanq.compiler.names import named
 from kalmanq.compiler.proven.plan import LARGEST, Plan, bookkeeping
 from kalmanq.compiler.proven.refusals import refuse
 from kalmanq.compiler.proven.roots import Root
-from kalmanq.compiler.host import NoCompiler
 from kalmanq.compiler.proven.search import Found, Overflow, Runner, Track
 from kalmanq.compiler.proven.structure import Structure, structure
 from kalmanq.compiler.proven.text import probes_of
@@ -88,7 +87,7 @@ class Product:
 
 def compiled(model: Model, wanted: Wanted, most: Optional[int] = None) -> Product:
     """The first form whose proof holds; KalmanqError with the figures of all that do not.  most: covariances, after
-    which the search is given up (NotSearched)"""
+    which the search is given up"""
     with decimal.localcontext(exact.DIGITS):
         refuse(model, wanted.arithmetic)
         if wanted.partial and wanted.form == "gain":
@@ -110,10 +109,6 @@ def compiled(model: Model, wanted: Wanted, most: Optional[int] = None) -> Produc
     raise KalmanqError("; ".join(f"{one.form}: {one.reason}" for one in refused)
                        + f"; {', '.join([*cures, *(['f32'] if wanted.arithmetic == 'q31' else [])])} or kalmanq design "
                          "may do")
-
-
-class NotSearched(KalmanqError):
-    """The search was given up, or could not begin: nothing is known of the filter."""
 
 
 class NotProven(KalmanqError):
@@ -263,10 +258,8 @@ class Maker:
             with Runner(replace(plan, probes=plan.subject.words.is_fixed)) as runner:
                 found = runner.search(self.most if given_up else limit)
                 if given_up and not found.closed:
-                    raise NotSearched(f"more than {self.most} covariances")
+                    raise KalmanqError(f"more than {self.most} covariances")
                 return (found, *self._records(runner))
-        except NoCompiler as problem:
-            raise NotSearched(str(problem)) from None
         except Overflow:
             raise NotProven("words of 32 bits are too few from what is known least (P0, a long gap) to what the "
                             "covariance settles to", START) from None

@@ -2,9 +2,7 @@
 
 from __future__ import annotations
 
-import re
-
-from kalmanq.compiler.word_routines import PRODUCT, QUOTIENT
+from kalmanq.compiler.word_routines import PRODUCT, QUOTIENT, ZEROS_BEFORE, called
 
 WIDE = """\
 /* c x 2^-32, c >= 0.  The high word by an unsigned shift: of a signed one gcc makes a product of 64 bits by 64. */
@@ -20,21 +18,7 @@ static inline int64_t wide(int32_t c, int64_t x)
 }
 """
 
-INVERSE = """\
-#if defined __GNUC__ && UINT_MAX == 0xffffffffu
-static inline int zeros_before(uint32_t s) { return __builtin_clz(s); }
-#else
-static int zeros_before(uint32_t s)
-{
-    int zeros = 0;
-    if (s < UINT32_C(1) << 16) zeros += 16, s <<= 16;
-    if (s < UINT32_C(1) << 24) zeros += 8, s <<= 8;
-    if (s < UINT32_C(1) << 28) zeros += 4, s <<= 4;
-    if (s < UINT32_C(1) << 30) zeros += 2, s <<= 2;
-    return zeros + (s < UINT32_C(1) << 31);
-}
-#endif
-
+INVERSE = ZEROS_BEFORE.replace("INT_OF_32_BITS", "UINT_MAX == 0xffffffffu") + """
 /* 2^(62 - most) / s, to 2^-29 of it; s > 0 has at most so many leading zeros.  A quotient of 16 bits and one step of
    Newton's. */
 static int32_t inverse(uint32_t s, int most)
@@ -51,9 +35,4 @@ ROUTINES = (("inverse", INVERSE), ("quotient", QUOTIENT), ("wide", WIDE), ("prod
 
 
 def routines(text: str) -> str:
-    """Those that a text calls, and those that they call"""
-    made = ""
-    for name, routine in ROUTINES:
-        if re.search(rf"\b{name}\(", text + made):
-            made = routine + "\n" + made
-    return made
+    return called(text, ROUTINES)

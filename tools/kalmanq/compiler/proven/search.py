@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import subprocess
+from contextlib import ExitStack
 from dataclasses import dataclass
 from decimal import Decimal
 from pathlib import Path
@@ -12,12 +13,11 @@ from typing import Sequence
 import numpy as np
 
 from kalmanq.compiler.exact import Numbers, root
-from kalmanq.compiler.host import build
+from kalmanq.compiler.host import build, folder_of
 from kalmanq.compiler.proven.body import too_soon
 from kalmanq.compiler.proven.header import header
 from kalmanq.compiler.proven.plan import Plan
 from kalmanq.compiler.proven.text import code, probes_of
-from kalmanq.data.files import own_folder, telling_where
 from kalmanq.errors import KalmanqError
 
 SEARCH = Path(__file__).with_name("search.c")
@@ -60,24 +60,15 @@ class Runner:
     def __enter__(self) -> Runner:
         name = self.plan.name
         texts = {f"{name}.c": code(self.plan), f"{name}.h": header(self.plan), "subject.h": subject(self.plan)}
-        self._own = own_folder("kalmanq-compile-")
-        self.folder = self._own.__enter__()
-        try:
-            with telling_where(self.folder):
-                for file, text in texts.items():
-                    (self.folder / file).write_text(text, encoding="utf-8")
-            self._compile([f"{name}.c", str(SEARCH)])
-        except BaseException:
-            self.__exit__()
-            raise
+        checked = CHECKED if self.plan.subject.words.is_fixed else ()
+        with ExitStack() as own:
+            self.folder = own.enter_context(folder_of(texts))
+            build(self.folder, [f"{name}.c", str(SEARCH)], "search", (*checked, f"-I{self.folder}"))
+            self._own = own.pop_all()
         return self
 
     def __exit__(self, *_: object) -> None:
-        self._own.__exit__(None, None, None)
-
-    def _compile(self, sources: Sequence[str]) -> None:
-        checked = CHECKED if self.plan.subject.words.is_fixed else ()
-        build(self.folder, sources, "search", (*checked, f"-I{self.folder}"))
+        self._own.close()
 
     def search(self, limit: int) -> Found:
         return Found(**json.loads(self._run("search", str(limit))))

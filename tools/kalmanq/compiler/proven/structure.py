@@ -1,22 +1,16 @@
-"""What holds of each entry of the covariance for ever: a constant, or the entry that it always equals.
-
-An optimistic fixed point: at first each entry is thought to keep the value that it starts with.  Every transfer
-(predict, update) is traced; entries that are changed become variables, and those that start alike and are
-changed alike stay one.  It ends where nothing parts any more: zeros of models of several axes, axes that are alike and
+"""What holds of each entry of the covariance for ever (facts.py): zeros of models of several axes, axes that are alike and
 states that are known for ever need no rule of their own.
 """
 
 from __future__ import annotations
 
 from dataclasses import dataclass
-from decimal import Decimal
-from typing import Any, Union
+from typing import Any, Mapping
 
+from kalmanq.compiler.facts import After, Fact, lasting
 from kalmanq.compiler.proven.forms import Entries, Key, Subject
 from kalmanq.compiler.proven.lines import Lines
 from kalmanq.compiler.proven.sums import Sum
-
-Fact = Union[Decimal, Key]  # a constant, or the entry that stands for it
 
 
 @dataclass(frozen=True)
@@ -36,27 +30,15 @@ class Structure:
 def structure(s: Subject, form: Any, in_part: bool = False) -> Structure:
     """in_part: components are updated without the others, too"""
     start = form.values(s.of.P0)
-    made = Structure(dict(start))
-    while True:
-        parted = _parted(s, form, in_part, start, made)
-        if parted == made:
-            return made
-        made = parted
-
-
-def _parted(s: Subject, form: Any, in_part: bool, start: dict[Key, Decimal], made: Structure) -> Structure:
     names = {key: form.field(s, key) for key in start}
-    results = _transfers(s, form, in_part, made.entries(names), names)
-    first: dict[tuple, Key] = {}
-    facts: dict[Key, Fact] = {}
-    for key, fact in made.facts.items():
-        after = tuple(result[key].key() for result in results)
-        if isinstance(fact, Decimal) and all(one == (fact, ()) for one in after):
-            facts[key] = fact
-        else:
-            sort = (start[key], fact if isinstance(fact, tuple) else None, form.word(s, key), after)
-            facts[key] = first.setdefault(sort, key)
-    return Structure(facts)
+
+    def after(known: Mapping[Key, Fact]) -> dict[Key, list[After]]:
+        results = _transfers(s, form, in_part, Structure(dict(known)).entries(names), names)
+        made = {key: [result[key] for result in results] for key in known}
+        return {key: [(one.constant if one.is_constant else None, (one.key(), form.word(s, key))) for one in sums]
+                for key, sums in made.items()}
+
+    return Structure(lasting(start, after))
 
 
 def _transfers(s: Subject, form: Any, in_part: bool, P: Entries, names: dict[Key, str]) -> list[Entries]:

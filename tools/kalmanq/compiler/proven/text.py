@@ -4,11 +4,11 @@ from __future__ import annotations
 
 import numpy as np
 
-from kalmanq.compiler.proven import gain_text, lag_text
+from kalmanq.compiler.proven import lag_text
 from kalmanq.compiler.proven.body import PROBE, Body, beyond, door, function, not_yet, numbered, outside_of, second, stops, \
     too_soon
 from kalmanq.compiler.proven.header import comment
-from kalmanq.compiler.proven.lines import indented
+from kalmanq.compiler.printing import indented
 from kalmanq.compiler.proven.plan import Plan, bookkeeping, event
 from kalmanq.compiler.proven.routines import routines
 from kalmanq.compiler.proven.sums import Sum
@@ -28,9 +28,18 @@ def start(plan: Plan) -> list[str]:
     lines = [f"f->{name} = {value};" for i in range(s.of.n)
              for (name, _), value in zip(s.mean.fields(i), s.mean.start(i))]
     lines += covariance_of(plan, s.of.P0) + [f"f->{name} = 0;" for _, name in bookkeeping(plan)]
-    lines += [*gain_text.variances(plan), "f->nis = 0;"] if plan.nis else []
+    lines += [*variances(plan), "f->nis = 0;"] if plan.nis else []
     lines += [f"f->{name} = 0;" for name in lag_text.innovations(plan)]
     return function(f"void {plan.name}_start({plan.type} *restrict f)", lines)
+
+
+def variances(plan: Plan) -> list[str]:
+    """Those that settled components have, one after the other"""
+    s = plan.subject
+    if not plan.nis:
+        return []
+    return [f"f->s_{measured} = {s.words.constant(value, s.words.variance(j))};"
+            for j, (measured, value) in enumerate(zip(s.measurements, plan.pivots))]
 
 
 def predict(plan: Plan) -> list[str]:
@@ -41,6 +50,8 @@ def predict(plan: Plan) -> list[str]:
 
 
 def update(plan: Plan) -> list[str]:
+    if not plan.carries_covariance:
+        return update_by_gain(plan)
     body = Body(plan, "update")
     for j in range(plan.subject.of.m):
         body.lines.title(plan.subject.measurements[j])
@@ -56,6 +67,18 @@ def update(plan: Plan) -> list[str]:
              f"if (rows >= {plan.rows - 1}) {{ /* settled */", *indented([*settled, whole]), "}", *body.text(),
              *sooner(plan), "f->rows = rows + 1;", whole]
     return apart + function(f"unsigned {plan.name}_update({plan.type} *restrict f, {plan.sample})", lines)
+
+
+def update_by_gain(plan: Plan) -> list[str]:
+    """Of a filter that carries no covariance"""
+    body = Body(plan, "update")
+    body.update_by_gain()
+    enough = [*(["f->missed = 0;"] if plan.max_gap else []), f"f->rows = {plan.min_run};"]
+    if plan.min_run > 1:
+        enough = ["const uint32_t rows = (f->rows >> 16) + 1;", "f->rows = rows;", f"if (rows >= {plan.min_run}) {{",
+                  *indented(enough), "}"]
+    return function(f"unsigned {plan.name}_update({plan.type} *restrict f, {plan.sample})",
+                    [*door(plan, ["return 0;"], second(plan)), *enough, *body.text(), f"return {plan.all}u;"])
 
 
 def sooner(plan: Plan) -> list[str]:
@@ -80,7 +103,7 @@ def step(plan: Plan) -> list[str]:
     fast.predict_mean()
     fast.update_by_gain()
     lines = door(plan, [f"{name}_predict(f{given});", "return 0;"])
-    lines += [*not_yet(plan, plan.rows), *fast.text(), f"return {plan.all}u;"]
+    lines += [*not_yet(plan), *fast.text(), f"return {plan.all}u;"]
     return function(f"unsigned {plan.name}_step({plan.type} *restrict f{plan.controls}, {plan.sample})", lines)
 
 
@@ -115,7 +138,7 @@ def step_some(plan: Plan) -> list[str]:
 
 
 def settled_fields(plan: Plan) -> list[str]:
-    return covariance_of(plan, plan.settled.filtered) + gain_text.variances(plan)
+    return covariance_of(plan, plan.settled.filtered) + variances(plan)
 
 
 def covariance_of(plan: Plan, P: np.ndarray) -> list[str]:
@@ -126,8 +149,7 @@ def covariance_of(plan: Plan, P: np.ndarray) -> list[str]:
 
 
 def _functions(plan: Plan) -> str:
-    parts = (start, predict, update, step, *((update_some, step_some) if plan.partial else ())) \
-        if plan.carries_covariance else gain_text.PARTS
+    parts = (start, predict, update, step, *((update_some, step_some) if plan.partial else ()))
     parts += (lag_text.start, lag_text.step) if plan.lag else ()
     return "\n".join(line for part in parts for line in part(plan))
 

@@ -8,7 +8,7 @@ import numpy as np
 
 from kalmanq.compiler.exact import Settled
 from kalmanq.compiler.proven.header import comment
-from kalmanq.compiler.proven.lines import indented
+from kalmanq.compiler.printing import indented
 from kalmanq.compiler.proven.plan import Plan
 from kalmanq.compiler.proven.search import Track
 
