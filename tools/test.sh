@@ -58,7 +58,7 @@ groups_of() { # [NAME]
     reference* | campaign*) echo eigen ;;
     diffuse* | em*) echo peers ;;
     peers*) echo tools peers ;;
-    example*) echo cores python scipy ;;
+    example*) echo tools cores python scipy ;;
     *) echo clang cores package python scipy cost eigen peers browser tools ${is_all:+ wheel rust micropython packagers} ;;
     esac
 }

@@ -1,9 +1,9 @@
 """The examples of tools/examples: what they print is right, over many seeds.
 
-    check_example.py run NAME PROGRAM RUNS PICTURE    checks RUNS seeds, draws the first one
-    check_example.py core PROGRAM COMMAND...          COMMAND, on an emulated core, prints what PROGRAM does
+    check_example.py run KALMANQ NAME FOLDER LIBRARY RUNS          checks RUNS seeds, draws the first one: FOLDER.png
+    check_example.py core KALMANQ NAME FOLDER LIBRARY OBJECT...    a Cortex-M4F, emulated, prints what the host does
 
-Prints RMS and NEES/n; answers 0 where all is as it should be.
+KALMANQ: the command that writes the device; LIBRARY: the host's; OBJECT: of the core's.  Prints RMS and NEES/n; answers 0 where all is as it should be.
 """
 from __future__ import annotations
 
@@ -28,6 +28,15 @@ AS_GOOD = {("sharp",): ("east_m", "north_m")}
 ATTITUDE = {("roll_deg", "pitch_deg", "yaw_deg"): (1.376, 0.930),
             ("bias_x_rad_s", "bias_y_rad_s", "bias_z_rad_s"): (0.0197, 0.0121)}
 ATTITUDE_TOLERANCE, MANY = 0.10, 100
+
+
+CORE = "m4f"
+
+
+def built(kalmanq, name, core, folder, library) -> str:
+    """The program of an example on a core"""
+    printed(["sh", str(ROOT / "tests/examples/built.sh"), kalmanq, name, core, folder, *library])
+    return f"{folder}/{name}"
 
 
 def printed(command) -> list[str]:
@@ -126,9 +135,9 @@ def check_run(name, program, count, picture) -> list[str]:
     return faults
 
 
-def check_core(program, command) -> list[str]:
+def check_core(program, on_core) -> list[str]:
     """Sines and logarithms of two C libraries differ in their last bits, and so do the runs."""
-    host, (*core, last) = read_run(printed([program])), printed(command)
+    host, (*core, last) = read_run(printed([program])), printed(["sh", str(ROOT / "tests/target/run.sh"), CORE, on_core])
     core = read_run(core)
     faults = [] if last == "OK" and list(core) == list(host) else ["the core prints something else"]
     worst = max(np.max(np.abs(core[f"{name}_{kind}"] - host[f"{name}_{kind}"]) / host[f"{name}_{kind}_sigma"])
@@ -138,11 +147,12 @@ def check_core(program, command) -> list[str]:
 
 
 def main():
-    what, *rest = sys.argv[1:]
+    what, kalmanq, name, folder, library, *rest = sys.argv[1:]
+    program = built(kalmanq, name, "host", folder, [library])
     if what == "core":
-        faults = check_core(rest[0], rest[1:])
+        faults = check_core(program, built(kalmanq, name, CORE, f"{folder}/{CORE}", rest))
     else:
-        faults = check_run(rest[0], rest[1], int(rest[2]), rest[3])
+        faults = check_run(name, program, int(rest[0]), f"{folder}.png")
     sys.exit("\n".join(faults) or 0)
 
 

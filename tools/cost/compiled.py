@@ -24,7 +24,7 @@ import build
 from build import TARGET, Place, compiled, linked
 from cores import BY_NAME, ROOT, Core, run, toolchain
 from elf import flash_and_ram
-from emulators import Emulator, count_avr
+from emulators import count_program
 from errors import UserError, told_in_one_line
 from outputs import csv_text, end_of, write
 
@@ -52,8 +52,7 @@ def measured(place: Place, core: Core, folder: Path, level: str) -> dict[str, An
     program = linked(core, [main, written, marks], work / "program.elf")
     calls = ["predict", *map(updating, what["sensors"])] if is_nonlinear else REGIONS
     functions = {region: f"{name}_{call}" for region, call in enumerate(calls)}
-    counted = (count_avr(place.avr_counter, program, functions) if core.family == "avr" else
-               Emulator(core, program).count_regions(functions))
+    counted = count_program(core, program, functions, place.avr_counter)
     count = {region: counted[region].instructions for region in functions}
     if is_nonlinear:
         return {"core": core.name, "name": name, "arithmetic": what["arithmetic"], "level": level, "n": what["n"], "m": what["m"],

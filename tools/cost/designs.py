@@ -26,7 +26,7 @@ from build import Place, compiled, linked
 from cases import MOST, SIZES
 from cores import BY_NAME, ROOT, Core
 from elf import flash_and_ram
-from emulators import Emulator, count_avr
+from emulators import count_program
 from errors import UserError, told_in_one_line
 from measure import WORKERS, finish
 from outputs import csv_text, end_of, write
@@ -76,8 +76,7 @@ def measured(place: Place, core: Core, folder: Path) -> dict[str, Any]:
     step = f"{what['name']}_step"
     functions = {region: step for region in range(COUNTED)}
     program = linked(core, parts, work / "program.elf")
-    counted = (count_avr(place.avr_counter, program, functions) if core.family == "avr" else
-               Emulator(core, program).count_regions(functions))
+    counted = count_program(core, program, functions, place.avr_counter)
     with_it, without = (flash_and_ram(linked(core, parts, work / f"{entry}.elf", entry=entry))
                         for entry in ("use_design", "use_nothing"))
     made = {"core": core.name, **what,

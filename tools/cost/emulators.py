@@ -45,13 +45,19 @@ def most(calls: list[Counted]) -> Counted:
     return replace(longest, stack=max(call.stack for call in calls))
 
 
+def count_program(core: Core, program: Path, functions: dict[int, str], avr_counter: Path) -> dict[int, Counted]:
+    """A call of the function of each region, of several the most; all of a region without one."""
+    if core.family == "avr":
+        return count_avr(avr_counter, program, functions)
+    return Emulator(core, program).count_regions(functions)
+
+
 # ---- AVR -------------------------------------------------------------------------------------
 
 MARKS = ("_end", "cost_region", "cost_failed", "cost_end")
 
 
 def count_avr(counter: Path, program: Path, functions: dict[int, str]) -> dict[int, Counted]:
-    """A call of the function of each region, of several the most; all of a region without one."""
     elf = Elf(program)
     entries = [functions.get(region) for region in range(max(functions) + len(CALLS) + 1)]
     places = [elf.address(name) if name else 0 for name in (*MARKS, *entries)]
@@ -119,7 +125,6 @@ class Emulator:
         self.uc.reg_write(arm_const.UC_ARM_REG_FPEXC, 0x4000_0000)
 
     def count_regions(self, functions: dict[int, str]) -> dict[int, Counted]:
-        """A call of each region's function, of several the most; all of a region without one."""
         found: dict[int, list[Counted]] = {}
         marks = {name: self.elf.address(f"cost_{name}") for name in ("region", "failed", "end")}
         places = list(marks.values())

@@ -48,10 +48,10 @@ def stop(tool: str, line: str) -> None:
 TIME_LIMIT = float(os.environ.get("KQ_TIME_LIMIT", "1800"))  # seconds
 
 
-def run_program(command: Sequence[str], hint: str, given: str | None = None) -> subprocess.CompletedProcess[str]:
+def run_program(command: Sequence[str], hint: str) -> subprocess.CompletedProcess[str]:
     """Runs a compiler, an emulator or the like to its end; the hint says where to get it."""
     try:
-        return subprocess.run(command, input=given, capture_output=True, text=True, timeout=TIME_LIMIT, check=False)
+        return subprocess.run(command, capture_output=True, text=True, timeout=TIME_LIMIT, check=False)
     except OSError as problem:
         raise UserError(f"{command[0]}: {problem.strerror}; {hint}") from problem
     except subprocess.TimeoutExpired as problem:

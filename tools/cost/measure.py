@@ -67,7 +67,7 @@ def finish(pool: Pool, task: Callable[[Item], Result], items: Sequence[Item], do
 
 def measure(place: Place, wanted: Program) -> Measured:
     program = build.program(place, wanted)
-    counted = count(place, wanted, program)
+    counted = emulators.count_program(BY_NAME[wanted.core], program, build.regions(wanted), place.avr_counter)
     elf = Elf(program)
     rows, hot = [], []
     for index, (n, m) in enumerate(wanted.dimensions):
@@ -114,13 +114,6 @@ def calls_of(wanted: Program, counted: dict[int, Counted], index: int, n: int) -
             raise UserError(f"{wanted.name}: {what} was never called")
         calls[what] = counted[build.region(what, index)]
     return calls
-
-
-def count(place: Place, wanted: Program, program: Path) -> dict[int, Counted]:
-    core, functions = BY_NAME[wanted.core], build.regions(wanted)
-    if core.family == "avr":
-        return emulators.count_avr(place.avr_counter, program, functions)
-    return emulators.Emulator(core, program).count_regions(functions)
 
 
 def size_of(place: Place, wanted: Program, what: str, n: int, m: int) -> tuple[int | None, int | None]:

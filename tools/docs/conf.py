@@ -16,7 +16,7 @@ copyright = "the kalmanq authors"
 root_doc = "tools/docs/index"
 include_patterns = ["*.md", "include/*.md", "src/*.md", "port/*.md", "port/*/*.md", "tests/*.md", "tests/vectors/*.md", "tools/*/*.md", "tools/examples/boards/*.md",
                     "tools/examples/boards/*/*.md",
-                    "tools/studies/heavy_tails/*.md", "tools/docs/*.md", "tools/docs/*/*.md", "tools/docs/made/headers/*.md"]
+                    "tools/docs/*.md", "tools/docs/*/*.md", "tools/docs/made/headers/*.md"]
 exclude_patterns = ["build", ".deps", "tools/docs/_*"]
 extensions = ["myst_parser", "breathe", "sphinx.ext.autodoc"]
 myst_heading_anchors = 4

@@ -29,16 +29,14 @@ def cost_of(job: Job, libraries: Libraries) -> Cost:
     import build
     from cores import BY_NAME
     from elf import flash_and_ram
-    from emulators import Emulator, count_avr
+    from emulators import count_program
 
     place, core = build.Place(ROOT, job.folder), BY_NAME[counted_as(job.core)]
     made = objects_of(job, place, core, libraries)
     program = build.linked(core, [*made["own"], *made["counted"]], job.folder / "cost.elf")
     if core.family == "avr":
         build.avr_counter(place)
-        counted = count_avr(place.avr_counter, program, {0: "example"})[0]
-    else:
-        counted = Emulator(core, program).count_regions({0: "example"})[0]
+    counted = count_program(core, program, {0: "example"}, place.avr_counter)[0]
     with_it, without = (flash_and_ram(build.linked(core, made[name], job.folder / f"{name}.elf", entry="example")) for name in ("own", "nothing"))
     rows = len(next(iter(table(job.example.data_of(job.name)).values())))
     return Cost(with_it[0] - without[0], with_it[1] - without[1], counted.stack, round(counted.instructions / rows))

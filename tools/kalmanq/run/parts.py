@@ -81,9 +81,9 @@ class Parts:
         less = self.model.d if which == "measurements" and self.model.d is not None else 0.0
         return self.arithmetic.words(given, quantities, formats, which, less)
 
-    def pushes(self, u: Any, rows: int = 1) -> Optional[np.ndarray]:
-        """Words of controls, rows x l, or None; an offset's 1 is among them"""
-        made = controls_of(u if u is None or rows > 1 else row_of(u, len(self.model.inputs), "u"), self.model, rows)
+    def pushes(self, u: Any) -> Optional[np.ndarray]:
+        """Words of a row of controls, 1 x l, or None; an offset's 1 is among them"""
+        made = controls_of(None if u is None else row_of(u, len(self.model.inputs), "u"), self.model, 1)
         return None if made is None else self.words(made, "controls")
 
     def carried(self, controls: Optional[np.ndarray], left: Optional[np.ndarray], rows: int) -> Optional[np.ndarray]:

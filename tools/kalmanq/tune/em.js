@@ -56,17 +56,6 @@ function noExpectation(model) {
   return "";
 }
 
-function logLikelihoodOf(engine, asked, at, counted) {
-  return (x) => {
-    const theta = asked.theta.map((one, k) => (at.includes(k) ? Math.exp(x[at.indexOf(k)]) : one));
-    counted.calls++;
-    try {
-      const { total } = engine.run({ ...asked, theta, arithmetic: "f64", all: false });
-      return Number.isFinite(total) ? total : -Infinity;
-    } catch { return -Infinity; }
-  };
-}
-
 /* One step of EM, of logarithms of sizes */
 function expectationStep(f, x, N, powers) {
   return slopes(f, x, SLOPE).map((slope, k) => x[k] + Math.log(Math.max(LEAST, 1 + (2 * slope) / (powers[k] * N[k]))) / powers[k]);
@@ -107,8 +96,7 @@ function expectation(engine, asked, isFree, told = () => {}) {
     if (cycles % OFTEN === OFTEN - 1) now = withoutTheLeast(f, now);
     told({ value: now.value, steps: 3 * (cycles + 1) });
   }
-  const theta = asked.theta.map((one, k) => (at.includes(k) ? Math.exp(now.x[at.indexOf(k)]) : one));
-  return { theta, value: now.value, calls: counted.calls, steps: 3 * cycles, hasEnded: small >= 3 };
+  return { theta: sizesOf(asked, at, now.x), value: now.value, calls: counted.calls, steps: 3 * cycles, hasEnded: small >= 3 };
 }
 
 if (typeof module !== "undefined") Object.assign(module.exports, { expectation, expectationStep, degrees, logLikelihoodOf });

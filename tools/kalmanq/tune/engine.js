@@ -6,6 +6,8 @@
 const FIELDS = ("arithmetic n m l rows processes factor unknown loss level run smooth only lag ahead latest A B Q G H R x0 P0 d parameter " +
   "range fraction which late z u mean sigma innovation innovation_sigma nis log_likelihood taken smoothed smoothed_sigma lagged " +
   "lagged_sigma forecast forecast_sigma total events part row quantity component bits").split(" ");
+const RESULTS = ("mean sigma innovation innovation_sigma nis log_likelihood taken smoothed smoothed_sigma lagged lagged_sigma " +
+  "forecast forecast_sigma").split(" ");
 const ARITHMETICS = ["f32", "f64", "q31"];
 const LOSSES = ["none", "gate", "huber", "student", "jump"];
 const LEVELS = [0.9, 0.95, 0.99, 0.999, 0.9999];
@@ -75,13 +77,31 @@ function stepOver(n, l, F, Qc, B, dt) {
 
 class Refusal extends Error {}
 
-/* A recording in the memory of a WebAssembly module */
+/* A recording in the memory of a WebAssembly module, what is asked of it and what comes out.  fields: of the request; results: those
+   that it has */
 class Recording {
-  constructor(instance, model) {
+  constructor(instance, model, fields, results) {
     this.core = instance.exports;
     this.model = model;
     this.latest = 0;
+    this.mostAhead = 2000;
+    const request = this.core.tune_request() >> 2;
+    this.at = Object.fromEntries(fields.map((name, k) => [name, request + k]));
+    this.z = this.put(model.z);
+    this.late = this.putWhole(new Int32Array(model.rows * model.m));
+    this.out = Object.fromEntries(results.map((name) => [name, this.take((name.startsWith("forecast") ? this.mostAhead : model.rows) * this.width(name))]));
   }
+  /* Of a row of a result */
+  width(name) {
+    const { n, m } = this.model;
+    return name.endsWith("expected") || name.startsWith("innovation") ? m : ["nis", "log_likelihood", "taken"].includes(name) ? 1 : n;
+  }
+  result(name) { return this.view(this.out[name], (name.startsWith("forecast") ? this.ahead : this.model.rows) * this.width(name)); }
+  set(given) {
+    const request = new Int32Array(this.core.memory.buffer);
+    for (const [name, value] of Object.entries(given)) request[this.at[name]] = value;
+  }
+  get events() { return new Int32Array(this.core.memory.buffer)[this.at.events]; }
   take(count) {
     const at = this.core.tune_take(8 * count);
     if (!at) throw new Refusal("not enough memory for so many rows");
@@ -106,15 +126,10 @@ class Recording {
 
 class Engine extends Recording {
   constructor(instance, model) {
-    super(instance, model);
-    const { n, m, l, rows } = model;
-    this.request = this.core.tune_request() >> 2;
-    this.at = Object.fromEntries(FIELDS.map((name, k) => [name, this.request + k]));
-    this.z = this.take(rows * m);
-    this.write(this.z, model.z);
+    super(instance, model, FIELDS, RESULTS);
+    const { n, m } = model;
     this.u = model.u ? this.put(model.u) : 0;
     this.which = model.which ? this.putWhole(model.which) : 0;
-    this.late = this.putWhole(new Int32Array(rows * m));
     const quantities = [...model.states, ...model.measurements, ...model.controls];
     this.canFix = quantities.every((one) => one.range !== null);
     this.range = this.put(quantities.map((one) => one.range || 1));
@@ -122,21 +137,8 @@ class Engine extends Recording {
     this.fixed = ["A", "B", "H", "x0", "d"].reduce((made, name) => ({ ...made, [name]: model[name] ? this.put(model[name]) : 0 }), {});
     this.free = { Q: this.take(model.Q.length), G: model.G ? this.take(model.G.length) : 0, R: this.take(m * m), P0: this.take(n * n),
                   parameter: this.take(1), total: this.take(1) };
-    this.out = {};
-    for (const [name, width] of [["mean", n], ["sigma", n], ["innovation", m], ["innovation_sigma", m], ["nis", 1],
-      ["log_likelihood", 1], ["taken", 1], ["smoothed", n], ["smoothed_sigma", n], ["lagged", n], ["lagged_sigma", n]]) {
-      this.out[name] = this.take(rows * width);
-    }
-    this.mostAhead = 2000;
-    this.out.forecast = this.take(this.mostAhead * n);
-    this.out.forecast_sigma = this.take(this.mostAhead * n);
   }
 
-  result(name) {
-    const { n, m, rows } = this.model;
-    const width = { innovation: m, innovation_sigma: m, nis: 1, log_likelihood: 1, taken: 1 }[name] || n;
-    return this.view(this.out[name], (name.startsWith("forecast") ? this.ahead : rows) * width);
-  }
   /* A, B and Q of the step of another dt.  As it was given: those very bits. */
   step(theta, dt, made) {
     const { flow, noises, n, l } = this.model, isGiven = !flow || dt === undefined || dt === flow.dt;
@@ -174,21 +176,20 @@ class Engine extends Recording {
     if (asked.arithmetic === "q31" && !this.canFix) throw new Refusal("q31 needs a range of each state, measurement and control: `ranges` in the model file");
     for (const name of ["Q", "R", "P0"]) this.write(this.free[name], made[name]);
     if (made.G) this.write(this.free.G, made.G);
-    const loss = LOSSES.indexOf(asked.loss || "none"), ask = new Int32Array(this.core.memory.buffer);
-    const set = (given) => { for (const [name, value] of Object.entries(given)) ask[this.at[name]] = value; };
+    const loss = LOSSES.indexOf(asked.loss || "none");
     this.ahead = asked.all === false ? 0 : Math.min(asked.ahead || 0, this.mostAhead);
     this.write(this.free.parameter, [loss > 1 ? asked.parameter : 0]);
-    set({ arithmetic: ARITHMETICS.indexOf(asked.arithmetic), n: model.n, m: model.m, l: model.l, rows: model.rows,
-          processes: model.processes, factor: model.factor, unknown: model.unknown, loss, level: LEVELS.indexOf(asked.parameter), run: 8,
-          smooth: asked.smooth && !loss ? 1 : 0, only: asked.only ?? -1, lag: asked.lag > 0 ? asked.lag : -1, ahead: this.ahead, ...this.fixed, ...this.free,
-          range: this.range, fraction: this.fraction, which: this.which, late: this.late, latest: loss ? 0 : this.latest, z: this.z, u: this.u, ...this.out });
-    if (asked.all === false) set({ mean: 0, smooth: 0 });
-    if (asked.alone) set({ total: 0 });
+    this.set({ arithmetic: ARITHMETICS.indexOf(asked.arithmetic), n: model.n, m: model.m, l: model.l, rows: model.rows,
+               processes: model.processes, factor: model.factor, unknown: model.unknown, loss, level: LEVELS.indexOf(asked.parameter), run: 8,
+               smooth: asked.smooth && !loss ? 1 : 0, only: asked.only ?? -1, lag: asked.lag > 0 ? asked.lag : -1, ahead: this.ahead, ...this.fixed, ...this.free,
+               range: this.range, fraction: this.fraction, which: this.which, late: this.late, latest: loss ? 0 : this.latest, z: this.z, u: this.u, ...this.out });
+    if (asked.all === false) this.set({ mean: 0, smooth: 0 });
+    if (asked.alone) this.set({ total: 0 });
     this.hasLag = asked.lag > 0 && !this.latest && asked.loss !== "jump" && asked.all !== false && !asked.alone;
-    if (!this.hasLag) set({ lag: -1 });
+    if (!this.hasLag) this.set({ lag: -1 });
     const status = this.core.tune_run();
     if (status < 0) throw new Refusal(this.refusal(status));
-    return { total: this.view(this.free.total, 1)[0], events: new Int32Array(this.core.memory.buffer)[this.at.events] };
+    return { total: this.view(this.free.total, 1)[0], events: this.events };
   }
 
   /* In words, with the row and the cure */
@@ -419,21 +420,29 @@ function ascend(f, x0, told, tolerance) {
   return { x, value };
 }
 
-/* The sizes of the noises that are free at the largest log-likelihood, in f64 */
-function fit(engine, asked, isFree, told = () => {}) {
-  const at = asked.theta.map((_, k) => k).filter((k) => isFree[k]);
-  const theta = (x) => asked.theta.map((one, k) => (at.includes(k) ? Math.exp(x[at.indexOf(k)]) : one));
-  let calls = 0;
-  const value = (x) => {
-    calls++;
-    if (x.some((one, k) => Math.abs(one - Math.log(engine.model.noises[at[k]].value)) > FARTHEST)) return -Infinity;
+/* All sizes, of which those at these places have the logarithms x */
+function sizesOf(asked, at, x) {
+  return asked.theta.map((one, k) => (at.includes(k) ? Math.exp(x[at.indexOf(k)]) : one));
+}
+
+/* The log-likelihood in f64 by these logarithms; farthest: how far they may go from where the model has them */
+function logLikelihoodOf(engine, asked, at, counted, farthest = Infinity) {
+  return (x) => {
+    counted.calls++;
+    if (x.some((one, k) => Math.abs(one - Math.log(engine.model.noises[at[k]].value)) > farthest)) return -Infinity;
     try {
-      const { total } = engine.run({ ...asked, theta: theta(x), arithmetic: "f64", all: false });
+      const { total } = engine.run({ ...asked, theta: sizesOf(asked, at, x), arithmetic: "f64", all: false });
       return Number.isFinite(total) ? total : -Infinity;
     } catch { return -Infinity; }
   };
-  const found = climb(value, at.map((k) => Math.log(asked.theta[k])), (one) => told({ theta: theta(one.x), value: one.value }));
-  return { theta: theta(found.x), value: found.value, calls };
+}
+
+/* The sizes of the noises that are free at the largest log-likelihood, in f64 */
+function fit(engine, asked, isFree, told = () => {}) {
+  const at = asked.theta.map((_, k) => k).filter((k) => isFree[k]), counted = { calls: 0 };
+  const value = logLikelihoodOf(engine, asked, at, counted, FARTHEST);
+  const found = climb(value, at.map((k) => Math.log(asked.theta[k])), (one) => told({ theta: sizesOf(asked, at, one.x), value: one.value }));
+  return { theta: sizesOf(asked, at, found.x), value: found.value, calls: counted.calls };
 }
 
 async function made(wasm, model) {

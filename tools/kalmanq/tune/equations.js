@@ -4,6 +4,7 @@
 /* Of a tune_run (c/run.h), in its order: 32 bits each */
 const RUN_FIELDS = ("n m c l rows smooth ahead latest late R z u clock step mean sigma expected innovation innovation_sigma nis log_likelihood taken " +
   "smoothed smoothed_sigma smoothed_expected forecast forecast_sigma total events").split(" ");
+const RUN_RESULTS = RUN_FIELDS.slice(RUN_FIELDS.indexOf("mean"), RUN_FIELDS.indexOf("total"));
 const FUNCTIONS = ["sin", "cos", "tan", "asin", "acos", "atan", "sinh", "cosh", "tanh", "asinh", "acosh", "atanh", "exp", "expm1", "log", "log1p", "cbrt", "atan2", "pow"];
 
 /* What the emitted C takes of <math.h>, by its names */
@@ -27,26 +28,11 @@ function literalOf([form, noise, factor, begun], theta, values, parameter, isFlo
 
 class EquationEngine extends Recording {
   constructor(instance, model) {
-    super(instance, model);
+    super(instance, model, RUN_FIELDS, RUN_RESULTS);
     this.canFix = false;
     this.hasExpected = true;
-    this.at = Object.fromEntries(RUN_FIELDS.map((name, k) => [name, (this.core.tune_request() >> 2) + k]));
-    const { n, m, rows } = model;
-    this.mostAhead = 2000;
-    this.z = this.put(model.z);
-    this.late = this.putWhole(new Int32Array(rows * m));
     this.fixed = { u: this.put(model.u), clock: this.put(model.clock), step: this.put([model.step]),
-                   R: this.take(m * m), total: this.take(1) };
-    this.out = {};
-    for (const [name, width] of [["mean", n], ["sigma", n], ["expected", m], ["innovation", m], ["innovation_sigma", m], ["nis", 1], ["log_likelihood", 1],
-      ["taken", 1], ["smoothed", n], ["smoothed_sigma", n], ["smoothed_expected", m]]) this.out[name] = this.take(rows * width);
-    this.out.forecast = this.take(this.mostAhead * n);
-    this.out.forecast_sigma = this.take(this.mostAhead * n);
-  }
-
-  result(name) {
-    const { n, m, rows } = this.model, width = name.endsWith("expected") || name.startsWith("innovation") ? m : ["nis", "log_likelihood", "taken"].includes(name) ? 1 : n;
-    return this.view(this.out[name], (name.startsWith("forecast") ? this.ahead : rows) * width);
+                   R: this.take(model.m * model.m), total: this.take(1) };
   }
   limit(dof) { return this.model.limits[dof]; }
 
@@ -64,13 +50,12 @@ class EquationEngine extends Recording {
   run(asked) {
     const { model } = this, name = `${asked.loss || "none"}_${asked.arithmetic}`, isAll = asked.all !== false;
     this.choose(name, asked);
-    const ask = new Int32Array(this.core.memory.buffer), set = (given) => { for (const [field, value] of Object.entries(given)) ask[this.at[field]] = value; };
     this.ahead = isAll && !asked.alone ? Math.min(asked.ahead || 0, this.mostAhead) : 0;
-    set({ n: model.states_of_filter, m: model.m, c: model.n, l: model.l, rows: model.rows, smooth: asked.smooth && model.smooths ? 1 : 0, ahead: this.ahead,
-          latest: isAll && !asked.smooth ? this.latest : 0, z: this.z, late: this.late, ...this.fixed, ...this.out });
-    if (!isAll) set({ mean: 0, smooth: 0 });
+    this.set({ n: model.states_of_filter, m: model.m, c: model.n, l: model.l, rows: model.rows, smooth: asked.smooth && model.smooths ? 1 : 0, ahead: this.ahead,
+               latest: isAll && !asked.smooth ? this.latest : 0, z: this.z, late: this.late, ...this.fixed, ...this.out });
+    if (!isAll) this.set({ mean: 0, smooth: 0 });
     if (!this.core[`${name}_tune`]()) throw new Refusal("not enough memory for so many rows");
-    return { total: this.view(this.fixed.total, 1)[0], events: new Int32Array(this.core.memory.buffer)[this.at.events] };
+    return { total: this.view(this.fixed.total, 1)[0], events: this.events };
   }
 
   /* Has it the bits of the host?  Otherwise how far its last mean is from the host's, in sigmas */

@@ -23,7 +23,6 @@ HERE = Path(__file__).resolve().parent
 CORE = HERE / "core.wasm"
 STEPS_MOST = 1000  # steps of other lengths than dt, which have a process each
 NUMBERS_MOST = 40_000_000  # that the page's memory has to hold
-FORECAST = 0.1  # of the rows that there are; at least 10, at most 200
 WAYS = ("tables", "init", "sizes", "lean")
 
 

@@ -108,15 +108,16 @@ def _claims(found: Sequence[Claim]) -> str:
 
 def _advice(c: Collected) -> str:
     alpha = nearest(c.alphas("robust"), 1.5)
-    plain, jump = (c.beside_exact(EVEN, alpha, name, "MAE", "filter") for name in ("plain", "jump"))
-    gate, huber = (c.beside_exact(EVEN, alpha, name, "MAE", "filter") for name in ("gate", "Huber"))
+    plain, gate, huber = (c.beside_exact(EVEN, alpha, name, "MAE", "filter") for name in ("plain", "gate", "Huber"))
+    jump = worst(c, EVEN, "jump", "MAE", "filter")
     fitted = c.beside_gaussian("fitted", EVEN, TAILED, "EM of Q", "MAE")
     cost = [c.beside_exact(ratio, GAUSSIAN, "jump", "MAE", "filter") for ratio in (EVEN, QUIET)]
     smoothed = [worst(c, ratio, "reweighted", "MAE", "smoother") for ratio in (EVEN, QUIET)]
+    alphas = ", ".join(f"{one:g}" for one in ROBUST_ALPHAS)
     said = (
         f"""**Where the state jumps, say so to the filter**: `kalmanq run --robust jump`, in Python
-        `Robust("jump", g)`. At alpha = {alpha:g}, Q/R = {EVEN:g}, g = {JUMP[EVEN]:g}, its MAE is {jump} times that of
-        the exact posterior mean, the plain filter's {plain}. Where nothing jumps, it costs {percent(cost[0])}
+        `Robust("jump", g)`. For Q/R = {EVEN:g}, g = {JUMP[EVEN]:g}, its MAE is at most {jump} times the exact
+        posterior mean's (alpha = {alphas}); the plain filter's is {plain} at alpha = {alpha:g}. Where nothing jumps, it costs {percent(cost[0])}
         (Q/R = {EVEN:g}) or {percent(cost[1])} ({QUIET:g}, g = {JUMP[QUIET]:g}).""",
         f"""**Smooth with** `ReweightedSmoother`: its MAE is at most {percent(smoothed[0])} (Q/R = {EVEN:g}) and
         {percent(smoothed[1])} ({QUIET:g}) above the exact smoother's, for alpha = {ROBUST_ALPHAS[0]:g} to
