@@ -218,18 +218,8 @@ Vector<Quad> errorUnits(const Matrix<Quad> &P, const Matrix<Quad> &prior, const 
     return positiveOr(variance.cwiseMax(Quad(0)).cwiseSqrt(), Quad(infinite));
 }
 
-struct Errors {
-    double x = 0, P = 0;
-
-    void add(const Belief<double> &mine, const Belief<Quad> &exact, const Vector<Quad> &unit)
-    {
-        x = std::max(x, meanError(mine.mean, exact.mean, unit));
-        P = std::max(P, covarianceError(mine.covariance, exact.covariance, unit));
-    }
-};
-
 struct Outcome {
-    Errors filter, smoother;
+    Worst filter, smoother;
     int skipped = 0;      // measurements at the filter's floor
     int needless = 0;     // of them, those that say something after all
     bool positive = true; // P of the smoother is, at every step

@@ -9,6 +9,7 @@
 #include <string>
 #include <vector>
 
+#include "accuracy.hpp"
 #include "decompositions.hpp"
 #include "owners.hpp"
 #include "random.hpp"
@@ -163,16 +164,10 @@ Data someData(Random &random, int n, int count)
 template <class T>
 void compare(Figures &figures, const Belief<Quad> &expected, const Belief<Wide<T>> &actual)
 {
-    const Vector<Quad> sigma = scale(expected.covariance);
-    for (Index i = 0; i < sigma.size(); ++i) {
-        const Quad miss = Quad::of(static_cast<__float128>(actual.mean(i))) - expected.mean(i);
-        figures.add("mean", std::abs(static_cast<double>(miss / sigma(i))));
-        for (Index j = 0; j < sigma.size(); ++j) {
-            const Quad P = Quad::of(static_cast<__float128>(actual.covariance(i, j)));
-            const Quad off = (P - expected.covariance(i, j)) / (sigma(i) * sigma(j));
-            figures.add("P", std::abs(static_cast<double>(off)));
-        }
-    }
+    Worst worst;
+    worst.add(actual, expected);
+    figures.add("mean", worst.x);
+    figures.add("P", worst.P);
 }
 
 template <class T> Bounds goals();

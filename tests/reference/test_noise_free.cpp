@@ -375,9 +375,8 @@ std::vector<Case> cases(std::uint64_t seed)
 
 // ------------------------------------------------------------------ errors
 
-struct Figures {
-    double x = 0, P = 0, smoothedX = 0, smoothedP = 0;
-    bool sound = true;       // no NaN, no variance below 0
+struct Figures : Soundness {
+    Worst filtered, smoothed;
     bool rankIsRight = true; // as many taken in every step as there should be
     unsigned events = 0;
 };
@@ -387,12 +386,6 @@ template <class T> Vector<Quad> units(const Matrix<Quad> &P, const Matrix<Quad> 
     constexpr double floor = 16 * static_cast<double>(std::numeric_limits<T>::epsilon());
     const Vector<Quad> sigma = sigmas(P, unmeasured, floor);
     return positiveOr(sigma, Quad(knownUnit));
-}
-
-bool isSound(const Belief<double> &belief)
-{
-    return belief.mean.allFinite() && belief.covariance.allFinite() &&
-           belief.covariance.diagonal().minCoeff() >= 0;
 }
 
 template <class T>
@@ -407,10 +400,8 @@ void compareFiltered(Figures &figures, LibraryRun<T> &run, const Case &data,
         figures.rankIsRight = figures.rankIsRight && taken == static_cast<int>(expected);
         const Belief<double> mine = run.belief();
         const Belief<Quad> &exact = reference.track()[t].filtered;
-        const Vector<Quad> unit = units<T>(exact.covariance, reference.unmeasured()[t]);
-        figures.x = std::max(figures.x, meanError(mine.mean, exact.mean, unit));
-        figures.P = std::max(figures.P, covarianceError(mine.covariance, exact.covariance, unit));
-        figures.sound = figures.sound && isSound(mine);
+        figures.filtered.add(mine, exact, units<T>(exact.covariance, reference.unmeasured()[t]));
+        figures.inspect(mine);
         if (t + 1 < steps.size()) run.predict(steps[t]);
     }
 }
@@ -423,11 +414,8 @@ void compareSmoothed(Figures &figures, LibraryRun<T> &run, const BrysonFrazier &
     for (std::size_t t = 0; t < past.size(); ++t) {
         const Belief<double> &mine = past[t].belief;
         const Belief<Quad> &exact = exactPast[t].belief;
-        const Vector<Quad> unit = units<T>(exact.covariance, reference.unmeasured()[t]);
-        figures.smoothedX = std::max(figures.smoothedX, meanError(mine.mean, exact.mean, unit));
-        figures.smoothedP =
-            std::max(figures.smoothedP, covarianceError(mine.covariance, exact.covariance, unit));
-        figures.sound = figures.sound && isSound(mine);
+        figures.smoothed.add(mine, exact, units<T>(exact.covariance, reference.unmeasured()[t]));
+        figures.inspect(mine);
     }
 }
 
@@ -461,10 +449,10 @@ void check(Verdict &verdict, const Case &data, const Figures &figures, const std
            double goal, double limit)
 {
     verdict.expect(figures.sound, name + ": a NaN or a negative variance");
-    verdict.expectGoal(figures.x, goal, limit, name + ": filtered x");
-    verdict.expectAtMost(figures.P, goal, name + ": filtered P");
-    verdict.expectGoal(figures.smoothedX, goal, limit, name + ": smoothed x");
-    verdict.expectAtMost(figures.smoothedP, goal, name + ": smoothed P");
+    verdict.expectGoal(figures.filtered.x, goal, limit, name + ": filtered x");
+    verdict.expectAtMost(figures.filtered.P, goal, name + ": filtered P");
+    verdict.expectGoal(figures.smoothed.x, goal, limit, name + ": smoothed x");
+    verdict.expectAtMost(figures.smoothed.P, goal, name + ": smoothed P");
     verdict.expect((figures.events & ~unsigned{KQ_EVENT_REDUNDANT}) == 0, name + ": a wrong event");
     if (!data.sharp) return;
     const bool floor = (figures.events & KQ_EVENT_REDUNDANT) != 0;
@@ -478,8 +466,8 @@ void testCase(Verdict &verdict, const Case &data)
     const Figures f32 = runLibrary<float>(data, reference);
     const Figures f64 = runLibrary<double>(data, reference);
     std::printf("%-38s %7.1e %7.1e  %7.1e %7.1e   %7.1e %7.1e  %7.1e %7.1e\n",
-                data.sequence.name.c_str(), f32.x, f32.P, f32.smoothedX, f32.smoothedP, f64.x,
-                f64.P, f64.smoothedX, f64.smoothedP);
+                data.sequence.name.c_str(), f32.filtered.x, f32.filtered.P, f32.smoothed.x, f32.smoothed.P,
+                f64.filtered.x, f64.filtered.P, f64.smoothed.x, f64.smoothed.P);
     check(verdict, data, f32, data.sequence.name + ", f32", floatGoal,
           isLimitedByFloat(data) ? floatLimit : 0);
     check(verdict, data, f64, data.sequence.name + ", f64", doubleGoal, 0);
