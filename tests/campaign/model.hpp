@@ -14,17 +14,15 @@
 
 #include "../reference/generator.hpp"
 #include "../reference/ranges.hpp"
+#include "arrays.hpp"
 
 namespace campaign
 {
 
-using reference::Index;
-using reference::Matrix;
 using reference::Random;
 using reference::Sequence;
-using reference::Vector;
 
-constexpr int steps = 200;
+constexpr int steps = 200, maxComponents = 3;
 
 enum class NoiseKind { diagonal, full, singular, partlyZero, repeated };
 
