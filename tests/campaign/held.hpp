@@ -74,12 +74,10 @@ inline Inputs heldByWords(const Sequence &sequence, reference::Library<Q31> &lib
     const int n = static_cast<int>(sequence.states());
     const kq_format_q31 *states = library.states().data();
     const kq_process_q31 &process = *library.process(0);
-    std::vector<std::int32_t> root(reference::rootLength(n));
-    kq::require(kq_root_prepare_q31(root.data(), reference::flattened<double>(sequence.P0).data(),
-                                    n, states),
-                "root prepare");
+    const reference::Prior prior(library.states(), sequence.x0, sequence.P0);
+    kq::require(prior.status, "root prepare");
     Inputs inputs = heldByFloats(sequence);
-    inputs.P0 = covarianceOf(root.data(), states, n);
+    inputs.P0 = covarianceOf(prior.root.data(), states, n);
     inputs.model.A[0] = matrixOf(process.transition, states, n, states, n);
     inputs.model.Q[0] = covarianceOf(process.noise_root, states, n);
     inputs.model.B[0] = matrixOf(process.control, states, n, process.control_format, process.controls);

@@ -8,6 +8,7 @@
 #include <cstdio>
 #include <cstdlib>
 #include <string>
+#include <type_traits>
 #include <vector>
 
 #include "owners.hpp"
@@ -20,35 +21,22 @@ namespace
 {
 
 /// With its memory, which in q31 has a root, too
-template <class T> struct Adaptation {
-    typename kq::Api<T>::Adaptation object{};
-    std::vector<typename kq::Api<T>::Coefficient> memory;
+template <class T> struct Adaptation : NotCopied {
+    using Api = kq::Api<T>;
+
+    typename Api::Adaptation object{};
+    std::vector<typename Api::Coefficient> memory;
     std::vector<std::int32_t> root;
-    Adaptation(int n, int m)
-        : memory(kq::Api<T>::length(KQ_OBJECT_ADAPTATION, n, m)),
-          root(rootLength(n))
+
+    Adaptation(int n, int m) : memory(Api::length(KQ_OBJECT_ADAPTATION, n, m)), root(rootLength(n))
     {
-        kq::require(assign(n, m), "assign");
+        if constexpr (std::is_same_v<T, Q31>) {
+            kq::require(kq_adaptation_assign_q31(&object, n, m, memory.data(), memory.size(), root.data()), "assign");
+        } else {
+            kq::require(Api::adaptation_assign(&object, n, m, memory.data(), memory.size()), "assign");
+        }
     }
-    Adaptation(const Adaptation &) = delete;
-    Adaptation &operator=(const Adaptation &) = delete;
-
-  private:
-    kq_status assign(int n, int m);
 };
-
-template <> kq_status Adaptation<float>::assign(int n, int m)
-{
-    return kq_adaptation_assign_f32(&object, n, m, memory.data(), memory.size());
-}
-template <> kq_status Adaptation<double>::assign(int n, int m)
-{
-    return kq_adaptation_assign_f64(&object, n, m, memory.data(), memory.size());
-}
-template <> kq_status Adaptation<Q31>::assign(int n, int m)
-{
-    return kq_adaptation_assign_q31(&object, n, m, memory.data(), memory.size(), root.data());
-}
 
 // ------------------------------------------------------------------ the plants
 

@@ -13,6 +13,7 @@
 #include <cstdio>
 #include <map>
 #include <string>
+#include <type_traits>
 #include <utility>
 #include <vector>
 
@@ -110,28 +111,16 @@ template <class T> class StartOwner : NotCopied
 };
 
 template <class T>
-void init(StartOwner<T> &start, FilterOwner<T> &filter, const Sequence &sequence,
-          std::uint32_t unknown)
+kq_status init(StartOwner<T> &start, FilterOwner<T> &filter, const Sequence &sequence, std::uint32_t unknown)
 {
-    kq::require(kq::Api<T>::diffuse_init(start.get(), filter.get(), flattened<T>(sequence.x0).data(),
-                                      flattened<T>(sequence.P0).data(), unknown),
-                "start init");
-}
-
-template <>
-void init<Q31>(StartOwner<Q31> &start, FilterOwner<Q31> &filter, const Sequence &sequence,
-               std::uint32_t unknown)
-{
-    const Formats<Q31> &states = filter.states();
-    const int n = states.count();
-    const std::vector<std::int32_t> mean = states.words(sequence.x0);
-    std::vector<std::int32_t> root(rootLength(n));
-    kq::require(
-        kq_root_prepare_q31(root.data(), flattened<double>(sequence.P0).data(), n, states.data()),
-        "root prepare");
-    const kq_prior_table_q31 prior = {n, states.data(), mean.data(), root.data()};
-    kq::require(kq_diffuse_init_q31(start.get(), filter.get(), &prior, unknown, nullptr),
-                "start init");
+    if constexpr (std::is_same_v<T, Q31>) {
+        const Prior prior(filter.states(), sequence.x0, sequence.P0);
+        kq::require(prior.status, "root prepare");
+        return kq_diffuse_init_q31(start.get(), filter.get(), &prior.table, unknown, nullptr);
+    } else {
+        return kq::Api<T>::diffuse_init(start.get(), filter.get(), flattened<T>(sequence.x0).data(),
+                                        flattened<T>(sequence.P0).data(), unknown);
+    }
 }
 
 template <class Word> bool isKnown(Word word) { return !std::isnan(word); }
@@ -148,7 +137,7 @@ template <class T> class Run
                    model.sequence.steps.size(), changes(model.sequence)),
           start_(library_.states().count(), model.sequence.steps.size())
     {
-        init<T>(start_, filter_, model.sequence, model.unknown);
+        kq::require(init(start_, filter_, model.sequence, model.unknown), "start init");
         kq::require(Api::attach(filter_.get(), &history_.get()->attached), "history attach");
     }
 
