@@ -67,7 +67,7 @@ reference::SensorModel sensor(Random &random, Index m, Index n, double noiseFree
 /// Small whole numbers, or normal ones
 Matrix<double> drawn(Random &random, bool whole, Index count)
 {
-    return whole ? wholeNumbers(random, count, 1, 1) : Matrix<double>(reference::generator::normals(random, count));
+    return whole ? wholeNumbers(random, count, 1, 1) : Matrix<double>(reference::normals(random, count));
 }
 
 Model wholeModel(std::uint64_t seed, std::uint64_t number, double noiseFree)
@@ -101,7 +101,7 @@ Model wholeModel(std::uint64_t seed, std::uint64_t number, double noiseFree)
             z += s.R.diagonal().cwiseSqrt().cwiseProduct(Vector<double>(drawn(random, whole, z.size())));
             const bool all = random.chance(0.8);
             const auto some = static_cast<std::uint32_t>(random.integer(1, 7));
-            step.readings.push_back({k, reference::generator::toFloat(Matrix<double>(z)), all ? UINT32_MAX : some});
+            step.readings.push_back({k, rounded(z), all ? UINT32_MAX : some});
         }
         sequence.steps.push_back(step);
         x = process.A * x + process.F * drawn(random, whole, process.F.cols());

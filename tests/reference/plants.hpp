@@ -36,14 +36,14 @@ class Simulation
     {
     }
 
-    void advance() { x_ = plant_.A * x_ + plant_.F * normals(plant_.F.cols()); }
+    void advance() { x_ = plant_.A * x_ + plant_.F * normals(random_, plant_.F.cols()); }
 
     Vector<double> measure()
     {
         const double size = plant_.wild > 0 && random_.chance(plant_.wild) ? 10 : 1;
         Vector<double> z = plant_.H * x_;
         z(0) += plant_.bias * noise_(0, 0);
-        z += size * noise_ * normals(plant_.components());
+        z += size * noise_ * normals(random_, plant_.components());
         return z.unaryExpr([this](double entry) { return std::round(entry / plant_.grid) * plant_.grid; });
     }
 
@@ -57,11 +57,6 @@ class Simulation
     }
 
   private:
-    Vector<double> normals(Index count)
-    {
-        return generated(count, 1, [this] { return random_.normal(); });
-    }
-
     Plant plant_;
     Random random_;
     Matrix<double> noise_;

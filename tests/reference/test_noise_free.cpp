@@ -89,7 +89,7 @@ class Truth
 
     void advance()
     {
-        x_ = process_.A * x_ + process_.F * randomMatrix(random_, process_.F.cols(), 1);
+        x_ = process_.A * x_ + process_.F * normals(random_, process_.F.cols(), 1);
     }
 
   private:
@@ -188,11 +188,11 @@ Case exactAndNoisyTwin(bool exactFirst, std::uint64_t seed)
 Case sums(const std::vector<Index> &order, bool separate, Index noises, std::uint64_t seed)
 {
     Random random(seed + 2);
-    const Matrix<double> A = 0.9 * orthogonalFactor(randomMatrix(random, 4, 4));
+    const Matrix<double> A = 0.9 * orthogonalFactor(normals(random, 4, 4));
     Sequence sequence =
         model(std::string("h3 = h1 + h2, ") + (order[0] == 2 ? "h3 first, " : "") +
                   (separate ? "in three calls" : "in one call") + (noises < 4 ? ", 2 noises" : ""),
-              A, randomMatrix(random, 4, noises), noNoise(4), 16 * identity(4));
+              A, normals(random, 4, noises), noNoise(4), 16 * identity(4));
     Matrix<double> H = rows({{1.5, -0.25, 0.75, 2}, {-0.5, 1.25, 3, -1.75}, {0, 0, 0, 0}});
     H.row(2) = H.row(0) + H.row(1);
     const Matrix<double> ordered = H.chooseRows(order);

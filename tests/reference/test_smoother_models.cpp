@@ -81,19 +81,18 @@ struct Case {
 /// The third state is known from the start and stays as it is.
 NumericsModel knownConstant()
 {
-    NumericsModel model = makeModel(
-        "n3 singular P-", rows({{1, 0.1, 0.005}, {0, 1, 0.1}, {0, 0, 1}}),
-        rows({{0.005}, {0.1}, {0}}), unitRow(3, 0), column({0.01}), column({100, 100, 0}));
+    NumericsModel model = makeModel("n3 singular P-", rows({{1, 0.1, 0.005}, {0, 1, 0.1}, {0, 0, 1}}),
+                                    rows({{0.005}, {0.1}, {0}}), unitRow(3, 0), column({0.01}),
+                                    column({100, 100, 0}), column({16384, 512, 1}), column({16384}));
     model.x0(2) = 0.5;
-    return withRanges(model, column({16384, 512, 1}), column({16384}));
+    return model;
 }
 
 /// Observed without noise: what is not known decays with the root of the moving average.
 NumericsModel arma()
 {
-    return withRanges(makeModel("n2 ARMA(2,1) R=0", rows({{1.25, 1}, {-0.5, 0}}),
-                                rows({{1}, {0.375}}), unitRow(2, 0), column({0}), column({8, 2})),
-                      column({64, 64}), column({64}));
+    return makeModel("n2 ARMA(2,1) R=0", rows({{1.25, 1}, {-0.5, 0}}), rows({{1}, {0.375}}), unitRow(2, 0),
+                     column({0}), column({8, 2}), column({64, 64}), column({64}));
 }
 
 /// Level, slope, and a season of `period`; noises of the level, the slope and the season.
@@ -111,19 +110,16 @@ NumericsModel trendAndSeason(Index period, double slopeNoise)
     H(0, 0) = H(0, 2) = 1;
     Vector<double> reach = Vector<double>::Constant(n, 512);
     reach(0) = 16384;
-    return withRanges(
-        makeModel("n" + std::to_string(n) + (slopeNoise > 0 ? " trend+season" : " line+season"), A,
-                  F, H, column({1}), Vector<double>::Constant(n, 100)),
-        reach, column({16384}));
+    return makeModel("n" + std::to_string(n) + (slopeNoise > 0 ? " trend+season" : " line+season"), A, F, H,
+                     column({1}), Vector<double>::Constant(n, 100), reach, column({16384}));
 }
 
 /// Constant coefficients of regressors that change at every step.
 Sequence regression(std::uint64_t seed)
 {
-    const NumericsModel model = withRanges(
-        makeModel("n3 regression Q=0", Matrix<double>::Identity(3, 3), Matrix<double>(3, 0),
-                  rows({{1, 0, 0}}), column({0.1}), Vector<double>::Constant(3, 100)),
-        Vector<double>::Constant(3, 64), column({256}));
+    const NumericsModel model = makeModel("n3 regression Q=0", Matrix<double>::Identity(3, 3), Matrix<double>(3, 0),
+                                          rows({{1, 0, 0}}), column({0.1}), Vector<double>::Constant(3, 100),
+                                          Vector<double>::Constant(3, 64), column({256}));
     Random random(seed);
     Sequence sequence{model.name, model.x0,   model.variances.asDiagonal(), {model.process}, {},
                       {},         model.reach};
