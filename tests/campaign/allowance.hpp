@@ -141,7 +141,7 @@ class Documented : public Rounding
     {
         Mat L = lowerRoot(P);
         const Index n = P.rows();
-        const double share = std::sqrt(3.0 / static_cast<double>(n)); // a row of n draws then has the norm of one
+        const double share = std::sqrt(3.0 / static_cast<double>(n)); // n draws are as long as one
         for (Index i = 0; i < n; ++i) {
             const Real most = accuracy_.stage * sigma(P, i), was = sigma(before, i);
             const Real size = accuracy_.rows * share * (was < most ? was : most);

@@ -95,8 +95,9 @@ struct Decorrelated {
 inline Decorrelated decorrelate(const Inputs &inputs, const Reading &reading)
 {
     const reference::Observation<Real> seen(inputs.model, reading);
-    Decorrelated result{seen.H, seen.z, Vec::Zero(seen.z.size()),
-                        inputs.grain[reading.sensor].chooseRows(reference::presentComponents(reading))};
+    Decorrelated result{
+        seen.H, seen.z, Vec::Zero(seen.z.size()),
+        inputs.grain[reading.sensor].chooseRows(reference::presentComponents(reading))};
     Mat rest = seen.R;
     for (Index j = rest.rows() - 1; j >= 0; --j) {
         if (!(rest(j, j) > redundant * seen.R(j, j))) continue;
@@ -133,7 +134,8 @@ inline void take(Belief &belief, Scalar &scalar, const Real &r, Rounding &roundi
     }
 }
 
-inline Update update(Belief &belief, const Inputs &inputs, const Reading &reading, Rounding &rounding)
+inline Update update(Belief &belief, const Inputs &inputs, const Reading &reading,
+                     Rounding &rounding)
 {
     Update result;
     const Decorrelated seen = decorrelate(inputs, reading);
@@ -170,7 +172,8 @@ inline void filter(Exact &exact, Inputs inputs, Rounding &rounding)
         }
         now.filtered = belief;
         const Vec drive = inputs.model.drive(step);
-        belief = {inputs.A() * belief.mean + drive, sandwich(inputs.A(), belief.covariance) + inputs.Q()};
+        belief = {inputs.A() * belief.mean + drive,
+                  sandwich(inputs.A(), belief.covariance) + inputs.Q()};
         rounding.predicted(belief, now.filtered, drive);
         exact.push_back(now);
     }

@@ -19,7 +19,9 @@ using kq::Q31;
 inline Inputs heldByFloats(const Sequence &sequence)
 {
     std::vector<Vec> grain;
-    for (const reference::SensorModel &sensor : sequence.sensors) grain.push_back(Vec::Zero(sensor.components()));
+    for (const reference::SensorModel &sensor : sequence.sensors) {
+        grain.push_back(Vec::Zero(sensor.components()));
+    }
     return {reference::convert<Real>(sequence.x0), reference::convert<Real>(sequence.P0),
             reference::Model<Real>(sequence), grain, sequence.steps};
 }
@@ -38,7 +40,8 @@ inline Mat matrixOf(const kq_scaled_q31 *table, const kq_format_q31 *rows, int c
     for (int i = 0; i < count; ++i) {
         for (int j = 0; j < width; ++j) {
             const kq_scaled_q31 entry = table[i * width + j];
-            M(i, j) = scaled(entry.mantissa, entry.exponent + columns[j].fraction - rows[i].fraction);
+            M(i, j) =
+                scaled(entry.mantissa, entry.exponent + columns[j].fraction - rows[i].fraction);
         }
     }
     return M;
@@ -80,7 +83,8 @@ inline Inputs heldByWords(const Sequence &sequence, reference::Library<Q31> &lib
     inputs.P0 = covarianceOf(prior.root.data(), states, n);
     inputs.model.A[0] = matrixOf(process.transition, states, n, states, n);
     inputs.model.Q[0] = covarianceOf(process.noise_root, states, n);
-    inputs.model.B[0] = matrixOf(process.control, states, n, process.control_format, process.controls);
+    inputs.model.B[0] =
+        matrixOf(process.control, states, n, process.control_format, process.controls);
     for (std::size_t k = 0; k < sequence.sensors.size(); ++k) {
         const kq_sensor_q31 &sensor = *library.sensor(k);
         const kq_format_q31 *formats = library.components(k).data();
@@ -96,7 +100,9 @@ inline Inputs heldByWords(const Sequence &sequence, reference::Library<Q31> &lib
 inline Vec wordsOf(const reference::Library<Q31> &library)
 {
     Vec words(library.states().count());
-    for (Index i = 0; i < words.size(); ++i) words(i) = scaled(1, -library.states().data()[i].fraction);
+    for (Index i = 0; i < words.size(); ++i) {
+        words(i) = scaled(1, -library.states().data()[i].fraction);
+    }
     return words;
 }
 
@@ -106,7 +112,9 @@ inline Vec wordsOf(const reference::Library<Q31> &library)
 inline Vector<double> declaredRange(const Model &model, const Exact &exact)
 {
     Vector<double> most = model.largest;
-    const auto include = [&most](const Vec &mean) { most = most.cwiseMax(mean.cwiseAbs().cast<double>()); };
+    const auto include = [&most](const Vec &mean) {
+        most = most.cwiseMax(mean.cwiseAbs().cast<double>());
+    };
     for (const Instant &now : exact) {
         include(now.predicted.mean);
         for (const Update &update : now.updates) include(update.mean);

@@ -55,7 +55,8 @@ class Units
   public:
     /// words: of q31; elsewhere any
     Units(const Accuracy &accuracy, const Inputs &inputs, const Vec &words)
-        : accuracy_(accuracy), words_(accuracy.fixedPoint ? words : Vec::Zero(inputs.n())), least_{floor()}
+        : accuracy_(accuracy),
+          words_(accuracy.fixedPoint ? words : Vec::Zero(inputs.n())), least_{floor()}
     {
         open_.push_back(inputs.P0);
         for (std::size_t t = 1; t < inputs.steps.size(); ++t) {
@@ -81,7 +82,8 @@ class Units
   private:
     Mat floor() const
     {
-        const Vec least = accuracy_.least * (accuracy_.fixedPoint ? words_ : Vec::Ones(words_.size()));
+        const Vec least =
+            accuracy_.least * (accuracy_.fixedPoint ? words_ : Vec::Ones(words_.size()));
         return least.cwiseProduct(least).asDiagonal();
     }
 
@@ -119,7 +121,9 @@ inline Series compare(const Exact &found, const Exact &exact, const Units &units
         errors[smootherCovariance] =
             covarianceError(now.smoothed.covariance, right.smoothed.covariance, past);
         for (int k = 0; k < smoothers; ++k) {
-            if (now.told >> k & 1) errors[means + k] = meanError(now.alone[k], right.smoothed.mean, past);
+            if (now.told >> k & 1) {
+                errors[means + k] = meanError(now.alone[k], right.smoothed.mean, past);
+            }
         }
         if (t + 1 == exact.size()) continue;
         const Vec later = units.of(exact[t + 1].smoothed.covariance, t + 1);
@@ -175,7 +179,8 @@ inline double varianceResponse(const Mat &found, const Mat &exact, const Vec &un
     double worst = 0;
     for (Index i = 0; i < units.size(); ++i) {
         const Real variance = std::max(exact(i, i), Real(0));
-        worst = std::max(worst, varianceResponse(found(i, i) - variance, variance, units(i), scale));
+        worst =
+            std::max(worst, varianceResponse(found(i, i) - variance, variance, units(i), scale));
     }
     return worst;
 }
@@ -191,9 +196,10 @@ inline void addRun(Series &allowed, const Exact &found, const Exact &exact, cons
         for (int q = 0; q < quantities; ++q) raise(allowed[t][q], series[t][q] / accuracy.scale);
         const Mat &filtered = exact[t].filtered.covariance, &past = exact[t].smoothed.covariance;
         raise(allowed[t][filterCovariance],
-              varianceResponse(found[t].filtered.covariance, filtered, units.of(filtered, t), accuracy.scale));
-        raise(allowed[t][smootherCovariance],
-              varianceResponse(found[t].smoothed.covariance, past, units.of(past, t), accuracy.scale));
+              varianceResponse(found[t].filtered.covariance, filtered, units.of(filtered, t),
+                               accuracy.scale));
+        raise(allowed[t][smootherCovariance], varianceResponse(found[t].smoothed.covariance, past,
+                                                               units.of(past, t), accuracy.scale));
     }
 }
 

@@ -67,7 +67,8 @@ reference::SensorModel sensor(Random &random, Index m, Index n, double noiseFree
 /// Small whole numbers, or normal ones
 Matrix<double> drawn(Random &random, bool whole, Index count)
 {
-    return whole ? wholeNumbers(random, count, 1, 1) : Matrix<double>(reference::normals(random, count));
+    return whole ? wholeNumbers(random, count, 1, 1)
+                 : Matrix<double>(reference::normals(random, count));
 }
 
 Model wholeModel(std::uint64_t seed, std::uint64_t number, double noiseFree)

@@ -42,7 +42,8 @@ double asFloat(double value) { return static_cast<double>(static_cast<float>(val
 /// Drawn row by row
 Matrix<double> normals(Random &random, Index rows, Index columns, double scale)
 {
-    return reference::generated(columns, rows, [&] { return asFloat(scale * random.normal()); }).transpose();
+    return reference::generated(columns, rows, [&] { return asFloat(scale * random.normal()); })
+        .transpose();
 }
 
 reference::SensorModel scalar(const Matrix<double> &h, double r)

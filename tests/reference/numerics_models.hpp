@@ -35,9 +35,9 @@ struct NumericsModel {
 };
 
 /// Matrices and ranges of a model as they come; the constructor of everything below.
-NumericsModel makeModel(std::string name, const Matrix<double> &A, const Matrix<double> &F, const Matrix<double> &H,
-                        const Vector<double> &r, const Vector<double> &P0, const Vector<double> &reach,
-                        const Vector<double> &range);
+NumericsModel makeModel(std::string name, const Matrix<double> &A, const Matrix<double> &F,
+                        const Matrix<double> &H, const Vector<double> &r, const Vector<double> &P0,
+                        const Vector<double> &reach, const Vector<double> &range);
 
 // ------------------------------------------------------------------ the models
 

@@ -301,9 +301,11 @@ struct Prior : NotCopied {
     kq_status status; // of its preparation
 
     Prior(const Formats<Q31> &states, const Vector<double> &x0, const Matrix<double> &P0)
-        : mean(states.words(x0)), root(rootLength(states.count())),
-          table{states.count(), states.data(), mean.data(), root.data()},
-          status(kq_root_prepare_q31(root.data(), flattened<double>(P0).data(), states.count(), states.data()))
+        : mean(states.words(x0)),
+          root(rootLength(states.count())), table{states.count(), states.data(), mean.data(),
+                                                  root.data()},
+          status(kq_root_prepare_q31(root.data(), flattened<double>(P0).data(), states.count(),
+                                     states.data()))
     {
     }
 };
@@ -312,7 +314,8 @@ template <>
 inline kq_status FilterOwner<Q31>::init(const Vector<double> &x0, const Matrix<double> &P0)
 {
     const Prior prior(states_, x0, P0);
-    return prior.status != KQ_OK ? prior.status : kq_filter_init_q31(&handle_, &prior.table, nullptr);
+    return prior.status != KQ_OK ? prior.status
+                                 : kq_filter_init_q31(&handle_, &prior.table, nullptr);
 }
 
 } // namespace reference

@@ -18,10 +18,10 @@ constexpr double plantRange = 1 << 20;
 struct Plant {
     std::string name;
     Matrix<double> A, F, H, R;
-    double lost = 0; // share of the scalar measurements that are missing
+    double lost = 0;      // share of the scalar measurements that are missing
     double grid = 0x1p-9; // of measurements
-    double wild = 0; // share of the measurements whose noise is 10 times as large
-    double bias = 0; // of the first component, in sigmas of its noise
+    double wild = 0;      // share of the measurements whose noise is 10 times as large
+    double bias = 0;      // of the first component, in sigmas of its noise
 
     Index states() const { return A.rows(); }
     Index components() const { return H.rows(); }
@@ -32,7 +32,8 @@ class Simulation
 {
   public:
     Simulation(const Plant &plant, std::uint64_t seed)
-        : plant_(plant), random_(seed), noise_(choleskyRoot(plant.R).value()), x_(Vector<double>::Zero(plant.states()))
+        : plant_(plant), random_(seed), noise_(choleskyRoot(plant.R).value()),
+          x_(Vector<double>::Zero(plant.states()))
     {
     }
 
@@ -44,7 +45,8 @@ class Simulation
         Vector<double> z = plant_.H * x_;
         z(0) += plant_.bias * noise_(0, 0);
         z += size * noise_ * normals(random_, plant_.components());
-        return z.unaryExpr([this](double entry) { return std::round(entry / plant_.grid) * plant_.grid; });
+        return z.unaryExpr(
+            [this](double entry) { return std::round(entry / plant_.grid) * plant_.grid; });
     }
 
     std::uint32_t present()

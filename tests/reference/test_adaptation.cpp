@@ -31,9 +31,12 @@ template <class T> struct Adaptation : NotCopied {
     Adaptation(int n, int m) : memory(Api::length(KQ_OBJECT_ADAPTATION, n, m)), root(rootLength(n))
     {
         if constexpr (std::is_same_v<T, Q31>) {
-            kq::require(kq_adaptation_assign_q31(&object, n, m, memory.data(), memory.size(), root.data()), "assign");
+            kq::require(
+                kq_adaptation_assign_q31(&object, n, m, memory.data(), memory.size(), root.data()),
+                "assign");
         } else {
-            kq::require(Api::adaptation_assign(&object, n, m, memory.data(), memory.size()), "assign");
+            kq::require(Api::adaptation_assign(&object, n, m, memory.data(), memory.size()),
+                        "assign");
         }
     }
 };
@@ -98,12 +101,15 @@ template <class T> class Run
 
   public:
     Run(const Plant &plant, const Truth &truth, const Rule &rule, std::uint64_t seed)
-        : truth_(truth), states_(plant.states(), Vector<double>::Constant(plant.states(), plantRange)),
+        : truth_(truth),
+          states_(plant.states(), Vector<double>::Constant(plant.states(), plantRange)),
           process_(states_,
-                   ProcessModel{plant.A, Matrix<double>(plant.states(), 0), plant.F / std::sqrt(truth.q)},
+                   ProcessModel{plant.A, Matrix<double>(plant.states(), 0),
+                                plant.F / std::sqrt(truth.q)},
                    Noise::factor),
           sensor_(states_,
-                  SensorModel{plant.H, plant.R / truth.r, Vector<double>::Constant(plant.components(), plantRange)},
+                  SensorModel{plant.H, plant.R / truth.r,
+                              Vector<double>::Constant(plant.components(), plantRange)},
                   Noise::covariance),
           filter_(states_), simulation_(plant, seed),
           tool_(static_cast<int>(plant.states()), static_cast<int>(plant.components()))

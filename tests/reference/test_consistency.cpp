@@ -93,10 +93,12 @@ Outside run(Plant plant, const Fault &fault, int window, int windows, std::uint6
 {
     const Index n = plant.states(), m = plant.components();
     const Formats<T> states(n, Vector<double>::Constant(n, plantRange));
-    ProcessOwner<T> process(states, ProcessModel{plant.A, Matrix<double>(n, 0), std::sqrt(fault.q) * plant.F},
-                            Noise::factor);
-    SensorOwner<T> sensor(states, SensorModel{plant.H, fault.r * plant.R, Vector<double>::Constant(m, plantRange)},
-                          Noise::diagonal);
+    ProcessOwner<T> process(
+        states, ProcessModel{plant.A, Matrix<double>(n, 0), std::sqrt(fault.q) * plant.F},
+        Noise::factor);
+    SensorOwner<T> sensor(
+        states, SensorModel{plant.H, fault.r * plant.R, Vector<double>::Constant(m, plantRange)},
+        Noise::diagonal);
     FilterOwner<T> filter(states);
     const Matrix<double> P0 = 0x1p-10 * Matrix<double>::Identity(n, n);
     kq::require(filter.init(Vector<double>::Zero(n), P0), "filter init");
@@ -125,17 +127,22 @@ void print(const char *arithmetic, const Plant &plant, int window, const Fault &
 {
     std::printf("%s  %-18s W %3d  %-10s outside, %%: NIS below %5.1f above %5.1f  mean %5.1f  "
                 "correlation %5.1f  any %5.1f\n",
-                arithmetic, plant.name.c_str(), window, fault.name, 100 * outside.low, 100 * outside.high,
-                100 * outside.mean, 100 * outside.correlation, 100 * outside.any);
+                arithmetic, plant.name.c_str(), window, fault.name, 100 * outside.low,
+                100 * outside.high, 100 * outside.mean, 100 * outside.correlation,
+                100 * outside.any);
 }
 
 // ------------------------------------------------------------------ what is expected
 
 constexpr double grid = 0x1p-10;
 
-Plant level() { return {"local level", rows({{1}}), rows({{0.5}}), rows({{1}}), rows({{1}}), 0, grid}; }
+Plant level()
+{
+    return {"local level", rows({{1}}), rows({{0.5}}), rows({{1}}), rows({{1}}), 0, grid};
+}
 
-/// Position and velocity in two dimensions; the velocities die away, or the positions would leave q31's ranges
+/// Position and velocity in two dimensions; the velocities die away, or the positions would leave
+/// q31's ranges
 Plant motion()
 {
     return {"2-D velocity",
@@ -150,7 +157,13 @@ Plant motion()
 /// One level, two sensors: a bias of a single one would be taken for the level's.
 Plant twins()
 {
-    return {"two sensors", rows({{1}}), rows({{0.5}}), rows({{1}, {1}}), Matrix<double>::Identity(2, 2), 0, grid};
+    return {"two sensors",
+            rows({{1}}),
+            rows({{0.5}}),
+            rows({{1}, {1}}),
+            Matrix<double>::Identity(2, 2),
+            0,
+            grid};
 }
 
 /// Half of each component is missing, so that a quarter of its pairs is left.

@@ -111,7 +111,8 @@ template <class T> class StartOwner : NotCopied
 };
 
 template <class T>
-kq_status init(StartOwner<T> &start, FilterOwner<T> &filter, const Sequence &sequence, std::uint32_t unknown)
+kq_status init(StartOwner<T> &start, FilterOwner<T> &filter, const Sequence &sequence,
+               std::uint32_t unknown)
 {
     if constexpr (std::is_same_v<T, Q31>) {
         const Prior prior(filter.states(), sequence.x0, sequence.P0);
@@ -145,11 +146,14 @@ template <class T> class Run
     {
         const std::vector<Step> &steps = model_.sequence.steps;
         for (std::size_t t = 0; t < steps.size(); ++t) {
-            for (const Reading &reading : steps[t].readings) library_.update(filter_.get(), reading);
+            for (const Reading &reading : steps[t].readings) {
+                library_.update(filter_.get(), reading);
+            }
             compareFiltered(t);
             if (t + 1 < steps.size()) library_.predict(filter_.get(), steps[t]);
         }
-        const auto logLikelihood = static_cast<double>(Formats<T>::score(Api::log_likelihood(filter_.get())));
+        const auto logLikelihood =
+            static_cast<double>(Formats<T>::score(Api::log_likelihood(filter_.get())));
         errors_.logLikelihood = std::fabs(logLikelihood - model_.logLikelihood);
         errors_.events = Api::events(filter_.get());
         kq::require(Api::diffuse_smooth(start_.get()), "start smooth");
@@ -183,7 +187,8 @@ template <class T> class Run
         const auto n = static_cast<std::size_t>(states.count());
         std::vector<typename Api::Coefficient> P(n * n);
         if (Api::covariance(&view, P.data()) != KQ_OK) return;
-        errors_.smoothed.add(readView(states, view), exact.belief, model_.unit<T>(exact.belief.covariance));
+        errors_.smoothed.add(readView(states, view), exact.belief,
+                             model_.unit<T>(exact.belief.covariance));
     }
 
     const Case &model_;
@@ -212,8 +217,10 @@ struct Group {
         figures["smoothed x"].push_back(errors.smoothed.x);
         figures["smoothed P"].push_back(errors.smoothed.P);
         figures["l"].push_back(errors.logLikelihood);
-        figures["x in roundings"].push_back(std::max(errors.filtered.x, errors.smoothed.x) / (rounding * reach));
-        figures["P in roundings"].push_back(std::max(errors.filtered.P, errors.smoothed.P) / rounding);
+        figures["x in roundings"].push_back(std::max(errors.filtered.x, errors.smoothed.x) /
+                                            (rounding * reach));
+        figures["P in roundings"].push_back(std::max(errors.filtered.P, errors.smoothed.P) /
+                                            rounding);
     }
 
     double share(const std::string &name, double quantile)

@@ -34,9 +34,12 @@ template <class T> class Fit
         : states_(filter.states()), measured_(measured)
     {
         if constexpr (std::is_same_v<T, Q31>) {
-            kq::require(kq_least_squares_init_q31(&handle_, filter.get(), Api::number(lambda), measured_.data()), "init");
+            kq::require(kq_least_squares_init_q31(&handle_, filter.get(), Api::number(lambda),
+                                                  measured_.data()),
+                        "init");
         } else {
-            kq::require(Api::least_squares_init(&handle_, filter.get(), Api::number(lambda)), "init");
+            kq::require(Api::least_squares_init(&handle_, filter.get(), Api::number(lambda)),
+                        "init");
         }
     }
 
@@ -64,7 +67,8 @@ template <class T> class Fit
     {
         typename Api::Coefficient noise = Api::number(r);
         if constexpr (std::is_same_v<T, Q31>) {
-            kq::require(kq_noise_prepare_diagonal_q31(&noise, &r, 1, measured_.data()), "noise prepare");
+            kq::require(kq_noise_prepare_diagonal_q31(&noise, &r, 1, measured_.data()),
+                        "noise prepare");
         }
         return noise;
     }

@@ -87,10 +87,7 @@ class Truth
         return onGrid((h * x_)(0) + sigma * random_.normal());
     }
 
-    void advance()
-    {
-        x_ = process_.A * x_ + process_.F * normals(random_, process_.F.cols(), 1);
-    }
+    void advance() { x_ = process_.A * x_ + process_.F * normals(random_, process_.F.cols(), 1); }
 
   private:
     ProcessModel process_;
@@ -136,7 +133,8 @@ Sequence acceleratedTarget(const std::string &name)
 Case arma(double missing, std::uint64_t seed)
 {
     Case data{model(missing > 0 ? "ARMA(2,1), gaps" : "ARMA(2,1)", rows({{1.25, 1}, {-0.5, 0}}),
-                    rows({{1}, {0.375}}), column({0, 0}), rows({{8, 0}, {0, 2}})), {}};
+                    rows({{1}, {0.375}}), column({0, 0}), rows({{8, 0}, {0, 2}})),
+              {}};
     const Matrix<double> h = unitRow(2, 0);
     const std::size_t sensor = addSensor(data.sequence, h, noNoise(1));
     Random random(seed + 1);
@@ -158,7 +156,8 @@ Case twins(Sequence sequence, bool separate, std::uint64_t seed)
     return measured({sequence, {}}, Truth(sequence, sequence.x0, seed), 60, [&](Truth &truth, int) {
         const double z = truth.see(h);
         const Reading single = reading(one, column({z})), both = reading(two, column({z, z}));
-        return Seen{separate ? std::vector<Reading>{single, single} : std::vector<Reading>{both}, {true, false}};
+        return Seen{separate ? std::vector<Reading>{single, single} : std::vector<Reading>{both},
+                    {true, false}};
     });
 }
 
@@ -175,11 +174,13 @@ Case exactAndNoisyTwin(bool exactFirst, std::uint64_t seed)
     const Matrix<double> h = unitRow(2, 0);
     const std::size_t noisy = addSensor(sequence, h, column({0.25}));
     const std::size_t sure = addSensor(sequence, h, noNoise(1));
-    return measured({sequence, {}}, Truth(sequence, column({10, -3}), seed), 60, [&](Truth &truth, int) {
-        const Reading a = reading(sure, column({truth.see(h)}));
-        const Reading b = reading(noisy, column({truth.seeWithNoise(h, 0.5)}));
-        return Seen{exactFirst ? std::vector<Reading>{a, b} : std::vector<Reading>{b, a}, {true, true}};
-    });
+    return measured(
+        {sequence, {}}, Truth(sequence, column({10, -3}), seed), 60, [&](Truth &truth, int) {
+            const Reading a = reading(sure, column({truth.see(h)}));
+            const Reading b = reading(noisy, column({truth.seeWithNoise(h, 0.5)}));
+            return Seen{exactFirst ? std::vector<Reading>{a, b} : std::vector<Reading>{b, a},
+                        {true, true}};
+        });
 }
 
 /// Three dense rows of which one is the sum of the others; `order` says which comes when.  With two
@@ -198,30 +199,32 @@ Case sums(const std::vector<Index> &order, bool separate, Index noises, std::uin
     const Matrix<double> ordered = H.chooseRows(order);
     for (Index k = 0; k < 3; ++k) addSensor(sequence, ordered.row(k), noNoise(1));
     const std::size_t all = addSensor(sequence, ordered, noNoise(3));
-    return measured({sequence, {}}, Truth(sequence, column({3, -5, 2, 1}), seed), 60, [&](Truth &truth, int) {
-        Vector<double> z = column({truth.see(H.row(0)), truth.see(H.row(1)), 0});
-        z(2) = z(0) + z(1);
-        const Vector<double> seen = z.chooseRows(order);
-        std::vector<Reading> readings;
-        if (!separate) readings.push_back(reading(all, seen));
-        for (std::size_t k = 0; k < 3 && separate; ++k) {
-            readings.push_back(reading(k, seen.segment(static_cast<Index>(k), 1)));
-        }
-        return Seen{readings, {true, true, false}};
-    });
+    return measured({sequence, {}}, Truth(sequence, column({3, -5, 2, 1}), seed), 60,
+                    [&](Truth &truth, int) {
+                        Vector<double> z = column({truth.see(H.row(0)), truth.see(H.row(1)), 0});
+                        z(2) = z(0) + z(1);
+                        const Vector<double> seen = z.chooseRows(order);
+                        std::vector<Reading> readings;
+                        if (!separate) readings.push_back(reading(all, seen));
+                        for (std::size_t k = 0; k < 3 && separate; ++k) {
+                            readings.push_back(reading(k, seen.segment(static_cast<Index>(k), 1)));
+                        }
+                        return Seen{readings, {true, true, false}};
+                    });
 }
 
 // ------------------------------------------------------------------ known already
 
 /// One exact sensor of h; `isTaken`(step): whether it says something
 template <class IsTaken>
-Case exactSensor(Sequence sequence, const Matrix<double> &h, bool sharp, Vector<double> start, int steps,
-                 std::uint64_t seed, const IsTaken &isTaken)
+Case exactSensor(Sequence sequence, const Matrix<double> &h, bool sharp, Vector<double> start,
+                 int steps, std::uint64_t seed, const IsTaken &isTaken)
 {
     const std::size_t sensor = addSensor(sequence, h, noNoise(1));
-    return measured({sequence, {}, sharp}, Truth(sequence, std::move(start), seed), steps, [&](Truth &truth, int t) {
-        return Seen{{reading(sensor, column({truth.see(h)}))}, {isTaken(t)}};
-    });
+    return measured({sequence, {}, sharp}, Truth(sequence, std::move(start), seed), steps,
+                    [&](Truth &truth, int t) {
+                        return Seen{{reading(sensor, column({truth.see(h)}))}, {isTaken(t)}};
+                    });
 }
 
 /// P0 = 0: the first measurement has S = 0, later ones do not.
@@ -229,15 +232,17 @@ Case knownStart(std::uint64_t seed)
 {
     Sequence sequence = movingTarget("P0 = 0");
     sequence.P0.setZero();
-    return exactSensor(sequence, unitRow(2, 0), true, sequence.x0, 60, seed, [](int t) { return t > 0; });
+    return exactSensor(sequence, unitRow(2, 0), true, sequence.x0, 60, seed,
+                       [](int t) { return t > 0; });
 }
 
 /// Nothing is ever uncertain, and nothing is ever taken.
 Case knownForever()
 {
-    const Sequence sequence = model("P0 = 0 and Q = 0", rows({{1, 0.125}, {0, 1}}), none(2), column({10, -3}),
-                                    Matrix<double>::Zero(2, 2));
-    return exactSensor(sequence, rows({{1, 0.5}}), true, sequence.x0, 40, 0, [](int) { return false; });
+    const Sequence sequence = model("P0 = 0 and Q = 0", rows({{1, 0.125}, {0, 1}}), none(2),
+                                    column({10, -3}), Matrix<double>::Zero(2, 2));
+    return exactSensor(sequence, rows({{1, 0.5}}), true, sequence.x0, 40, 0,
+                       [](int) { return false; });
 }
 
 /// A sensor that sees nothing, beside one that does.
@@ -248,12 +253,13 @@ Case blindSensor(bool separate, std::uint64_t seed)
     const std::size_t dark = addSensor(sequence, blind, noNoise(1));
     const std::size_t light = addSensor(sequence, h, column({0.25}));
     const std::size_t both = addSensor(sequence, rows({{0, 0}, {1, 0}}), column({0, 0.25}));
-    return measured({sequence, {}}, Truth(sequence, column({11, -1}), seed), 60, [&](Truth &truth, int) {
-        const double z = truth.seeWithNoise(h, 0.5);
-        const std::vector<Reading> two{reading(dark, column({0})), reading(light, column({z}))};
-        const std::vector<Reading> one{reading(both, column({0, z}))};
-        return Seen{separate ? two : one, {false, true}};
-    });
+    return measured(
+        {sequence, {}}, Truth(sequence, column({11, -1}), seed), 60, [&](Truth &truth, int) {
+            const double z = truth.seeWithNoise(h, 0.5);
+            const std::vector<Reading> two{reading(dark, column({0})), reading(light, column({z}))};
+            const std::vector<Reading> one{reading(both, column({0, z}))};
+            return Seen{separate ? two : one, {false, true}};
+        });
 }
 
 /// A constant state of which some combinations are measured, over and over; `noisy` adds another
@@ -282,16 +288,18 @@ Case constantState(const std::string &name, const Matrix<double> &H, bool noisy,
 /// A straight line: two exact points say all.
 Case straightLineOfPoints(std::uint64_t seed)
 {
-    const Sequence sequence = model("straight line, exact points", rows({{1, 0.125}, {0, 1}}), none(2),
-                                    column({0, 0}), rows({{100, 0}, {0, 4}}));
-    return exactSensor(sequence, unitRow(2, 0), false, column({12.5, -1.75}), 40, seed, [](int t) { return t < 2; });
+    const Sequence sequence = model("straight line, exact points", rows({{1, 0.125}, {0, 1}}),
+                                    none(2), column({0, 0}), rows({{100, 0}, {0, 4}}));
+    return exactSensor(sequence, unitRow(2, 0), false, column({12.5, -1.75}), 40, seed,
+                       [](int t) { return t < 2; });
 }
 
 /// P0 of rank one: the first exact measurement says all.
 Case singularPrior(std::uint64_t seed)
 {
     const Vector<double> v = column({2, -1, 0.5});
-    const Sequence sequence = model("P0 of rank 1", identity(3), none(3), column({1, 2, 3}), v * v.transpose());
+    const Sequence sequence =
+        model("P0 of rank 1", identity(3), none(3), column({1, 2, 3}), v * v.transpose());
     return exactSensor(sequence, rows({{1, 0.5, 2}}), false, sequence.x0 + 1.5 * v, 40, seed,
                        [](int t) { return t == 0; });
 }
@@ -421,8 +429,8 @@ void testCase(Verdict &verdict, const Case &data)
     const Figures f32 = runLibrary<float>(data, reference);
     const Figures f64 = runLibrary<double>(data, reference);
     std::printf("%-38s %7.1e %7.1e  %7.1e %7.1e   %7.1e %7.1e  %7.1e %7.1e\n",
-                data.sequence.name.c_str(), f32.filtered.x, f32.filtered.P, f32.smoothed.x, f32.smoothed.P,
-                f64.filtered.x, f64.filtered.P, f64.smoothed.x, f64.smoothed.P);
+                data.sequence.name.c_str(), f32.filtered.x, f32.filtered.P, f32.smoothed.x,
+                f32.smoothed.P, f64.filtered.x, f64.filtered.P, f64.smoothed.x, f64.smoothed.P);
     check(verdict, data, f32, data.sequence.name + ", f32", floatGoal,
           isLimitedByFloat(data) ? floatLimit : 0);
     check(verdict, data, f64, data.sequence.name + ", f64", doubleGoal, 0);

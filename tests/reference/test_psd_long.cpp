@@ -131,8 +131,10 @@ void testArithmetic(Verdict &verdict, const std::string &model, const Sequence &
     const Outcome outcome = runLibrary<T>(sequence);
     const std::string name = model + ", " + kq::Api<T>::name;
     std::printf("%-42s %8.1e %8.1e   %8.1e %8.1e   %9.1e   %s\n", name.c_str(), outcome.all.x,
-                outcome.late.x, outcome.all.P, outcome.late.P, outcome.eigenvalue, textbook.c_str());
-    const bool isLost = outcome.events == KQ_EVENT_PRECISION && outcome.all.P > 0.05; /* as the event says */
+                outcome.late.x, outcome.all.P, outcome.late.P, outcome.eigenvalue,
+                textbook.c_str());
+    const bool isLost =
+        outcome.events == KQ_EVENT_PRECISION && outcome.all.P > 0.05; /* as the event says */
     verdict.expect(outcome.sound && (outcome.events == 0 || isLost), name + ": a NaN, a negative sigma or an event");
     verdict.expectAtLeast(outcome.eigenvalue, -eigenvalueRounding<T>(sequence.states()),
                           name + ": smallest eigenvalue of P");

@@ -226,12 +226,13 @@ void printHarm(const std::vector<Run> &all, const Motion &model, const std::vect
     }
 }
 
-void checkFilters(Verdict &verdict, const std::string &name, const std::vector<Run> &all, const Motion &model,
-                  const Method &method)
+void checkFilters(Verdict &verdict, const std::string &name, const std::vector<Run> &all,
+                  const Motion &model, const Method &method)
 {
     const std::vector<Run> runs = firstOf(all, fewRuns);
     checkOthers(verdict, name, filterErrors<double>(runs, model, method).rmse(),
-                filterErrors<float>(runs, model, method).rmse(), filterErrors<Q31>(runs, model, method).rmse());
+                filterErrors<float>(runs, model, method).rmse(),
+                filterErrors<Q31>(runs, model, method).rmse());
 }
 
 void testOutliers(Verdict &verdict, const Noise &noise, std::uint64_t seed)
@@ -315,7 +316,8 @@ std::vector<Run> drawJumps(const Jumps &jumps, std::uint64_t seed)
     return runs;
 }
 
-template <class T> Errors smootherErrors(const std::vector<Run> &runs, const Motion &model, int passes)
+template <class T>
+Errors smootherErrors(const std::vector<Run> &runs, const Motion &model, int passes)
 {
     Follower<T> follower(model, 1, runs[0].z.size());
     return errorsOf(runs, [&](const Series &z) {
@@ -338,8 +340,8 @@ void testJumps(Verdict &verdict, const Jumps &jumps, std::uint64_t seed)
     model.p0 = 0;
     model.movesFirst = true;
     const std::vector<Run> runs = drawJumps(jumps, seed);
-    std::printf("state noise: stable, alpha %.1f, Q / R = %g, %d steps\n", jumps.alpha,
-                model.Q[0], jumps.steps);
+    std::printf("state noise: stable, alpha %.1f, Q / R = %g, %d steps\n", jumps.alpha, model.Q[0],
+                jumps.steps);
     double f64 = 0;
     for (const Method &method : {plain, jumpGate}) {
         const Errors errors = filterErrors<double>(runs, model, method);
@@ -363,7 +365,8 @@ void testJumps(Verdict &verdict, const Jumps &jumps, std::uint64_t seed)
     }
     checkFilters(verdict, name + ": filter", inWords(runs, model), model, jumpGate);
     const std::vector<Run> few = firstOf(runs, fewRuns);
-    checkOthers(verdict, name + ": smoother", smootherErrors<double>(few, model, smootherPasses).rmse(),
+    checkOthers(verdict, name + ": smoother",
+                smootherErrors<double>(few, model, smootherPasses).rmse(),
                 smootherErrors<float>(few, model, smootherPasses).rmse(),
                 smootherErrors<Q31>(few, model, smootherPasses).rmse());
 }

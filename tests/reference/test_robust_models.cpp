@@ -37,7 +37,8 @@ void gates(Verdict &verdict, std::uint64_t seed)
         const double plain = rmseOf(runs, m, {"plain", Loss::none, 1});
         std::printf("   %-16s", m.name);
         for (kq_level level : {KQ_LEVEL_95, KQ_LEVEL_99, KQ_LEVEL_9999}) {
-            const double closed = rmseOf(runs, m, {"", Loss::gate, 1, level, KQ_GATE_CLOSED}) / plain;
+            const double closed =
+                rmseOf(runs, m, {"", Loss::gate, 1, level, KQ_GATE_CLOSED}) / plain;
             const double open = rmseOf(runs, m, {"", Loss::gate, 1, level, 0}) / plain;
             std::printf("   %9.3f -> %6.3f", closed, open);
             const double most = level == KQ_LEVEL_9999 ? 1.6 : level == KQ_LEVEL_99 ? 20 : 60;
@@ -56,8 +57,10 @@ struct Sort {
 };
 
 const std::vector<Method> updates = {
-    {"plain filter", Loss::none, 1},   {"gate, 99.99 %", Loss::gate, 1},
-    {"Huber, 1.5", Loss::huber, 1.5},   {"Huber, 3", Loss::huber, 3, KQ_LEVEL_9999, 0, 1, 1.45},
+    {"plain filter", Loss::none, 1},
+    {"gate, 99.99 %", Loss::gate, 1},
+    {"Huber, 1.5", Loss::huber, 1.5},
+    {"Huber, 3", Loss::huber, 3, KQ_LEVEL_9999, 0, 1, 1.45},
     {"Student-t, 4", Loss::student, 4, KQ_LEVEL_9999, 0, 1, 1.3},
     {"Student-t, 10", Loss::student, 10, KQ_LEVEL_9999, 0, 1, 1.45},
     {"jump, 9", Loss::jump, 9},
@@ -75,7 +78,8 @@ void compare(Verdict &verdict, const std::vector<Motion> &models, const std::vec
             std::printf(" %14s", m.name);
             runs.push_back(drawRuns(m, sort.world, 100, steps, seed));
             Exact exact(m, sort.world, sort.particles, seed + 1);
-            best.push_back(errorsOf(runs.back(), [&](const Series &z) { return exact.filtered(z); }).rmse());
+            best.push_back(
+                errorsOf(runs.back(), [&](const Series &z) { return exact.filtered(z); }).rmse());
         }
         std::printf("\n   %-18s", "exact (RMSE)");
         for (double b : best) std::printf(" %14.4f", b);
@@ -139,7 +143,10 @@ class Pair
     using Api = kq::Api<double>;
 
   public:
-    explicit Pair(int bad) : bad_(bad), told_(states_, seen(bad == 0 ? 100 : 0, bad == 1 ? 100 : 0), Noise::covariance) {}
+    explicit Pair(int bad)
+        : bad_(bad), told_(states_, seen(bad == 0 ? 100 : 0, bad == 1 ? 100 : 0), Noise::covariance)
+    {
+    }
 
     /// nu = 0: the plain filter; below 0: one that is told which are outliers
     double rmse(double nu, std::uint64_t seed)
@@ -158,9 +165,10 @@ class Pair
                 z[bad_] += out ? 10 * random.normal() : 0;
                 if (t) kq::require(Api::predict(filter_.get(), process_.get(), nullptr), "predict");
                 SensorOwner<double> &sensor = nu < 0 && out ? told_ : sensor_;
-                kq::require(nu > 0 ? Api::update_robust(filter_.get(), sensor.get(), z, UINT32_MAX, &loss)
-                                   : Api::update(filter_.get(), sensor.get(), z),
-                            "update");
+                kq::require(
+                    nu > 0 ? Api::update_robust(filter_.get(), sensor.get(), z, UINT32_MAX, &loss)
+                           : Api::update(filter_.get(), sensor.get(), z),
+                    "update");
                 const double e = Api::mean(filter_.get(), 0) - x;
                 square += e * e;
                 x += std::sqrt(0.1) * random.normal();
@@ -177,7 +185,8 @@ class Pair
 
     int bad_;
     Formats<double> states_{1, {}};
-    ProcessOwner<double> process_{states_, {rows({{1}}), Matrix<double>(1, 0), rows({{std::sqrt(0.1)}})}, Noise::factor};
+    ProcessOwner<double> process_{
+        states_, {rows({{1}}), Matrix<double>(1, 0), rows({{std::sqrt(0.1)}})}, Noise::factor};
     SensorOwner<double> sensor_{states_, seen(0, 0), Noise::covariance}, told_;
     FilterOwner<double> filter_{states_};
 };
@@ -190,8 +199,7 @@ void correlated(Verdict &verdict, std::uint64_t seed)
     for (int bad = 0; bad < 2; ++bad) {
         Pair pair(bad);
         const double told = pair.rmse(-1, seed);
-        std::printf("   bad %s: plain %.4f", bad ? "last " : "first",
-                    pair.rmse(0, seed) / told);
+        std::printf("   bad %s: plain %.4f", bad ? "last " : "first", pair.rmse(0, seed) / told);
         for (double nu : {4., 10.}) {
             const double ratio = pair.rmse(nu, seed) / told;
             std::printf("  Student-t, %g: %.4f", nu, ratio);

@@ -57,7 +57,8 @@ constexpr FloatLimit fixedLimits[] = {
     {"n5 line+season", 5e-5, 0}, {"n2 P 1e6 -> 2e-9", 0, 5e-2},
 };
 
-template <std::size_t count> FloatLimit limitOf(const FloatLimit (&limits)[count], const std::string &name)
+template <std::size_t count>
+FloatLimit limitOf(const FloatLimit (&limits)[count], const std::string &name)
 {
     for (const FloatLimit &limit : limits) {
         if (name.rfind(limit.model, 0) == 0) return limit;
@@ -81,9 +82,10 @@ struct Case {
 /// The third state is known from the start and stays as it is.
 NumericsModel knownConstant()
 {
-    NumericsModel model = makeModel("n3 singular P-", rows({{1, 0.1, 0.005}, {0, 1, 0.1}, {0, 0, 1}}),
-                                    rows({{0.005}, {0.1}, {0}}), unitRow(3, 0), column({0.01}),
-                                    column({100, 100, 0}), column({16384, 512, 1}), column({16384}));
+    NumericsModel model =
+        makeModel("n3 singular P-", rows({{1, 0.1, 0.005}, {0, 1, 0.1}, {0, 0, 1}}),
+                  rows({{0.005}, {0.1}, {0}}), unitRow(3, 0), column({0.01}), column({100, 100, 0}),
+                  column({16384, 512, 1}), column({16384}));
     model.x0(2) = 0.5;
     return model;
 }
@@ -91,8 +93,8 @@ NumericsModel knownConstant()
 /// Observed without noise: what is not known decays with the root of the moving average.
 NumericsModel arma()
 {
-    return makeModel("n2 ARMA(2,1) R=0", rows({{1.25, 1}, {-0.5, 0}}), rows({{1}, {0.375}}), unitRow(2, 0),
-                     column({0}), column({8, 2}), column({64, 64}), column({64}));
+    return makeModel("n2 ARMA(2,1) R=0", rows({{1.25, 1}, {-0.5, 0}}), rows({{1}, {0.375}}),
+                     unitRow(2, 0), column({0}), column({8, 2}), column({64, 64}), column({64}));
 }
 
 /// Level, slope, and a season of `period`; noises of the level, the slope and the season.
@@ -110,16 +112,18 @@ NumericsModel trendAndSeason(Index period, double slopeNoise)
     H(0, 0) = H(0, 2) = 1;
     Vector<double> reach = Vector<double>::Constant(n, 512);
     reach(0) = 16384;
-    return makeModel("n" + std::to_string(n) + (slopeNoise > 0 ? " trend+season" : " line+season"), A, F, H,
-                     column({1}), Vector<double>::Constant(n, 100), reach, column({16384}));
+    return makeModel("n" + std::to_string(n) + (slopeNoise > 0 ? " trend+season" : " line+season"),
+                     A, F, H, column({1}), Vector<double>::Constant(n, 100), reach,
+                     column({16384}));
 }
 
 /// Constant coefficients of regressors that change at every step.
 Sequence regression(std::uint64_t seed)
 {
-    const NumericsModel model = makeModel("n3 regression Q=0", Matrix<double>::Identity(3, 3), Matrix<double>(3, 0),
-                                          rows({{1, 0, 0}}), column({0.1}), Vector<double>::Constant(3, 100),
-                                          Vector<double>::Constant(3, 64), column({256}));
+    const NumericsModel model =
+        makeModel("n3 regression Q=0", Matrix<double>::Identity(3, 3), Matrix<double>(3, 0),
+                  rows({{1, 0, 0}}), column({0.1}), Vector<double>::Constant(3, 100),
+                  Vector<double>::Constant(3, 64), column({256}));
     Random random(seed);
     Sequence sequence{model.name, model.x0,   model.variances.asDiagonal(), {model.process}, {},
                       {},         model.reach};
@@ -223,10 +227,11 @@ void compareSmoothed(Figures &figures, LibraryRun<T> &run, const Case &data, con
         const Vector<Quad> sigma = exact.sigma<T>(right.belief.covariance, t, data.kind);
         figures.add(mine, right.belief, sigma);
         figures.inspect(mine);
-        figures.reduction =
-            std::min(figures.reduction, smallestEigenvalue(filtered[t] - mine.covariance, filtered[t]));
+        figures.reduction = std::min(
+            figures.reduction, smallestEigenvalue(filtered[t] - mine.covariance, filtered[t]));
         if (t + 1 < past.size()) {
-            figures.lagOne = std::max(figures.lagOne, covarianceError(past[t].lagOne, right.lagOne, later, sigma));
+            figures.lagOne = std::max(figures.lagOne,
+                                      covarianceError(past[t].lagOne, right.lagOne, later, sigma));
         }
         later = sigma;
     }
@@ -293,8 +298,8 @@ void testCase(Verdict &verdict, const Case &data)
     std::printf("%-34s %7.1e %7.1e %7.1e  %7.1e %7.1e %7.1e  %7.1e %7.1e %7.1e  %7.1e %7.1e  "
                 "%8.1e %8.1e %8.1e %8.1e\n",
                 name.c_str(), f32.x, f32.P, f32.lagOne, f64.x, f64.P, f64.lagOne, q31.x, q31.P,
-                q31.lagOne, q31.filter.x, q31.filter.P, f32.eigenvalue, f32.reduction, q31.eigenvalue,
-                q31.reduction);
+                q31.lagOne, q31.filter.x, q31.filter.P, f32.eigenvalue, f32.reduction,
+                q31.eigenvalue, q31.reduction);
     const Index n = data.sequence.states();
     checkSound(verdict, f32, name + ", f32", eigenvalueRounding<float>(n));
     checkSound(verdict, f64, name + ", f64", eigenvalueRounding<double>(n));

@@ -159,11 +159,15 @@ template <class T> class Follower : NotCopied
 
   public:
     explicit Follower(const Motion &m, double moreNoise = 1, std::size_t steps = 0)
-        : motion_(m), states_(m.n, Vector<double>::Constant(m.n, range)), process_(states_, model(m, moreNoise), Noise::factor),
+        : motion_(m), states_(m.n, Vector<double>::Constant(m.n, range)),
+          process_(states_, model(m, moreNoise), Noise::factor),
           scaled_(states_, model(m, moreNoise), Noise::factor),
-          sensor_(states_, {Matrix<double>::Identity(1, m.n), Matrix<double>::Ones(1), Vector<double>::Constant(1, range)},
+          sensor_(states_,
+                  {Matrix<double>::Identity(1, m.n), Matrix<double>::Ones(1),
+                   Vector<double>::Constant(1, range)},
                   Noise::diagonal),
-          filter_(states_), history_(states_, 1, steps + 1, steps + 1), weights_(steps), scaledRoot_(rootLength(m.n))
+          filter_(states_), history_(states_, 1, steps + 1, steps + 1), weights_(steps),
+          scaledRoot_(rootLength(m.n))
     {
     }
 
@@ -178,7 +182,9 @@ template <class T> class Follower : NotCopied
         loss_.limit = Api::chi_square_limit(1, method.level);
         loss_.run = method.run;
         for (std::size_t t = 0; t < z.size(); ++t) {
-            if (t > 0 || motion_.movesFirst) kq::require(Api::predict(filter_.get(), process_.get(), nullptr), "predict");
+            if (t > 0 || motion_.movesFirst) {
+                kq::require(Api::predict(filter_.get(), process_.get(), nullptr), "predict");
+            }
             update(z[t], method.loss);
             x.push_back(position(*filter_.get()));
         }
@@ -244,8 +250,9 @@ template <class T> class Follower : NotCopied
     void update(double z, Loss loss)
     {
         const auto word = sensor_.components().word(0, z);
-        kq::require(loss == Loss::none ? Api::update(filter_.get(), sensor_.get(), &word)
-                                       : Api::update_robust(filter_.get(), sensor_.get(), &word, 1, &loss_),
+        kq::require(loss == Loss::none
+                        ? Api::update(filter_.get(), sensor_.get(), &word)
+                        : Api::update_robust(filter_.get(), sensor_.get(), &word, 1, &loss_),
                     "update");
     }
 
@@ -284,9 +291,11 @@ template <class T> class Follower : NotCopied
     kq_status smoothReweighted(typename Api::Coefficient nu)
     {
         if constexpr (std::is_same_v<T, Q31>) {
-            return kq_smooth_reweighted_q31(history_.get(), scaled_.get(), process_.get(), scaledRoot_.data(), nu, weights_.data());
+            return kq_smooth_reweighted_q31(history_.get(), scaled_.get(), process_.get(),
+                                            scaledRoot_.data(), nu, weights_.data());
         } else {
-            return Api::smooth_reweighted(history_.get(), scaled_.get(), process_.get(), nu, weights_.data());
+            return Api::smooth_reweighted(history_.get(), scaled_.get(), process_.get(), nu,
+                                          weights_.data());
         }
     }
 
@@ -357,7 +366,8 @@ inline Errors errorsOf(const std::vector<Run> &runs, const Estimator &estimator)
     return errors;
 }
 
-template <class T> Errors filterErrors(const std::vector<Run> &runs, const Motion &m, const Method &method)
+template <class T>
+Errors filterErrors(const std::vector<Run> &runs, const Motion &m, const Method &method)
 {
     Follower<T> follower(m, method.moreNoise);
     return errorsOf(runs, [&](const Series &z) { return follower.filtered(z, method); });

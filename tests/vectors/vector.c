@@ -144,8 +144,14 @@ static uint32_t take_present(words_in *in)
     return present < 0 ? UINT32_MAX : (uint32_t)present;
 }
 
-static process_slot *take_process(words_in *in) { return &machine.process[take_number(in, 0, SLOTS - 1)]; }
-static sensor_slot *take_sensor(words_in *in) { return &machine.sensor[take_number(in, 0, SLOTS - 1)]; }
+static process_slot *take_process(words_in *in)
+{
+    return &machine.process[take_number(in, 0, SLOTS - 1)];
+}
+static sensor_slot *take_sensor(words_in *in)
+{
+    return &machine.sensor[take_number(in, 0, SLOTS - 1)];
+}
 
 /* What an update takes */
 typedef struct {
@@ -392,12 +398,16 @@ static int change_measurement_as(words_in *in, const vector_sink *sink, int is_j
     if (!slot->measurement) return -1;
     take_scaled(in, slot->measurement, slot->components * machine.n);
     if (!is_complete(in)) return -1;
-    put_status(sink, kq_sensor_change_measurement_q31(&slot->sensor, slot->measurement, is_jacobian ? &range_error : NULL));
+    put_status(sink, kq_sensor_change_measurement_q31(&slot->sensor, slot->measurement,
+                                                      is_jacobian ? &range_error : NULL));
     if (is_jacobian) put_range_error(sink, &range_error);
     return 0;
 }
 
-static int change_measurement(words_in *in, const vector_sink *sink) { return change_measurement_as(in, sink, 0); }
+static int change_measurement(words_in *in, const vector_sink *sink)
+{
+    return change_measurement_as(in, sink, 0);
+}
 
 /* ------------------------------------------------------------------ the filter */
 
@@ -750,9 +760,12 @@ static const struct {
     [VECTOR_ADAPTATION] = {"adaptation", HAS_ADAPTATION ? set_adaptation : NULL},
     [VECTOR_ADAPTED_PREDICT] = {"adapted predict", HAS_ADAPTATION ? predict : NULL},
     [VECTOR_ADAPTED_UPDATE] = {"adapted update", HAS_ADAPTATION ? update_adapted : NULL},
-    [VECTOR_EXTENDED_HISTORY] = {"history of linearised steps", HAS_EXTENDED ? attach_extended : NULL},
-    [VECTOR_PROCESS_JACOBIAN] = {"Jacobian of the process", HAS_EXTENDED ? change_process_jacobian : NULL},
-    [VECTOR_SENSOR_JACOBIAN] = {"Jacobian of the sensor", HAS_EXTENDED ? change_sensor_jacobian : NULL},
+    [VECTOR_EXTENDED_HISTORY] = {"history of linearised steps",
+                                 HAS_EXTENDED ? attach_extended : NULL},
+    [VECTOR_PROCESS_JACOBIAN] = {"Jacobian of the process",
+                                 HAS_EXTENDED ? change_process_jacobian : NULL},
+    [VECTOR_SENSOR_JACOBIAN] = {"Jacobian of the sensor",
+                                HAS_EXTENDED ? change_sensor_jacobian : NULL},
     [VECTOR_PREDICT_EXTENDED] = {"extended predict", HAS_EXTENDED ? predict_extended : NULL},
     [VECTOR_UPDATE_EXTENDED] = {"extended update", HAS_EXTENDED ? update_extended : NULL},
     [VECTOR_MOVE] = {"move", HAS_EXTENDED ? move : NULL},
