@@ -73,21 +73,6 @@ static void draw_measurement(num *z, int t)
 /* All components, or at some steps all but the first */
 static uint32_t present_at(int t) { return UINT32_MAX << (t / 3 % 2); }
 
-static void put_filter(void)
-{
-    for (int i = 0; i < M.n; i++) {
-        put(K(mean)(&filter, i));
-        put(K(mean_low)(&filter, i));
-        put(K(sigma)(&filter, i));
-    }
-    put_status(K(covariance)(&filter, out[0]));
-    put_all(out[0], M.n * M.n);
-    put_word(K(events)(&filter));
-    put_word((uint32_t)K(taken)(&filter));
-    put(K(nis)(&filter));
-    put(K(log_likelihood)(&filter));
-}
-
 /* ------------------------------------------------------------------ smoothers on line */
 
 static void put_lag(K(lag) * lag, size_t k, int states_only)
@@ -119,7 +104,7 @@ static void lag(void)
         put_status(K(predict)(&filter, &process, draw_control()));
         check("lag", t);
     }
-    put_filter();
+    put_filter(&filter, M.n, out[0]);
     check("filter of the lag", STEPS);
 }
 
@@ -139,7 +124,7 @@ static void delay(void)
         put_status(K(predict)(&filter, &process, draw_control()));
         check("delay", t);
     }
-    put_filter();
+    put_filter(&filter, M.n, out[0]);
     check("filter of the delay", STEPS);
 }
 
@@ -181,8 +166,7 @@ static void put_instant(K(instant) * of)
     K(filter) view;
     put_status(K(instant_smooth)(of, &view));
     put_readings(&view, M.n);
-    put_status(K(covariance)(&view, out[0]));
-    put_all(out[0], M.n * M.n);
+    put_covariance(&view, M.n, out[0]);
 }
 
 static void point(void)
@@ -279,7 +263,7 @@ static void lazy(void)
         put_status(t == STEPS + 1 ? K(predict)(&filter, &process, u)
                                   : K(step)(&filter, &process, u, &sensor, z));
         put_word((uint32_t)K(freeze_is_active)(&lazy));
-        put_filter();
+        put_filter(&filter, M.n, out[0]);
         if (t % 4 == 3) check("switch", t);
     }
 }
@@ -298,7 +282,7 @@ static void gated(void)
         draw_measurement(z, t);
         put_status(K(update_robust)(&filter, &sensor, z, present_at(t), &gate));
         put_word(gate.rejected);
-        put_filter();
+        put_filter(&filter, M.n, out[0]);
         predict();
     }
     check("gated", STEPS);
@@ -314,7 +298,7 @@ static void weighted(int is_student)
         draw_measurement(z, t);
         put_status(K(update_robust)(&filter, &sensor, z, present_at(t), is_student ? &student : &huber));
         put_all(weights, M.m);
-        put_filter();
+        put_filter(&filter, M.n, out[0]);
         predict();
     }
     check(is_student ? "Student-t" : "Huber", STEPS);
@@ -328,7 +312,7 @@ static void jumps(void)
     for (int t = 0; t < STEPS; t++) {
         draw_measurement(z, t);
         put_status(K(update_robust)(&filter, &sensor, z, present_at(t), &jump));
-        put_filter();
+        put_filter(&filter, M.n, out[0]);
         predict();
     }
     check("jumps", STEPS);
@@ -396,7 +380,7 @@ static void fit(num lambda)
         put_status(K(least_squares_add)(&squares, M.H, z, r, t % 2 ? 1 : (size_t)M.m));
         put(K(least_squares_residual)(&squares));
         put(K(least_squares_weight)(&squares));
-        put_filter();
+        put_filter(&filter, M.n, out[0]);
     }
     check("least squares", STEPS);
 }
@@ -510,7 +494,7 @@ static void adaptation(kq_adapted scales)
         put(q);
         put(r);
         put_all(a.information, 3);
-        put_filter();
+        put_filter(&filter, M.n, out[0]);
         put_status(K(predict)(&filter, &process, draw_control()));
     }
     check("adaptation", 2 * STEPS);

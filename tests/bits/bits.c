@@ -67,13 +67,8 @@ static void begin(void)
 
 static void put_state(const K(filter) * f)
 {
-    for (int i = 0; i < M.n; i++) {
-        put(K(mean)(f, i));
-        put(K(mean_low)(f, i));
-        put(K(sigma)(f, i));
-    }
-    put_status(K(covariance)(f, out[0]));
-    put_all(out[0], M.n * M.n);
+    put_readings(f, M.n);
+    put_covariance(f, M.n, out[0]);
     put_word(K(events)(f));
 }
 
@@ -130,8 +125,7 @@ static void put_smoothed(size_t t)
     const kq_status shown = K(smoothed)(&history, t, &view); /* refused: it reads NaN */
     (void)shown;
     put_readings(&view, M.n);
-    put_status(K(covariance)(&view, out[0]));
-    put_all(out[0], M.n * M.n);
+    put_covariance(&view, M.n, out[0]);
 }
 
 static void put_noises(void)

@@ -60,6 +60,22 @@ void put_readings(const K(filter) * view, int n)
     }
 }
 
+void put_covariance(const K(filter) * view, int n, num *P)
+{
+    put_status(K(covariance)(view, P));
+    put_all(P, n * n);
+}
+
+void put_filter(const K(filter) * f, int n, num *P)
+{
+    put_readings(f, n);
+    put_covariance(f, n, P);
+    put_word(K(events)(f));
+    put_word((uint32_t)K(taken)(f));
+    put(K(nis)(f));
+    put(K(log_likelihood)(f));
+}
+
 void put_status(kq_status status) { put_word((uint32_t)(int32_t)status); }
 
 /* ------------------------------------------------------------------ blocks of a case */

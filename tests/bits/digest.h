@@ -29,6 +29,10 @@ void put_all(const num *values, int count);
 void put_status(kq_status status);
 void put_readings(const K(filter) * view, int n); /* mean, low, sigma */
 
+/** The covariance with its status, and all that a filter says; P: n x n, where it is written */
+void put_covariance(const K(filter) * view, int n, num *P);
+void put_filter(const K(filter) * f, int n, num *P);
+
 /** Adds the words since the last check to the block of `quantity`, as its `step`. */
 void check(const char *quantity, int step);
 

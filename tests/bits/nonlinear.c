@@ -140,21 +140,6 @@ static void record(void)
 
 /* ------------------------------------------------------------------ what is digested */
 
-static void put_filter(const K(filter) * f)
-{
-    for (int i = 0; i < M.n; i++) {
-        put(K(mean)(f, i));
-        put(K(mean_low)(f, i));
-        put(K(sigma)(f, i));
-    }
-    put_status(K(covariance)(f, J));
-    put_all(J, M.n * M.n);
-    put_word(K(events)(f));
-    put_word((uint32_t)K(taken)(f));
-    put(K(nis)(f));
-    put(K(log_likelihood)(f));
-}
-
 static void smooth(const char *name)
 {
     const kq_status status = K(smooth)(&history);
@@ -165,7 +150,7 @@ static void smooth(const char *name)
         K(events_clear)(&view);
         const kq_status shown = K(filter_copy)(&at, &view); /* refused: it reads NaN */
         (void)shown;
-        put_filter(&at);
+        put_filter(&at, M.n, J);
     }
     check(name, STEPS);
     put_status(K(detach)(&history.attached));
@@ -197,7 +182,7 @@ static void run_extended(void)
         update_extended(t);
         for (int i = 0; t == 4 && i < M.n; i++) back[i] = -K(mean)(&filter, i) / 2;
         if (t == 4) put_status(K(move)(&filter, back));
-        put_filter(&filter);
+        put_filter(&filter, M.n, J);
         check("extended", t);
     }
     smooth("extended, smoothed");
@@ -237,7 +222,7 @@ static void run_points(int is_recorded, kq_sigma_points rule)
         draw(t);
         if (t) put_status(K(predict_sigma_points)(&filter, &process, increment, NULL, rule, work));
         put_status(K(update_sigma_points)(&filter, &sensor, innovation, NULL, rule, work));
-        put_filter(&filter);
+        put_filter(&filter, M.n, J);
         check(rule == KQ_SIGMA_POINTS_CUBATURE ? "cubature" : "central differences", t);
     }
     if (is_recorded) smooth("by points, smoothed");
@@ -260,13 +245,13 @@ static void run_parts(void)
         put_status(K(sensor_linearise)(&found, &sensor, H, E, R));
         put_status(K(filter_copy)(&at, &filter));
         put_status(K(update)(&at, &found, e));
-        put_filter(&at);
+        put_filter(&at, M.n, J);
     }
     put_status(K(linearise)(&at, increment, NULL, M.n, KQ_SIGMA_POINTS_CENTRAL, d, A, E));
     for (int i = 0; i < M.n; i++) A[i * (M.n + 1)] += 1;
     put_status(K(process_linearise)(&own, &process, A, E));
     put_status(K(predict_extended)(&at, &own, d));
-    put_filter(&at);
+    put_filter(&at, M.n, J);
     check("iterated", 2);
 }
 

@@ -43,7 +43,7 @@ struct Accuracy {
     bool fixedPoint, pair;
 };
 
-template <class T> Accuracy accuracyOf(int n);
+template <class T> Accuracy accuracyOf(int n); // of so many states
 
 template <> inline Accuracy accuracyOf<float>(int n)
 {
@@ -67,33 +67,27 @@ class Documented : public Rounding
     {
     }
 
-    void noise(Mat &R, int m) override
+    void noise(Mat &R) override
     {
-        bool diagonal = true;
-        for (int i = 0; i < m; ++i) {
-            for (int j = 0; j < i; ++j) diagonal = diagonal && R[i][j] == 0;
-        }
-        if (diagonal) return;
-        const Mat root = lowerRoot(R, m);
+        if (R.isDiagonal()) return;
+        const Mat root = lowerRoot(R);
         Mat L = root;
-        for (int i = 0; i < m; ++i) {
-            for (int j = 0; j < m; ++j) {
-                if (root[j][j] > 0) L[i][j] += draw(accuracy_.rows * sigma(R, i));
+        for (Index i = 0; i < R.rows(); ++i) {
+            for (Index j = 0; j < R.rows(); ++j) {
+                if (root(j, j) > 0) L(i, j) += draw(accuracy_.rows * sigma(R, i));
             }
         }
-        R = square(L, m, m);
+        R = square(L);
     }
 
     void start(Belief &belief) override { disturb(belief.covariance, belief.covariance); }
 
-    void predicted(Belief &belief, const Belief &before, const Moment &move) override
+    void predicted(Belief &belief, const Belief &before, const Vec &drive) override
     {
         disturb(belief.covariance, belief.covariance);
-        for (int i = 0; i < inputs_.n; ++i) {
-            Real terms = fabsq(move.drive[i]);
-            for (int k = 0; k < inputs_.n; ++k) {
-                terms += fabsq(addedFrom(i, k) * before.mean[k]);
-            }
+        for (Index i = 0; i < drive.size(); ++i) {
+            Real terms = abs(drive(i));
+            for (Index k = 0; k < drive.size(); ++k) terms += abs(addedFrom(i, k) * before.mean(k));
             round(belief, i, terms);
         }
     }
@@ -102,9 +96,10 @@ class Documented : public Rounding
     {
         Real terms = 0;
         int count = 0;
-        for (int k = 0; k < inputs_.n; ++k) {
-            terms += fabsq(scalar.h[k] * x[k]);
-            count += scalar.h[k] != 0 && scalar.h[k] != 1 ? 2 : scalar.h[k] != 0;
+        for (Index k = 0; k < x.size(); ++k) {
+            const Real &h = scalar.h(k);
+            terms += abs(h * x(k));
+            count += h != 0 && h != 1 ? 2 : h != 0;
         }
         if (accuracy_.pair && count == 1) terms = 0; // a state as it is: the high parts cancel
         scalar.innovation += draw(accuracy_.fixedPoint ? scalar.grain : accuracy_.mean * terms);
@@ -114,49 +109,45 @@ class Documented : public Rounding
     Real leastNoise(const Vec &h, Real r) override
     {
         if (!accuracy_.fixedPoint) return 0;
-        Real least = 0;
-        for (int k = 0; k < inputs_.n; ++k) {
-            const Real bit = accuracy_.mean * h[k] * words_[k];
-            least += bit * bit;
-        }
+        const Real least = (accuracy_.mean * h.cwiseProduct(words_)).squaredNorm();
         return r < least ? accuracy_.scale * least : Real(0);
     }
 
     void updated(Belief &belief, const Belief &before) override
     {
         disturb(belief.covariance, before.covariance);
-        for (int i = 0; i < inputs_.n; ++i) {
-            const Real moved = belief.mean[i] - before.mean[i];
-            round(belief, i, fabsq(accuracy_.pair ? moved : belief.mean[i]));
+        for (Index i = 0; i < belief.mean.size(); ++i) {
+            const Real moved = belief.mean(i) - before.mean(i);
+            round(belief, i, abs(accuracy_.pair ? moved : belief.mean(i)));
         }
     }
 
   private:
     /// A_ik, but for what a pair has already: A_ii - 1 where 1/2 <= A_ii <= 2
-    Real addedFrom(int i, int k) const
+    Real addedFrom(Index i, Index k) const
     {
-        const Real a = inputs_.process.A[i][k];
+        const Real a = inputs_.A()(i, k);
         return accuracy_.pair && i == k && a >= 0.5 && a <= 2 ? a - 1 : a;
     }
 
-    Real draw(Real size) { return size * accuracy_.scale * random_.uniform(-1, 1); }
+    Real draw(const Real &size) { return size * accuracy_.scale * random_.uniform(-1, 1); }
 
-    void round(Belief &belief, int i, Real terms)
+    void round(Belief &belief, Index i, const Real &terms)
     {
-        belief.mean[i] += draw(accuracy_.mean * (accuracy_.fixedPoint ? words_[i] : terms));
+        belief.mean(i) += draw(accuracy_.mean * (accuracy_.fixedPoint ? words_(i) : terms));
     }
 
     void disturb(Mat &P, const Mat &before)
     {
-        const int n = inputs_.n;
-        Mat L = lowerRoot(P, n);
-        const double share = std::sqrt(3.0 / n); // a row of n draws then has the norm of one
-        for (int i = 0; i < n; ++i) {
+        Mat L = lowerRoot(P);
+        const Index n = P.rows();
+        const double share = std::sqrt(3.0 / static_cast<double>(n)); // n draws are as long as one
+        for (Index i = 0; i < n; ++i) {
             const Real most = accuracy_.stage * sigma(P, i), was = sigma(before, i);
             const Real size = accuracy_.rows * share * (was < most ? was : most);
-            for (int j = 0; j < n; ++j) L[i][j] += draw(size);
+            for (Index j = 0; j < n; ++j) L(i, j) += draw(size);
         }
-        P = square(L, n, n);
+        P = square(L);
     }
 
     const Accuracy &accuracy_;

@@ -1,115 +1,66 @@
-// Vectors and matrices of __float128 on plain arrays, for up to 8 states.
+// Matrices of __float128: products that are symmetric, roots, and what counts as 0.
 #ifndef KALMANQ_TESTS_CAMPAIGN_ARRAYS_HPP
 #define KALMANQ_TESTS_CAMPAIGN_ARRAYS_HPP
 
-#include <quadmath.h>
-
-#include <array>
+#include "../reference/matrix.hpp"
+#include "../reference/quad.hpp"
 
 namespace campaign
 {
 
-using Real = __float128;
-
-constexpr int maxStates = 8, maxComponents = 3;
-
-using Vec = std::array<Real, maxStates>;
-using Mat = std::array<Vec, maxStates>;
+using reference::Index;
+using reference::Matrix;
+using reference::Vector;
+using Real = reference::Quad;
+using Vec = Vector<Real>;
+using Mat = Matrix<Real>;
 
 /// What is below this share of the terms that it is the sum of is 0: between the rounding of
 /// __float128 and anything that a model can hold.
 constexpr double redundant = 0x1p-80;
 
-inline Real dot(const Vec &a, const Vec &b, int n)
+/// A B', where that is symmetric
+inline Mat symmetricProduct(const Mat &A, const Mat &B)
 {
-    Real sum = 0;
-    for (int k = 0; k < n; ++k) sum += a[k] * b[k];
-    return sum;
-}
-
-inline Vec times(const Mat &M, const Vec &x, int n)
-{
-    Vec y{};
-    for (int i = 0; i < n; ++i) y[i] = dot(M[i], x, n);
-    return y;
-}
-
-/// M' x
-inline Vec transposedTimes(const Mat &M, const Vec &x, int n)
-{
-    Vec y{};
-    for (int k = 0; k < n; ++k) {
-        for (int i = 0; i < n; ++i) y[i] += M[k][i] * x[k];
-    }
-    return y;
-}
-
-inline Mat times(const Mat &A, const Mat &B, int n)
-{
-    Mat C{};
-    for (int i = 0; i < n; ++i) {
-        for (int k = 0; k < n; ++k) {
-            if (A[i][k] == 0) continue;
-            for (int j = 0; j < n; ++j) C[i][j] += A[i][k] * B[k][j];
+    const Index n = A.rows();
+    Mat C(n, n);
+    for (Index i = 0; i < n; ++i) {
+        for (Index j = 0; j <= i; ++j) {
+            Real sum = 0;
+            for (Index k = 0; k < A.cols(); ++k) sum += A(i, k) * B(j, k);
+            C(i, j) = C(j, i) = sum;
         }
     }
     return C;
 }
 
-inline Mat transposed(const Mat &M, int n)
-{
-    Mat T{};
-    for (int i = 0; i < n; ++i) {
-        for (int j = 0; j < n; ++j) T[i][j] = M[j][i];
-    }
-    return T;
-}
-
-inline Mat plus(const Mat &A, const Mat &B, int n)
-{
-    Mat C{};
-    for (int i = 0; i < n; ++i) {
-        for (int j = 0; j < n; ++j) C[i][j] = A[i][j] + B[i][j];
-    }
-    return C;
-}
-
 /// A P A', P symmetric
-inline Mat sandwich(const Mat &A, const Mat &P, int n)
-{
-    const Mat AP = times(A, P, n);
-    Mat C{};
-    for (int i = 0; i < n; ++i) {
-        for (int j = 0; j <= i; ++j) C[i][j] = C[j][i] = dot(AP[i], A[j], n);
-    }
-    return C;
-}
+inline Mat sandwich(const Mat &A, const Mat &P) { return symmetricProduct(A * P, A); }
 
-/// F F', `width` columns
-inline Mat square(const Mat &F, int n, int width)
-{
-    Mat C{};
-    for (int i = 0; i < n; ++i) {
-        for (int j = 0; j <= i; ++j) C[i][j] = C[j][i] = dot(F[i], F[j], width);
-    }
-    return C;
-}
+/// F F'
+inline Mat square(const Mat &F) { return symmetricProduct(F, F); }
 
 /// P = L L'; a pivot that rounding explains is 0, and so is its column.
-inline Mat lowerRoot(const Mat &P, int n)
+inline Mat lowerRoot(const Mat &P)
 {
-    Mat L{};
-    for (int j = 0; j < n; ++j) {
-        const Real rest = P[j][j] - dot(L[j], L[j], j);
-        if (!(rest > redundant * P[j][j])) continue;
-        L[j][j] = sqrtq(rest);
-        for (int i = j + 1; i < n; ++i) L[i][j] = (P[i][j] - dot(L[i], L[j], j)) / L[j][j];
+    const Index n = P.rows();
+    Mat L = Mat::Zero(n, n);
+    for (Index j = 0; j < n; ++j) {
+        const auto rest = [&](Index i) {
+            Real taken = 0;
+            for (Index k = 0; k < j; ++k) taken += L(i, k) * L(j, k);
+            return P(i, j) - taken;
+        };
+        const Real pivot = rest(j);
+        if (!(pivot > redundant * P(j, j))) continue;
+        L(j, j) = sqrt(pivot);
+        for (Index i = j + 1; i < n; ++i) L(i, j) = rest(i) / L(j, j);
     }
     return L;
 }
 
 /// The standard deviation of a state; no less than 0.
-inline Real sigma(const Mat &P, int i) { return P[i][i] > 0 ? sqrtq(P[i][i]) : Real(0); }
+inline Real sigma(const Mat &P, Index i) { return P(i, i) > 0 ? sqrt(P(i, i)) : Real(0); }
 
 } // namespace campaign
 

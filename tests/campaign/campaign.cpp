@@ -168,12 +168,12 @@ Judged judge(const Case &now, const Sequence &sequence, reference::Library<T> &l
              const Inputs &inputs, const Exact &exact, const Vec &words)
 {
     const char *name = kq::Api<T>::name;
-    const Accuracy accuracy = accuracyOf<T>(inputs.n);
+    const Accuracy accuracy = accuracyOf<T>(inputs.n());
     const Units units(accuracy, inputs, words);
     const Outcome outcome = Campaigner<T>(sequence, library).run();
     const bool done = outcome.refused.empty();
     if (!done) now.report(std::string(name) + " refused", outcome.refused.c_str());
-    const Series errors = compare(outcome.instants, exact, units, inputs.n, done);
+    const Series errors = compare(outcome.instants, exact, units, done);
     if (!done) return {errors, errors};
     const Series allowed = allowance(inputs, exact, units, accuracy, words);
     const std::size_t flag = firstFlag(outcome, exact);
@@ -218,12 +218,12 @@ void judgeFloats(const Case &now, const Inputs &inputs, const Exact &exact)
     const Sequence &sequence = now.model.sequence;
     reference::Library<float> single(sequence);
     reference::Library<double> wide(sequence);
-    judge<double>(now, sequence, wide, inputs, exact, Vec{});
-    const Judged floats = judge<float>(now, sequence, single, inputs, exact, Vec{});
-    const Accuracy accuracy = accuracyOf<float>(inputs.n);
-    const Units units(accuracy, inputs, Vec{});
+    judge<double>(now, sequence, wide, inputs, exact, Vec());
+    const Judged floats = judge<float>(now, sequence, single, inputs, exact, Vec());
+    const Accuracy accuracy = accuracyOf<float>(inputs.n());
+    const Units units(accuracy, inputs, Vec());
     const Outcome ud = runUd(now.model);
-    judgeBesideUd(now, floats, compare(ud.instants, exact, units, inputs.n, false));
+    judgeBesideUd(now, floats, compare(ud.instants, exact, units, false));
 }
 
 void judgeWords(const Case &now, const Exact &exactOfFloats)
@@ -235,11 +235,7 @@ void judgeWords(const Case &now, const Exact &exactOfFloats)
     const Sequence sequence = withRanges(now.model, exactOfFloats);
     reference::Library<Q31> library(sequence);
     const Inputs inputs = heldByWords(sequence, library);
-    Vec words{};
-    for (int i = 0; i < inputs.n; ++i) {
-        words[i] = ldexpq(1, -library.states().data()[i].fraction);
-    }
-    judge<Q31>(now, sequence, library, inputs, run(inputs), words);
+    judge<Q31>(now, sequence, library, inputs, run(inputs), wordsOf(library));
 }
 
 void study(const Options &options, std::uint64_t number, Tally &tally)

@@ -1,4 +1,4 @@
-// The textbook filter and smoother in __float128, on plain arrays: what an arithmetic is judged by.
+// The textbook filter and smoother in __float128, on plain loops: what an arithmetic is judged by.
 //
 //     Exact exact = run(inputs);                  predict, update: the covariance form
 //     run(inputs, &rounding)                      the same with roundings of a stated size
@@ -13,58 +13,35 @@
 #ifndef KALMANQ_TESTS_CAMPAIGN_EXACT_HPP
 #define KALMANQ_TESTS_CAMPAIGN_EXACT_HPP
 
-#include <quadmath.h>
-
 #include <array>
 #include <cstddef>
 #include <cstdint>
 #include <vector>
 
+#include "../reference/textbook.hpp"
 #include "arrays.hpp"
 
 namespace campaign
 {
 
-// ------------------------------------------------------------------ what an arithmetic is given
+using reference::Reading;
+using reference::Step;
+using Belief = reference::Belief<Real>;
 
-struct Process {
-    Mat A, Q;
-};
-
-/// z = H x + v; H by rows.
-struct Sensor {
-    int components;
-    Mat H, R;
-    Vec grain; // what an innovation is rounded to, 0 in floating point
-};
-
-/// One call of an update.
-struct Reading {
-    std::size_t sensor;
-    std::uint32_t present;
-    Vec z;
-};
-
-struct Moment {
-    std::vector<Reading> readings;
-    Vec drive; // B u of the move to the next step
-};
-
+/// What an arithmetic is given, as it holds it
 struct Inputs {
-    int n;
     Vec x0;
     Mat P0;
-    Process process;
-    std::vector<Sensor> sensors;
-    std::vector<Moment> moments;
+    reference::Model<Real> model;
+    std::vector<Vec> grain; // what an innovation of each sensor is rounded to, 0 in floating point
+    std::vector<Step> steps;
+
+    int n() const { return static_cast<int>(x0.size()); }
+    const Mat &A() const { return model.A[0]; }
+    const Mat &Q() const { return model.Q[0]; }
 };
 
 // ------------------------------------------------------------------ what comes of it
-
-struct Belief {
-    Vec mean;
-    Mat covariance;
-};
 
 /// One decorrelated component.
 struct Scalar {
@@ -77,7 +54,7 @@ struct Update {
     std::vector<Scalar> scalars;
     Real nis = 0, logLikelihood = 0;
     int taken = 0;
-    Vec mean{}; // after it
+    Vec mean; // after it
 };
 
 /// Those that show means alone or work on line: of all states, of a fixed lag, of a fixed point.
@@ -100,11 +77,9 @@ class Rounding
 {
   public:
     virtual ~Rounding() = default;
-    virtual void noise(Mat & /*R*/, int /*m*/) {}
+    virtual void noise(Mat & /*R*/) {}
     virtual void start(Belief & /*belief*/) {}
-    virtual void predicted(Belief & /*belief*/, const Belief & /*before*/, const Moment & /*move*/)
-    {
-    }
+    virtual void predicted(Belief & /*belief*/, const Belief & /*before*/, const Vec & /*drive*/) {}
     virtual void innovation(Scalar & /*scalar*/, const Vec & /*x*/) {}
     /// Noise that a measurement has beside its own.
     virtual Real leastNoise(const Vec & /*h*/, Real /*r*/) { return 0; }
@@ -113,78 +88,68 @@ class Rounding
 
 /// Rows of U^-1 H, U^-1 (z - H x), and D, of R = U D U' over the components present.
 struct Decorrelated {
-    int m = 0;
-    Mat H{};
-    Vec z{}, variance{}, grain{};
+    Mat H;
+    Vec z, variance, grain;
 };
 
-inline Decorrelated decorrelate(const Sensor &sensor, const Reading &reading, int n)
+inline Decorrelated decorrelate(const Inputs &inputs, const Reading &reading)
 {
-    Decorrelated result;
-    std::array<int, maxComponents> chosen{};
-    for (int c = 0; c < sensor.components; ++c) {
-        if (reading.present >> c & 1) chosen[result.m++] = c;
-    }
-    Mat rest{};
-    for (int a = 0; a < result.m; ++a) {
-        result.H[a] = sensor.H[chosen[a]];
-        result.z[a] = reading.z[chosen[a]];
-        result.grain[a] = sensor.grain[chosen[a]];
-        for (int b = 0; b < result.m; ++b) rest[a][b] = sensor.R[chosen[a]][chosen[b]];
-    }
-    for (int j = result.m - 1; j >= 0; --j) {
-        const bool open = rest[j][j] > redundant * sensor.R[chosen[j]][chosen[j]];
-        result.variance[j] = open ? rest[j][j] : Real(0);
-        for (int i = 0; i < j && open; ++i) {
-            const Real u = rest[i][j] / rest[j][j];
-            for (int k = 0; k < n; ++k) result.H[i][k] -= u * result.H[j][k];
-            result.z[i] -= u * result.z[j];
-            result.grain[i] += fabsq(u) * result.grain[j];
-            for (int k = 0; k <= i; ++k) rest[i][k] = rest[k][i] = rest[i][k] - u * rest[k][j];
+    const reference::Observation<Real> seen(inputs.model, reading);
+    Decorrelated result{
+        seen.H, seen.z, Vec::Zero(seen.z.size()),
+        inputs.grain[reading.sensor].chooseRows(reference::presentComponents(reading))};
+    Mat rest = seen.R;
+    for (Index j = rest.rows() - 1; j >= 0; --j) {
+        if (!(rest(j, j) > redundant * seen.R(j, j))) continue;
+        result.variance(j) = rest(j, j);
+        for (Index i = 0; i < j; ++i) {
+            const Real u = rest(i, j) / rest(j, j);
+            result.H.row(i) -= u * result.H.row(j);
+            result.z(i) -= u * result.z(j);
+            result.grain(i) += abs(u) * result.grain(j);
+            for (Index k = 0; k <= i; ++k) rest(i, k) = rest(k, i) = rest(i, k) - u * rest(k, j);
         }
     }
     return result;
 }
 
 /// x, P by one scalar measurement.
-inline void take(Belief &belief, Scalar &scalar, Real r, int n, Rounding &rounding)
+inline void take(Belief &belief, Scalar &scalar, const Real &r, Rounding &rounding)
 {
-    const Vec b = times(belief.covariance, scalar.h, n);
+    Mat &P = belief.covariance;
+    const Vec b = P * scalar.h;
     Real terms = r;
-    for (int k = 0; k < n; ++k) {
-        const Real part = fabsq(scalar.h[k]) * sigma(belief.covariance, k);
+    for (Index k = 0; k < b.size(); ++k) {
+        const Real part = scalar.h(k) * sigma(P, k);
         terms += part * part;
     }
-    scalar.variance = dot(scalar.h, b, n) + r;
+    scalar.variance = scalar.h.dot(b) + r;
     scalar.taken = scalar.variance > redundant * terms;
     if (!scalar.taken) return;
     scalar.variance += rounding.leastNoise(scalar.h, r);
-    for (int i = 0; i < n; ++i) scalar.gain[i] = b[i] / scalar.variance;
-    for (int i = 0; i < n; ++i) {
-        belief.mean[i] += scalar.gain[i] * scalar.innovation;
-        for (int j = 0; j <= i; ++j) {
-            belief.covariance[i][j] -= scalar.gain[i] * b[j];
-            belief.covariance[j][i] = belief.covariance[i][j];
-        }
+    scalar.gain = b / scalar.variance;
+    belief.mean += scalar.gain * scalar.innovation;
+    for (Index i = 0; i < b.size(); ++i) {
+        for (Index j = 0; j <= i; ++j) P(i, j) = P(j, i) = P(i, j) - scalar.gain(i) * b(j);
     }
 }
 
-inline Update update(Belief &belief, const Sensor &sensor, const Reading &reading, int n,
+inline Update update(Belief &belief, const Inputs &inputs, const Reading &reading,
                      Rounding &rounding)
 {
     Update result;
-    const Decorrelated seen = decorrelate(sensor, reading, n);
-    const Real logTwoPi = logq(2 * acosq(-1));
-    for (int c = 0; c < seen.m; ++c) {
+    const Decorrelated seen = decorrelate(inputs, reading);
+    const Real logTwoPi = log(Real(2) * reference::pi<Real>());
+    for (Index c = 0; c < seen.z.size(); ++c) {
         const Belief before = belief;
-        Scalar scalar{seen.H[c], {}, 0, 0, seen.grain[c], false};
-        scalar.innovation = seen.z[c] - dot(scalar.h, belief.mean, n);
+        Scalar scalar{seen.H.row(c).transpose(), {}, 0, 0, seen.grain(c), false};
+        scalar.innovation = seen.z(c) - scalar.h.dot(belief.mean);
         rounding.innovation(scalar, belief.mean);
-        take(belief, scalar, seen.variance[c], n, rounding);
+        take(belief, scalar, seen.variance(c), rounding);
         if (scalar.taken) {
             const Real nis = scalar.innovation * scalar.innovation / scalar.variance;
             result.nis += nis;
-            result.logLikelihood -= (logTwoPi + logq(scalar.variance) + nis) / 2;
+            result.logLikelihood -= (logTwoPi + log(scalar.variance) + nis) / Real(2);
             ++result.taken;
             rounding.updated(belief, before);
         }
@@ -194,26 +159,23 @@ inline Update update(Belief &belief, const Sensor &sensor, const Reading &readin
     return result;
 }
 
-inline void filter(Exact &exact, const Inputs &inputs, Rounding &rounding)
+inline void filter(Exact &exact, Inputs inputs, Rounding &rounding)
 {
-    const int n = inputs.n;
-    std::vector<Sensor> sensors = inputs.sensors;
-    for (Sensor &sensor : sensors) rounding.noise(sensor.R, sensor.components);
+    for (Mat &R : inputs.model.R) rounding.noise(R);
     Belief belief{inputs.x0, inputs.P0};
     rounding.start(belief);
-    for (const Moment &moment : inputs.moments) {
+    for (const Step &step : inputs.steps) {
         Instant now;
         now.predicted = belief;
-        for (const Reading &reading : moment.readings) {
-            now.updates.push_back(update(belief, sensors[reading.sensor], reading, n, rounding));
+        for (const Reading &reading : step.readings) {
+            now.updates.push_back(update(belief, inputs, reading, rounding));
         }
         now.filtered = belief;
+        const Vec drive = inputs.model.drive(step);
+        belief = {inputs.A() * belief.mean + drive,
+                  sandwich(inputs.A(), belief.covariance) + inputs.Q()};
+        rounding.predicted(belief, now.filtered, drive);
         exact.push_back(now);
-        belief.mean = times(inputs.process.A, now.filtered.mean, n);
-        belief.covariance = plus(sandwich(inputs.process.A, now.filtered.covariance, n),
-                                 inputs.process.Q, n);
-        for (int i = 0; i < n; ++i) belief.mean[i] += moment.drive[i];
-        rounding.predicted(belief, now.filtered, moment);
     }
 }
 
@@ -221,60 +183,43 @@ inline void filter(Exact &exact, const Inputs &inputs, Rounding &rounding)
 
 /// What the later data say of the state.
 struct Adjoint {
-    Vec gradient{};
-    Mat information{};
+    Vec gradient;
+    Mat information;
 };
 
-inline void backThrough(Adjoint &later, const Scalar &scalar, int n)
+inline void backThrough(Adjoint &later, const Scalar &scalar)
 {
     if (!scalar.taken) return;
-    const Vec lk = times(later.information, scalar.gain, n);
-    const Real klk = dot(scalar.gain, lk, n) + 1 / scalar.variance;
-    const Real kg = dot(scalar.gain, later.gradient, n) - scalar.innovation / scalar.variance;
-    for (int i = 0; i < n; ++i) {
-        later.gradient[i] -= scalar.h[i] * kg;
-        for (int j = 0; j <= i; ++j) {
-            later.information[i][j] += klk * scalar.h[i] * scalar.h[j] - scalar.h[i] * lk[j] -
-                                       lk[i] * scalar.h[j];
-            later.information[j][i] = later.information[i][j];
+    const Vec lk = later.information * scalar.gain;
+    const Real klk = scalar.gain.dot(lk) + Real(1) / scalar.variance;
+    const Real kg = scalar.gain.dot(later.gradient) - scalar.innovation / scalar.variance;
+    const Vec &h = scalar.h;
+    later.gradient -= h * kg;
+    for (Index i = 0; i < h.size(); ++i) {
+        for (Index j = 0; j <= i; ++j) {
+            later.information(i, j) += klk * h(i) * h(j) - h(i) * lk(j) - lk(i) * h(j);
+            later.information(j, i) = later.information(i, j);
         }
     }
-}
-
-/// (I - P- L) A P, `later` as seen from after the predict.
-inline Mat lagOne(const Instant &now, const Mat &predicted, const Adjoint &later, const Mat &A,
-                  int n)
-{
-    Mat rest = times(predicted, later.information, n);
-    for (int i = 0; i < n; ++i) {
-        for (int j = 0; j < n; ++j) rest[i][j] = (i == j ? Real(1) : Real(0)) - rest[i][j];
-    }
-    return times(rest, times(A, now.filtered.covariance, n), n);
 }
 
 inline void smooth(Exact &exact, const Inputs &inputs)
 {
-    const int n = inputs.n;
-    const Mat &A = inputs.process.A;
-    const Mat back = transposed(A, n);
-    Adjoint later;
+    const Index n = inputs.n();
+    const Mat &A = inputs.A(), back = A.transpose();
+    Adjoint later{Vec::Zero(n), Mat::Zero(n, n)};
     for (std::size_t t = exact.size(); t-- > 0;) {
         Instant &now = exact[t];
-        if (t + 1 < exact.size()) {
-            now.lagOne = lagOne(now, exact[t + 1].predicted.covariance, later, A, n);
-            later.gradient = transposedTimes(A, later.gradient, n);
-            later.information = sandwich(back, later.information, n);
-        }
         const Mat &P = now.filtered.covariance;
-        const Vec moved = times(P, later.gradient, n);
-        const Mat gained = sandwich(P, later.information, n);
-        for (int i = 0; i < n; ++i) {
-            now.smoothed.mean[i] = now.filtered.mean[i] + moved[i];
-            for (int j = 0; j < n; ++j) now.smoothed.covariance[i][j] = P[i][j] - gained[i][j];
+        if (t + 1 < exact.size()) {
+            const Mat &predicted = exact[t + 1].predicted.covariance;
+            now.lagOne = (Mat::Identity(n, n) - predicted * later.information) * (A * P);
+            later = {back * later.gradient, sandwich(back, later.information)};
         }
+        now.smoothed = {now.filtered.mean + P * later.gradient, P - sandwich(P, later.information)};
         for (std::size_t u = now.updates.size(); u-- > 0;) {
             const std::vector<Scalar> &scalars = now.updates[u].scalars;
-            for (std::size_t c = scalars.size(); c-- > 0;) backThrough(later, scalars[c], n);
+            for (std::size_t c = scalars.size(); c-- > 0;) backThrough(later, scalars[c]);
         }
     }
 }

@@ -16,68 +16,32 @@ namespace campaign
 
 using kq::Q31;
 
-inline Mat toMat(const Matrix<double> &M)
-{
-    Mat result{};
-    for (Index i = 0; i < M.rows(); ++i) {
-        for (Index j = 0; j < M.cols(); ++j) {
-            result[static_cast<std::size_t>(i)][static_cast<std::size_t>(j)] = M(i, j);
-        }
-    }
-    return result;
-}
-
-inline Vec toVec(const Vector<double> &x)
-{
-    Vec result{};
-    for (Index i = 0; i < x.size(); ++i) result[static_cast<std::size_t>(i)] = x(i);
-    return result;
-}
-
-/// B u and z, which are the same words in each arithmetic once the sequence is on its grids.
-inline std::vector<Moment> momentsOf(const Sequence &sequence, const Mat &B)
-{
-    std::vector<Moment> moments;
-    for (const reference::Step &step : sequence.steps) {
-        Moment moment{};
-        const Vec u = toVec(step.u);
-        moment.drive = times(B, u, maxStates);
-        for (const reference::Reading &reading : step.readings) {
-            moment.readings.push_back({reading.sensor, reading.present, toVec(reading.z)});
-        }
-        moments.push_back(moment);
-    }
-    return moments;
-}
-
 inline Inputs heldByFloats(const Sequence &sequence)
 {
-    const int n = static_cast<int>(sequence.states());
-    const reference::ProcessModel &process = sequence.processes[0];
-    const int width = static_cast<int>(process.F.cols());
-    Inputs inputs{n, toVec(sequence.x0), toMat(sequence.P0), {toMat(process.A), {}}, {}, {}};
-    inputs.process.Q = square(toMat(process.F), n, width);
+    std::vector<Vec> grain;
     for (const reference::SensorModel &sensor : sequence.sensors) {
-        inputs.sensors.push_back(
-            {static_cast<int>(sensor.components()), toMat(sensor.H), toMat(sensor.R), {}});
+        grain.push_back(Vec::Zero(sensor.components()));
     }
-    inputs.moments = momentsOf(sequence, toMat(process.B));
-    return inputs;
+    return {reference::convert<Real>(sequence.x0), reference::convert<Real>(sequence.P0),
+            reference::Model<Real>(sequence), grain, sequence.steps};
 }
 
 // ------------------------------------------------------------------ q31
 
-inline Real valueOf(const kq_scaled_q31 &x) { return ldexpq(x.mantissa, x.exponent); }
+inline Real scaled(double mantissa, int exponent) { return Real::of(ldexpq(mantissa, exponent)); }
+
+inline Real valueOf(const kq_scaled_q31 &x) { return scaled(x.mantissa, x.exponent); }
 
 /// A table in units of a row's last bit over a column's.
 inline Mat matrixOf(const kq_scaled_q31 *table, const kq_format_q31 *rows, int count,
                     const kq_format_q31 *columns, int width)
 {
-    Mat M{};
+    Mat M(count, width);
     for (int i = 0; i < count; ++i) {
         for (int j = 0; j < width; ++j) {
-            const int shift = columns[j].fraction - rows[i].fraction;
-            M[i][j] = ldexpq(valueOf(table[i * width + j]), shift);
+            const kq_scaled_q31 entry = table[i * width + j];
+            M(i, j) =
+                scaled(entry.mantissa, entry.exponent + columns[j].fraction - rows[i].fraction);
         }
     }
     return M;
@@ -86,33 +50,26 @@ inline Mat matrixOf(const kq_scaled_q31 *table, const kq_format_q31 *rows, int c
 /// S S' of a prepared root.
 inline Mat covarianceOf(const std::int32_t *root, const kq_format_q31 *format, int n)
 {
-    Mat S{};
+    Mat S = Mat::Zero(n, n);
     for (int i = 0; i < n; ++i) {
         const int exponent = root[KQ_TRIANGLE(n) + i] - format[i].fraction;
-        for (int j = i; j < n; ++j) S[i][j] = ldexpq(root[j * (j + 1) / 2 + i], exponent);
+        for (int j = i; j < n; ++j) S(i, j) = scaled(root[j * (j + 1) / 2 + i], exponent);
     }
-    return square(S, n, n);
+    return square(S);
 }
 
 /// U D U', or the variances.
 inline Mat noiseOf(const kq_sensor_q31 &sensor, const kq_format_q31 *format)
 {
     const int m = sensor.components;
-    Mat R{};
-    for (int i = 0; i < m; ++i) {
-        for (int j = 0; j < m; ++j) {
-            const int from = i > j ? i : j;
-            for (int k = from; k < m; ++k) {
-                const kq_scaled_q31 *column = sensor.noise + k * (k + 1) / 2;
-                if (!sensor.correlated && (i != j || k != i)) continue;
-                const Real d = valueOf(sensor.correlated ? column[k] : sensor.noise[k]);
-                const Real left = i < k ? valueOf(column[i]) : Real(1);
-                const Real right = j < k ? valueOf(column[j]) : Real(1);
-                R[i][j] += ldexpq(d * left * right, -format[i].fraction - format[j].fraction);
-            }
-        }
+    Mat U = Mat::Identity(m, m), D = Mat::Zero(m, m), units = D;
+    for (int k = 0; k < m; ++k) {
+        const kq_scaled_q31 *column = sensor.noise + k * (k + 1) / 2;
+        D(k, k) = valueOf(sensor.correlated ? column[k] : sensor.noise[k]);
+        for (int i = 0; i < k && sensor.correlated; ++i) U(i, k) = valueOf(column[i]);
+        units(k, k) = scaled(1, -format[k].fraction);
     }
-    return R;
+    return sandwich(units * U, D);
 }
 
 inline Inputs heldByWords(const Sequence &sequence, reference::Library<Q31> &library)
@@ -120,29 +77,33 @@ inline Inputs heldByWords(const Sequence &sequence, reference::Library<Q31> &lib
     const int n = static_cast<int>(sequence.states());
     const kq_format_q31 *states = library.states().data();
     const kq_process_q31 &process = *library.process(0);
-    std::vector<std::int32_t> root(reference::rootLength(n));
-    kq::require(kq_root_prepare_q31(root.data(), reference::flattened<double>(sequence.P0).data(),
-                                    n, states),
-                "root prepare");
-    Inputs inputs{n, toVec(sequence.x0), covarianceOf(root.data(), states, n), {}, {}, {}};
-    inputs.process = {matrixOf(process.transition, states, n, states, n),
-                      covarianceOf(process.noise_root, states, n)};
+    const reference::Prior prior(library.states(), sequence.x0, sequence.P0);
+    kq::require(prior.status, "root prepare");
+    Inputs inputs = heldByFloats(sequence);
+    inputs.P0 = covarianceOf(prior.root.data(), states, n);
+    inputs.model.A[0] = matrixOf(process.transition, states, n, states, n);
+    inputs.model.Q[0] = covarianceOf(process.noise_root, states, n);
+    inputs.model.B[0] =
+        matrixOf(process.control, states, n, process.control_format, process.controls);
     for (std::size_t k = 0; k < sequence.sensors.size(); ++k) {
         const kq_sensor_q31 &sensor = *library.sensor(k);
         const kq_format_q31 *formats = library.components(k).data();
-        Sensor held{sensor.components,
-                    matrixOf(sensor.measurement, formats, sensor.components, states, n),
-                    noiseOf(sensor, formats),
-                    {}};
-        for (int c = 0; c < held.components; ++c) {
-            held.grain[c] = ldexpq(1, -24 - formats[c].fraction);
-        }
-        inputs.sensors.push_back(held);
+        const int m = sensor.components;
+        inputs.model.H[k] = matrixOf(sensor.measurement, formats, m, states, n);
+        inputs.model.R[k] = noiseOf(sensor, formats);
+        for (int c = 0; c < m; ++c) inputs.grain[k](c) = scaled(1, -24 - formats[c].fraction);
     }
-    const int l = process.controls;
-    const Mat B = l == 0 ? Mat{} : matrixOf(process.control, states, n, process.control_format, l);
-    inputs.moments = momentsOf(sequence, B);
     return inputs;
+}
+
+/// Of the last bit of each state
+inline Vec wordsOf(const reference::Library<Q31> &library)
+{
+    Vec words(library.states().count());
+    for (Index i = 0; i < words.size(); ++i) {
+        words(i) = scaled(1, -library.states().data()[i].fraction);
+    }
+    return words;
 }
 
 // ------------------------------------------------------------------ ranges
@@ -152,10 +113,7 @@ inline Vector<double> declaredRange(const Model &model, const Exact &exact)
 {
     Vector<double> most = model.largest;
     const auto include = [&most](const Vec &mean) {
-        for (Index i = 0; i < most.size(); ++i) {
-            const Real size = fabsq(mean[static_cast<std::size_t>(i)]);
-            most(i) = std::max(most(i), static_cast<double>(size));
-        }
+        most = most.cwiseMax(mean.cwiseAbs().cast<double>());
     };
     for (const Instant &now : exact) {
         include(now.predicted.mean);
@@ -195,9 +153,9 @@ inline Sequence withRanges(const Model &model, const Exact &exact)
     sequence.range = declared.cwiseProduct(sequence.range.cwiseQuotient(before));
     const Vector<double> grid = reference::powersOfTwo(sequence.range);
     sequence.x0 = reference::onGrid(sequence.x0, grid);
-    for (reference::Step &step : sequence.steps) {
+    for (Step &step : sequence.steps) {
         if (step.u.size() > 0) step.u = reference::onGrid(step.u, process.range);
-        for (reference::Reading &reading : step.readings) {
+        for (Reading &reading : step.readings) {
             reading.z = reference::onGrid(reading.z, sequence.sensors[reading.sensor].range);
         }
     }

@@ -5,7 +5,6 @@
 
 #include <algorithm>
 #include <array>
-#include <cmath>
 #include <cstddef>
 #include <limits>
 #include <vector>
@@ -35,6 +34,10 @@ inline const char *nameOf(Quantity quantity)
     return names[quantity];
 }
 
+using reference::covarianceError;
+using reference::meanError;
+using reference::ratio;
+
 using Series = std::vector<std::array<double, quantities>>;
 
 /// The documented roundings are drawn at random, and "a few" of them is what the library promises.
@@ -50,29 +53,28 @@ constexpr std::size_t around = 10;
 class Units
 {
   public:
+    /// words: of q31; elsewhere any
     Units(const Accuracy &accuracy, const Inputs &inputs, const Vec &words)
-        : accuracy_(accuracy), n_(inputs.n), words_(words)
+        : accuracy_(accuracy),
+          words_(accuracy.fixedPoint ? words : Vec::Zero(inputs.n())), least_{floor()}
     {
-        Mat P = inputs.P0, least = floor();
-        for (std::size_t t = 0; t < inputs.moments.size(); ++t) {
-            open_.push_back(P);
-            least_.push_back(least);
-            P = plus(sandwich(inputs.process.A, P, n_), inputs.process.Q, n_);
-            least = plus(sandwich(inputs.process.A, least, n_), floor(), n_);
+        open_.push_back(inputs.P0);
+        for (std::size_t t = 1; t < inputs.steps.size(); ++t) {
+            open_.push_back(sandwich(inputs.A(), open_.back()) + inputs.Q());
+            least_.push_back(sandwich(inputs.A(), least_.back()) + floor());
         }
     }
 
     /// Of a covariance of step t.
     Vec of(const Mat &P, std::size_t t) const
     {
-        Vec units{};
-        for (int i = 0; i < n_; ++i) {
+        Vec units(P.rows());
+        for (Index i = 0; i < P.rows(); ++i) {
             const Real unmeasured = sigma(open_[t], i), left = sigma(P, i);
-            units[i] = std::max(left, sigma(least_[t], i));
+            units(i) = std::max(left, sigma(least_[t], i));
             if (left > 0x1p-40 * unmeasured) continue;
-            const Real mean = accuracy_.fixedPoint ? accuracy_.mean * words_[i] : Real(0);
-            const Real rounding = accuracy_.rows * unmeasured + mean;
-            units[i] = std::max(units[i], rounding * few / accuracy_.tolerance);
+            const Real rounding = accuracy_.rows * unmeasured + accuracy_.mean * words_(i);
+            units(i) = std::max(units(i), rounding * few / accuracy_.tolerance);
         }
         return units;
     }
@@ -80,96 +82,67 @@ class Units
   private:
     Mat floor() const
     {
-        Mat P{};
-        for (int i = 0; i < n_; ++i) {
-            const Real least = accuracy_.least * (accuracy_.fixedPoint ? words_[i] : Real(1));
-            P[i][i] = least * least;
-        }
-        return P;
+        const Vec least =
+            accuracy_.least * (accuracy_.fixedPoint ? words_ : Vec::Ones(words_.size()));
+        return least.cwiseProduct(least).asDiagonal();
     }
 
     const Accuracy &accuracy_;
-    int n_;
     Vec words_;
     std::vector<Mat> open_;  // covariances if nothing were measured
     std::vector<Mat> least_; // and if nothing but the least noise moved the states
 };
-
-/// A number for every error, also for one that is none.
-inline double errorOf(Real difference, Real unit)
-{
-    const double error = static_cast<double>(fabsq(difference) / unit);
-    return std::isfinite(error) ? error : std::numeric_limits<double>::infinity();
-}
-
-inline double meanError(const Vec &x, const Vec &exact, const Vec &units, int n)
-{
-    double worst = 0;
-    for (int i = 0; i < n; ++i) worst = std::max(worst, errorOf(x[i] - exact[i], units[i]));
-    return worst;
-}
-
-inline double covarianceError(const Mat &P, const Mat &exact, const Vec &left, const Vec &right,
-                              int n)
-{
-    double worst = 0;
-    for (int i = 0; i < n; ++i) {
-        for (int j = 0; j < n; ++j) {
-            worst = std::max(worst, errorOf(P[i][j] - exact[i][j], left[i] * right[j]));
-        }
-    }
-    return worst;
-}
 
 /// NIS and log-likelihood of one update, relative where they are large.
 inline double scoreError(const Update &update, const Update &exact)
 {
     if (update.taken != exact.taken) return std::numeric_limits<double>::infinity();
     const Real unit = 1 + exact.nis;
-    return std::max(errorOf(update.nis - exact.nis, unit),
-                    errorOf(update.logLikelihood - exact.logLikelihood, unit));
+    return std::max(ratio(update.nis - exact.nis, unit),
+                    ratio(update.logLikelihood - exact.logLikelihood, unit));
 }
 
-inline Series compare(const Exact &found, const Exact &exact, const Units &units, int n,
-                      bool smoothed)
+inline Series compare(const Exact &found, const Exact &exact, const Units &units, bool smoothed)
 {
     Series series(exact.size());
     for (std::size_t t = 0; t < found.size(); ++t) {
         const Instant &now = found[t], &right = exact[t];
         auto &errors = series[t];
         const Vec unit = units.of(right.filtered.covariance, t);
-        errors[filterMean] = meanError(now.filtered.mean, right.filtered.mean, unit, n);
+        errors[filterMean] = meanError(now.filtered.mean, right.filtered.mean, unit);
         errors[filterCovariance] =
-            covarianceError(now.filtered.covariance, right.filtered.covariance, unit, unit, n);
+            covarianceError(now.filtered.covariance, right.filtered.covariance, unit);
         for (std::size_t k = 0; k < now.updates.size(); ++k) {
             errors[score] = std::max(errors[score], scoreError(now.updates[k], right.updates[k]));
         }
         if (!smoothed) continue;
         const Vec past = units.of(right.smoothed.covariance, t);
-        errors[smootherMean] = meanError(now.smoothed.mean, right.smoothed.mean, past, n);
+        errors[smootherMean] = meanError(now.smoothed.mean, right.smoothed.mean, past);
         errors[smootherCovariance] =
-            covarianceError(now.smoothed.covariance, right.smoothed.covariance, past, past, n);
+            covarianceError(now.smoothed.covariance, right.smoothed.covariance, past);
         for (int k = 0; k < smoothers; ++k) {
-            if (now.told >> k & 1) errors[means + k] = meanError(now.alone[k], right.smoothed.mean, past, n);
+            if (now.told >> k & 1) {
+                errors[means + k] = meanError(now.alone[k], right.smoothed.mean, past);
+            }
         }
         if (t + 1 == exact.size()) continue;
         const Vec later = units.of(exact[t + 1].smoothed.covariance, t + 1);
-        errors[lagOneCovariance] = covarianceError(now.lagOne, right.lagOne, later, past, n);
+        errors[lagOneCovariance] = covarianceError(now.lagOne, right.lagOne, later, past);
     }
     return series;
 }
 
 /// The largest filtered sigma over the smoothed one, and the rounding of the mean over it.
 inline void addSmoother(Series &allowed, const Exact &exact, const Units &units,
-                        const Accuracy &accuracy, const Vec &words, int n)
+                        const Accuracy &accuracy, const Vec &words)
 {
     for (std::size_t t = 0; t < exact.size(); ++t) {
         const Vec unit = units.of(exact[t].smoothed.covariance, t);
         double share = 0, mean = 0;
-        for (int i = 0; i < n; ++i) {
-            const Real grain = accuracy.fixedPoint ? words[i] : fabsq(exact[t].smoothed.mean[i]);
-            share = std::max(share, errorOf(sigma(exact[t].filtered.covariance, i), unit[i]));
-            if (!accuracy.pair) mean = std::max(mean, errorOf(accuracy.mean * grain, unit[i]));
+        for (Index i = 0; i < unit.size(); ++i) {
+            const Real grain = accuracy.fixedPoint ? words(i) : abs(exact[t].smoothed.mean(i));
+            share = std::max(share, ratio(sigma(exact[t].filtered.covariance, i), unit(i)));
+            if (!accuracy.pair) mean = std::max(mean, ratio(accuracy.mean * grain, unit(i)));
         }
         allowed[t][smootherMean] += accuracy.smoother * share + mean;
         allowed[t][smootherCovariance] += 2 * accuracy.smoother * share;
@@ -196,19 +169,18 @@ inline Series widened(const Series &series)
 /// Where its root moves by d it moves by 2 sigma d + d^2: the second term is all where sigma is 0.
 inline double varianceResponse(Real change, Real variance, Real unit, double scale)
 {
-    if (variance + change <= 0) return errorOf(change, unit * unit) / scale;
-    const Real d = change / (sqrtq(variance + change) + sqrtq(variance)) / scale;
-    return errorOf(2 * sqrtq(variance) * fabsq(d) + d * d, unit * unit);
+    if (variance + change <= 0) return ratio(change, unit * unit) / scale;
+    const Real d = change / (sqrt(variance + change) + sqrt(variance)) / scale;
+    return ratio(Real(2) * sqrt(variance) * abs(d) + d * d, unit * unit);
 }
 
-inline double varianceResponse(const Mat &found, const Mat &exact, const Vec &units, int n,
-                               double scale)
+inline double varianceResponse(const Mat &found, const Mat &exact, const Vec &units, double scale)
 {
     double worst = 0;
-    for (int i = 0; i < n; ++i) {
-        const Real variance = std::max(exact[i][i], Real(0));
-        worst = std::max(worst,
-                         varianceResponse(found[i][i] - variance, variance, units[i], scale));
+    for (Index i = 0; i < units.size(); ++i) {
+        const Real variance = std::max(exact(i, i), Real(0));
+        worst =
+            std::max(worst, varianceResponse(found(i, i) - variance, variance, units(i), scale));
     }
     return worst;
 }
@@ -217,18 +189,17 @@ inline void raise(double &value, double other) { value = std::max(value, other);
 
 /// A run with roundings drawn at the accuracy's scale, as what roundings of full size would make.
 inline void addRun(Series &allowed, const Exact &found, const Exact &exact, const Units &units,
-                   const Accuracy &accuracy, int n)
+                   const Accuracy &accuracy)
 {
-    const Series series = compare(found, exact, units, n, true);
+    const Series series = compare(found, exact, units, true);
     for (std::size_t t = 0; t < series.size(); ++t) {
         for (int q = 0; q < quantities; ++q) raise(allowed[t][q], series[t][q] / accuracy.scale);
         const Mat &filtered = exact[t].filtered.covariance, &past = exact[t].smoothed.covariance;
         raise(allowed[t][filterCovariance],
-              varianceResponse(found[t].filtered.covariance, filtered, units.of(filtered, t), n,
+              varianceResponse(found[t].filtered.covariance, filtered, units.of(filtered, t),
                                accuracy.scale));
-        raise(allowed[t][smootherCovariance],
-              varianceResponse(found[t].smoothed.covariance, past, units.of(past, t), n,
-                               accuracy.scale));
+        raise(allowed[t][smootherCovariance], varianceResponse(found[t].smoothed.covariance, past,
+                                                               units.of(past, t), accuracy.scale));
     }
 }
 
@@ -249,9 +220,9 @@ inline Series allowance(const Inputs &inputs, const Exact &exact, const Units &u
     Series worst(exact.size());
     for (std::uint64_t draw = 1; draw <= 2; ++draw) {
         Documented rounding(accuracy, inputs, words, draw);
-        addRun(worst, run(inputs, rounding), exact, units, accuracy, inputs.n);
+        addRun(worst, run(inputs, rounding), exact, units, accuracy);
     }
-    addSmoother(worst, exact, units, accuracy, words, inputs.n);
+    addSmoother(worst, exact, units, accuracy, words);
     addLagOne(worst);
     for (auto &step : worst) {
         std::fill(step.begin() + means, step.end(), step[smootherMean]);

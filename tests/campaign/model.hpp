@@ -14,17 +14,15 @@
 
 #include "../reference/generator.hpp"
 #include "../reference/ranges.hpp"
+#include "arrays.hpp"
 
 namespace campaign
 {
 
-using reference::Index;
-using reference::Matrix;
 using reference::Random;
 using reference::Sequence;
-using reference::Vector;
 
-constexpr int steps = 200;
+constexpr int steps = 200, maxComponents = 3;
 
 enum class NoiseKind { diagonal, full, singular, partlyZero, repeated };
 
@@ -128,7 +126,7 @@ inline void addProcess(Random &random, Model &model, std::string &text)
     const Matrix<double> D = eigenBlocks(random, n, marginal, marginal);
     const Matrix<double> B = model.units.asDiagonal() * randomMatrix(random, n, l);
     model.sequence.processes.push_back(
-        {transition(D, coordinates, model.units), toFloat(B),
+        {transition(D, coordinates, model.units), rounded(B),
          randomFactor(random, n, rank, model.units * std::ldexp(1.0, level))});
     text += std::string(marginal ? " marginal" : " stable") + " Q rank " + std::to_string(rank) +
             " 2^" + std::to_string(level) + " l" + std::to_string(l);
@@ -144,7 +142,7 @@ inline void addPrior(Random &random, Model &model, std::string &text)
     model.sequence.P0 = model.F * model.F.transpose();
     const double offset = random.chance(0.8) ? 10 : 1000;
     const Vector<double> x0 = model.units.cwiseProduct(offset * normals(random, n));
-    model.sequence.x0 = toFloat(Matrix<double>(x0));
+    model.sequence.x0 = rounded(x0);
     text += " P0 rank " + std::to_string(rank) + " 2^" + std::to_string(level);
 }
 
@@ -163,8 +161,7 @@ inline void addSteps(Random &random, Model &model, std::string &text)
             step.readings.push_back({k, Vector<double>(), whole ? UINT32_MAX : some});
         }
         if (l > 0 && t % 10 != 0) {
-            step.u = reference::generator::toFloat(
-                Matrix<double>(0.25 * reference::generator::normals(random, l)));
+            step.u = rounded(0.25 * reference::normals(random, l));
         }
         model.sequence.steps.push_back(step);
     }
@@ -174,7 +171,7 @@ inline void addSteps(Random &random, Model &model, std::string &text)
 /// The true state begins within `share` of the prior's sigma.
 inline void simulate(Random &random, Model &model, double share)
 {
-    using reference::generator::normals;
+    using reference::normals;
     Sequence &sequence = model.sequence;
     const reference::ProcessModel &process = sequence.processes[0];
     Vector<double> x = sequence.x0 + share * (model.F * normals(random, model.F.cols()));

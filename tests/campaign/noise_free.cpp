@@ -67,7 +67,8 @@ reference::SensorModel sensor(Random &random, Index m, Index n, double noiseFree
 /// Small whole numbers, or normal ones
 Matrix<double> drawn(Random &random, bool whole, Index count)
 {
-    return whole ? wholeNumbers(random, count, 1, 1) : Matrix<double>(reference::generator::normals(random, count));
+    return whole ? wholeNumbers(random, count, 1, 1)
+                 : Matrix<double>(reference::normals(random, count));
 }
 
 Model wholeModel(std::uint64_t seed, std::uint64_t number, double noiseFree)
@@ -101,7 +102,7 @@ Model wholeModel(std::uint64_t seed, std::uint64_t number, double noiseFree)
             z += s.R.diagonal().cwiseSqrt().cwiseProduct(Vector<double>(drawn(random, whole, z.size())));
             const bool all = random.chance(0.8);
             const auto some = static_cast<std::uint32_t>(random.integer(1, 7));
-            step.readings.push_back({k, reference::generator::toFloat(Matrix<double>(z)), all ? UINT32_MAX : some});
+            step.readings.push_back({k, rounded(z), all ? UINT32_MAX : some});
         }
         sequence.steps.push_back(step);
         x = process.A * x + process.F * drawn(random, whole, process.F.cols());
@@ -127,14 +128,14 @@ bool isResolved(const Inputs &inputs, const Exact &exact)
         for (const Update &update : now.updates) {
             for (const Scalar &scalar : update.scalars) {
                 Real terms = 0;
-                for (int k = 0; k < inputs.n; ++k) {
-                    const Real part = scalar.h[k] * sigma(open, k);
+                for (Index k = 0; k < inputs.n(); ++k) {
+                    const Real part = scalar.h(k) * sigma(open, k);
                     terms += part * part;
                 }
                 if (scalar.taken && scalar.variance < Real(1e-20) * terms) return false;
             }
         }
-        open = plus(sandwich(inputs.process.A, open, inputs.n), inputs.process.Q, inputs.n);
+        open = sandwich(inputs.A(), open) + inputs.Q();
     }
     return true;
 }
@@ -152,7 +153,7 @@ Found find(const Sequence &sequence, reference::Library<T> &library, const Input
            const Vec &words, Outcome &outcome)
 {
     const Goal goal = goalOf<T>();
-    const Accuracy accuracy = accuracyOf<T>(inputs.n);
+    const Accuracy accuracy = accuracyOf<T>(inputs.n());
     const Units units(accuracy, inputs, words);
     outcome = Campaigner<T>(sequence, library).run();
     Found found;
@@ -160,18 +161,18 @@ Found find(const Sequence &sequence, reference::Library<T> &library, const Input
         found.isTold = true;
         return found;
     }
-    const Series errors = compare(outcome.instants, exact, units, inputs.n, false);
+    const Series errors = compare(outcome.instants, exact, units, false);
     for (std::size_t t = 0; t < errors.size(); ++t) {
         found.filterIsRight &= errors[t][filterMean] <= goal.filter && errors[t][filterCovariance] <= goal.filter &&
                                std::isfinite(errors[t][score]);
         const Belief &mine = outcome.instants[t].smoothed, &right = exact[t].smoothed;
         Vec unit = units.of(right.covariance, t);
-        for (int i = 0; i < inputs.n; ++i) {
+        for (Index i = 0; i < inputs.n(); ++i) {
             const Real rounding = accuracy.smoother * sigma(exact[t].filtered.covariance, i);
-            unit[i] = std::max(unit[i], few * rounding / goal.smoother);
+            unit(i) = std::max(unit(i), few * rounding / goal.smoother);
         }
-        const double ofMean = meanError(mine.mean, right.mean, unit, inputs.n) / goal.smoother;
-        const double ofP = covarianceError(mine.covariance, right.covariance, unit, unit, inputs.n) / goal.smoother;
+        const double ofMean = meanError(mine.mean, right.mean, unit) / goal.smoother;
+        const double ofP = covarianceError(mine.covariance, right.covariance, unit) / goal.smoother;
         if (std::max(ofMean, ofP) <= found.worst) continue;
         found.worst = std::max(ofMean, ofP);
         found.at = t;
@@ -219,15 +220,13 @@ void study(Tally &tally, std::uint64_t seed, std::uint64_t number, double noiseF
     const Exact exact = run(inputs);
     reference::Library<float> single(model.sequence);
     reference::Library<double> wide(model.sequence);
-    judge<double>(tally, id, model.sequence, wide, inputs, exact, Vec{});
-    judge<float>(tally, id, model.sequence, single, inputs, exact, Vec{});
+    judge<double>(tally, id, model.sequence, wide, inputs, exact, Vec());
+    judge<float>(tally, id, model.sequence, single, inputs, exact, Vec());
     if (!hasFormats(declaredRange(model, exact))) return;
     const Sequence sequence = withRanges(model, exact);
     reference::Library<Q31> library(sequence);
     const Inputs held = heldByWords(sequence, library);
-    Vec words{};
-    for (int i = 0; i < held.n; ++i) words[static_cast<std::size_t>(i)] = ldexpq(1, -library.states().data()[i].fraction);
-    judge<Q31>(tally, id, sequence, library, held, run(held), words);
+    judge<Q31>(tally, id, sequence, library, held, run(held), wordsOf(library));
 }
 
 } // namespace

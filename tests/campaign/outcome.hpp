@@ -28,15 +28,7 @@ struct Outcome {
 
 template <class Wide> Belief toBelief(const reference::Belief<Wide> &from)
 {
-    Belief belief{};
-    for (Index i = 0; i < from.mean.size(); ++i) {
-        const auto row = static_cast<std::size_t>(i);
-        belief.mean[row] = from.mean(i);
-        for (Index j = 0; j < from.mean.size(); ++j) {
-            belief.covariance[row][static_cast<std::size_t>(j)] = from.covariance(i, j);
-        }
-    }
-    return belief;
+    return {from.mean.template cast<Real>(), from.covariance.template cast<Real>()};
 }
 
 /// A filter with a tape, and the objects that it takes.
@@ -57,7 +49,7 @@ template <class T> class Campaigner
         try {
             library_.init(filter_);
             kq::require(Api::attach(filter_.get(), &history_.get()->attached), "history attach");
-            for (const reference::Step &step : sequence_.steps) filter(outcome, step);
+            for (const Step &step : sequence_.steps) filter(outcome, step);
             smooth(outcome);
             smoothAlone(outcome);
             smoothOnLine(outcome);
@@ -68,10 +60,10 @@ template <class T> class Campaigner
     }
 
   private:
-    void filter(Outcome &outcome, const reference::Step &step)
+    void filter(Outcome &outcome, const Step &step)
     {
         Instant now{};
-        for (const reference::Reading &reading : step.readings) {
+        for (const Reading &reading : step.readings) {
             library_.update(filter_.get(), reading);
             Update update;
             update.taken = Api::taken(filter_.get());
@@ -104,16 +96,16 @@ template <class T> class Campaigner
             instant.smoothed = toBelief(now.belief);
             outcome.indefinite = std::max(outcome.indefinite, reference::indefinite<T>(now.belief));
             if (t + 1 == outcome.instants.size()) continue;
-            instant.lagOne = toBelief<reference::Wide<T>>({now.belief.mean, now.lagOne}).covariance;
+            instant.lagOne = now.lagOne.template cast<Real>();
         }
         typename Api::Filter view;
         (void)Api::smoothed(history_.get(), 0, &view);
         outcome.smootherEvents = Api::events(filter_.get()) | Api::events(&view);
     }
 
-    void update(const reference::Step &step)
+    void update(const Step &step)
     {
-        for (const reference::Reading &reading : step.readings) library_.update(filter_.get(), reading);
+        for (const Reading &reading : step.readings) library_.update(filter_.get(), reading);
     }
 
     /// The run once more, for what is attached to the filter behind its first updates.
@@ -130,9 +122,7 @@ template <class T> class Campaigner
 
     void tell(Outcome &outcome, std::size_t t, int smoother, const Vector<reference::Wide<T>> &mean)
     {
-        for (Index i = 0; i < mean.size(); ++i) {
-            outcome.instants[t].alone[static_cast<std::size_t>(smoother)][static_cast<std::size_t>(i)] = mean(i);
-        }
+        outcome.instants[t].alone[static_cast<std::size_t>(smoother)] = mean.template cast<Real>();
         outcome.instants[t].told |= 1u << smoother;
     }
 
@@ -190,7 +180,7 @@ struct FloatDecorrelation {
 };
 
 inline void updateUd(reference::UdFilter &filter, const reference::SensorModel &sensor,
-                     const reference::Reading &reading)
+                     const Reading &reading)
 {
     const std::vector<Index> chosen = reference::presentComponents(reading);
     if (chosen.empty()) return;
@@ -214,8 +204,8 @@ inline Outcome runUd(const Model &model)
     reference::UdFilter filter(sequence.x0.cast<float>(), Vector<float>::Zero(n));
     filter.predict(identity, model.F.cast<float>()); // P0 = F F'
     Outcome outcome;
-    for (const reference::Step &step : sequence.steps) {
-        for (const reference::Reading &reading : step.readings) {
+    for (const Step &step : sequence.steps) {
+        for (const Reading &reading : step.readings) {
             updateUd(filter, sequence.sensors[reading.sensor], reading);
         }
         Instant now{};

@@ -22,11 +22,8 @@
 #include "arrays.hpp"
 
 using namespace campaign;
-using reference::Index;
-using reference::Matrix;
 using reference::Random;
 using reference::Sequence;
-using reference::Vector;
 
 namespace
 {
@@ -42,13 +39,11 @@ struct Plan {
 
 double asFloat(double value) { return static_cast<double>(static_cast<float>(value)); }
 
+/// Drawn row by row
 Matrix<double> normals(Random &random, Index rows, Index columns, double scale)
 {
-    Matrix<double> M(rows, columns);
-    for (Index i = 0; i < rows; ++i) {
-        for (Index j = 0; j < columns; ++j) M(i, j) = asFloat(scale * random.normal());
-    }
-    return M;
+    return reference::generated(columns, rows, [&] { return asFloat(scale * random.normal()); })
+        .transpose();
 }
 
 reference::SensorModel scalar(const Matrix<double> &h, double r)
@@ -138,39 +133,19 @@ Plan mixed(Random &random, double ratio)
 
 // ------------------------------------------------------------------ what is right
 
-Mat toMat(const Matrix<double> &from)
-{
-    Mat M{};
-    for (Index i = 0; i < from.rows(); ++i) {
-        for (Index j = 0; j < from.cols(); ++j) M[static_cast<std::size_t>(i)][static_cast<std::size_t>(j)] = from(i, j);
-    }
-    return M;
-}
-
 struct Exactly {
-    int n;
-    Mat A, Q, P;
+    reference::Model<Real> model;
+    Mat P;
 
-    explicit Exactly(const Sequence &s) : n(static_cast<int>(s.states())), A(toMat(s.processes[0].A)), P(toMat(s.P0))
+    explicit Exactly(const Sequence &s) : model(s), P(reference::convert<Real>(s.P0)) {}
+
+    void update(std::size_t sensor)
     {
-        const Mat F = toMat(s.processes[0].F);
-        Q = square(F, n, n);
+        const Vec h = model.H[sensor].row(0).transpose(), b = P * h;
+        P -= b * b.transpose() / (h.dot(b) + model.R[sensor](0, 0));
     }
 
-    void update(const reference::SensorModel &sensor)
-    {
-        Vec b{};
-        Real s = sensor.R(0, 0);
-        for (int i = 0; i < n; ++i) {
-            for (int k = 0; k < n; ++k) b[i] += P[i][k] * sensor.H(0, k);
-            s += b[i] * sensor.H(0, i);
-        }
-        for (int i = 0; i < n; ++i) {
-            for (int k = 0; k < n; ++k) P[i][k] -= b[i] * b[k] / s;
-        }
-    }
-
-    void predict() { P = plus(sandwich(A, P, n), Q, n); }
+    void predict() { P = sandwich(model.A[0], P) + model.Q[0]; }
 };
 
 // ------------------------------------------------------------------ what the library says
@@ -205,14 +180,14 @@ template <class T> class Study
     void update(std::size_t sensor)
     {
         library_.update(filter_.get(), {sensor, Vector<double>::Zero(1), UINT32_MAX});
-        exact_.update(plan_.sequence.sensors[sensor]);
+        exact_.update(sensor);
     }
 
     void look()
     {
         const auto P = reference::read(filter_).covariance;
-        for (int i = 0; i < exact_.n; ++i) {
-            const double share = static_cast<double>(P(i, i)) / static_cast<double>(exact_.P[i][i]);
+        for (Index i = 0; i < P.rows(); ++i) {
+            const double share = static_cast<double>(P(i, i)) / static_cast<double>(exact_.P(i, i));
             wrong_ |= !(std::fabs(std::sqrt(share) - 1) <= 0.05);
         }
     }

@@ -352,12 +352,7 @@ static void run(const model *p, uint64_t seed, unsigned char *classes)
     parts_of(parts, p);
     for (int k = 0; k < PARTS; k++) {
         turn_all(p, &parts[k], classes);
-        for (size_t bit = 0; bit < 8 * parts[k].size; bit++) {
-            tally[k][classes[bit]]++;
-            if (getenv("KQ_EACH") && classes[bit] >= LIKELIHOOD && parts[k].is_checked) {
-                printf("%s byte %zu bit %zu: %s\n", parts[k].name, bit / 8, bit % 8, class_name[classes[bit]]);
-            }
-        }
+        for (size_t bit = 0; bit < 8 * parts[k].size; bit++) tally[k][classes[bit]]++;
     }
 }
 

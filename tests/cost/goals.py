@@ -1,9 +1,6 @@
 """Holds what the library promises to cost against the counter of tools/cost.py.
 
 Prints each figure beside its goal; fails where one is missed.
-
-    goals.py            what is held
-    goals.py --ahead    what is not reached yet
 """
 
 from __future__ import annotations
@@ -55,15 +52,9 @@ class Goal:
         return value / getattr(found[self.what], self.of)
 
 
-# A real program at n = 2: bytes of flash, those with a smoother, deepest stack
-PROGRAMS = (
-    ("m4f", "f32", 5000, 8500, 480),
-    ("m3", "q31", 9000, 15000, 850),
-    ("m0", "q31", 9900, 16000, 900),
-    ("avr", "f32", 12000, 20000, 400),
-    ("avr", "q31", 25000, None, 900),
-)
-# The same with lean sensors, of constant tables: bytes of flash
+# A real program at n = 2: its deepest stack
+STACKS = (("m4f", "f32", 480), ("m3", "q31", 850), ("m0", "q31", 900), ("avr", "f32", 400), ("avr", "q31", 900))
+# The same with lean sensors and constant tables: bytes of flash
 LEAN = (("m4f", "f32", 5000), ("m3", "q31", 9000), ("m0", "q31", 9900), ("avr", "f32", 12900),
         ("avr", "q31", 25030))  # fmt: skip
 # Instructions of a step at n states
@@ -74,20 +65,15 @@ STEPS = (
     ("m4f", "f32", FIXED, {3: 225, 4: 500}),
     ("m3", "q31", FIXED, {2: 1300, 4: 3900, 9: 14000}),
 )
-STEPS_AHEAD = (("m4f", "f32", FIXED, {2: 130, 3: 215}), ("m4f", "f32", RUNTIME, {2: 850}))
-# Held until states that grow without end, rows far apart and the rounding of many updates were looked at
-LEAN_AHEAD = (("avr", "f32", 12000), ("avr", "q31", 25000))
 # The dearest update, times the settled one
 WORST = (("m4f", "f32", 4.28), ("m3", "q31", 8), ("m0", "q31", 8))
 
 
 # Of nonlinear models, in f32 on an M4F: instructions of a whole step at n states, f and h in them, extended and
-# by sigma points; bytes of stack of the latter; and bytes of flash at -Os, beside the linear program: what is held,
-# and what is not reached yet
+# by sigma points; bytes of stack of the latter; and bytes of flash at -Os, beside the linear program
 NONLINEAR = ((6, 5900, 18000), (9, 10690, 38000))
 NONLINEAR_STACK = 700
 NONLINEAR_FLASH = (("extended", 980), ("points", 3170))
-NONLINEAR_FLASH_AHEAD = (("extended", 700), ("points", 2500))
 
 
 def of_nonlinear() -> list[Goal]:
@@ -100,56 +86,25 @@ def of_nonlinear() -> list[Goal]:
         goals.append(Goal(*on, n, RUNTIME, "extended", extended))
         goals.append(Goal(*on, n, RUNTIME, "points", points))
         goals.append(Goal(*on, n, RUNTIME, "points", NONLINEAR_STACK, "stack_bytes"))
+    for what, most in NONLINEAR_FLASH:
+        goals.append(Goal(*on, 6, RUNTIME, what, most, "flash_program", less="changed", profile=SMALL))
     return goals
 
 
-def of_nonlinear_flash(promises: tuple) -> list[Goal]:
-    return [
-        Goal("m4f", "f32", 6, RUNTIME, what, most, "flash_program", less="changed", profile=SMALL)
-        for what, most in promises
-    ]
-
-
-def of_steps(steps: tuple) -> list[Goal]:
-    return [
+GOALS = (
+    *(
         Goal(core, kind, n, sizes, "step", most)
-        for core, kind, sizes, all_most in steps
+        for core, kind, sizes, all_most in STEPS
         for n, most in all_most.items()
-    ]
-
-
-def of_programs() -> list[Goal]:
-    goals = []
-    for core, kind, flash, smoothing, _ in PROGRAMS:
-        goals.append(Goal(core, kind, 2, RUNTIME, "step", flash, "flash_program"))
-        if smoothing:
-            goals.append(Goal(core, kind, 2, RUNTIME, "smooth", smoothing, "flash_program"))
-    return goals
-
-
-def of_stacks() -> list[Goal]:
-    return [
-        Goal(core, kind, 2, RUNTIME, "step", stack, "stack_worst")
-        for core, kind, _, _, stack in PROGRAMS
-    ]
-
-
-def of_worst(sizes: tuple[int, ...]) -> list[Goal]:
-    return [
+    ),
+    *(Goal(core, kind, 2, RUNTIME, "step", stack, "stack_worst") for core, kind, stack in STACKS),
+    *(Goal(core, kind, 2, RUNTIME, "lean", most, "flash_program") for core, kind, most in LEAN),
+    *(
         Goal(core, kind, n, RUNTIME, "update", most, "instructions_worst", of="instructions")
         for core, kind, most in WORST
-        for n in sizes
-    ]
-
-
-# What is held
-GOALS = (
-    *of_steps(STEPS),
-    *of_stacks(),
-    *(Goal(core, kind, 2, RUNTIME, "lean", most, "flash_program") for core, kind, most in LEAN),
-    *of_worst((1, 2, 3)),
+        for n in (1, 2, 3)
+    ),
     *of_nonlinear(),
-    *of_nonlinear_flash(NONLINEAR_FLASH),
     Goal("m4f", "f32", 4, FIXED, "steady", 90),
     Goal("m3", "q31", 4, FIXED, "steady", 500),
     # a sample of 10 steps' lag, the step of the filter in it: the most of all phases of its work.  With the root of
@@ -157,15 +112,6 @@ GOALS = (
     Goal("m3", "q31", 2, RUNTIME, "lag", 9300),
     Goal("m3", "q31", 2, RUNTIME, "lag_states", 3, of="step"),
 )
-# What is not reached yet
-AHEAD = (
-    *of_programs(),
-    *of_steps(STEPS_AHEAD),
-    *(Goal(core, kind, 2, RUNTIME, "lean", most, "flash_program") for core, kind, most in LEAN_AHEAD),
-    *of_worst((4, 6, 9)),
-    *of_nonlinear_flash(NONLINEAR_FLASH_AHEAD),
-)
-
 
 def reached(goal: Goal, rows: list[Row]) -> bool:
     value = goal.value(rows)
@@ -186,9 +132,8 @@ def wanted(goals: list[Goal]) -> list[Program]:
 
 
 def main() -> int:
-    goals = list(AHEAD if sys.argv[1:] == ["--ahead"] else GOALS)
-    rows = [row for measured in measure_all(ROOT, wanted(goals)) for row in measured.rows]
-    return 1 if missed(goals, rows) else 0
+    rows = [row for measured in measure_all(ROOT, wanted(GOALS)) for row in measured.rows]
+    return 1 if missed(GOALS, rows) else 0
 
 
 if __name__ == "__main__":

@@ -10,6 +10,32 @@ from rules import House
 ROOT = pathlib.Path(__file__).resolve().parents[2]
 
 
+# the rule; its check; a file of src/ and one line more before its last; what is said of that
+FAULTS = [
+    ("a name from nowhere", "headers_alone", "model/process.h", "static int one(void) { return nowhere(); }",
+     "model/process.h: does not compile alone"),
+    ("a folder to the right", "layers", "model/process.h", '#include "../filter/filter.h"',
+     "model/process.h: includes filter/filter.h"),
+    ("a header that is not there", "layers", "model/process.h", '#include "../arithmetic/nothing.h"',
+     "which is not there"),
+    ("past the door", "layers", "robust/update.h", '#include "../filter/step.h"',
+     "robust/update.h: includes filter/step.h, and not the door filter/filter.h"),
+    ("public text behind a door", "public_files", "filter/checks.h", '#include "readings.h"',
+     "includes filter/filter.h, so filter/readings.h, which defines"),
+    ("an api in a header", "public_files", "robust/update.h", '#include "../filter/api.h"',
+     "which is for instances"),
+    ("two texts of one name", "names", "em/sums.h", "static int size_is_valid(int size) { return size; }",
+     "size_is_valid is defined in"),
+    ("who knows the arithmetic", "arithmetic", "filter/state.h", "#if KQ_FLOATING\nstatic int one;\n#endif",
+     "filter/state.h: knows its arithmetic"),
+    ("a macro that makes a name", "macros", "filter/state.h", "#define JOIN(a, b) a##b", "makes a name"),
+    ("T of a private name", "macros", "filter/state.h", "static int T(other)(void) { return 0; }",
+     "T(other) is no public name"),
+    ("a statement in an instance", "instances", "kq_filter_f32.c", "int statement;",
+     "holds a statement: int statement;"),
+]
+
+
 class Broken(unittest.TestCase):
     def setUp(self):
         work = tempfile.TemporaryDirectory()
@@ -17,12 +43,6 @@ class Broken(unittest.TestCase):
         self.root = pathlib.Path(work.name)
         for folder in ("src", "include"):
             shutil.copytree(ROOT / folder, self.root / folder)
-
-    def add(self, name, line):
-        """One more line in a file of src/, before its last line"""
-        file = self.root / "src" / name
-        lines = file.read_text().rstrip().split("\n")
-        file.write_text("\n".join([*lines[:-1], line, lines[-1], ""]))
 
     def faults(self, check):
         house = House(self.root)
@@ -38,42 +58,20 @@ class Broken(unittest.TestCase):
         for check in ("guards", "layers", "public_files", "names", "arithmetic", "macros", "instances"):
             self.assertEqual(self.faults(check), [])
 
+    def test_a_line_more(self):
+        for rule, check, name, line, what in FAULTS:
+            file = self.root / "src" / name
+            text = file.read_text()
+            *lines, last = text.rstrip().split("\n")
+            file.write_text("\n".join([*lines, line, last, ""]))
+            with self.subTest(rule):
+                self.found(check, what)
+            file.write_text(text)
+
     def test_guard(self):
         file = self.root / "src/model/process.h"
         file.write_text(file.read_text().replace("KQ_SRC_MODEL_PROCESS_H", "PROCESS_H"))
         self.found("guards", "model/process.h: its guard is not")
-
-    def test_a_name_from_nowhere(self):
-        self.add("model/process.h", "static int one(void) { return nowhere(); }")
-        self.found("headers_alone", "model/process.h: does not compile alone")
-
-    def test_a_folder_to_the_right(self):
-        self.add("model/process.h", '#include "../filter/filter.h"')
-        self.found("layers", "model/process.h: includes filter/filter.h")
-
-    def test_a_header_that_is_not_there(self):
-        self.add("model/process.h", '#include "../arithmetic/nothing.h"')
-        self.found("layers", "which is not there")
-
-    def test_past_the_door(self):
-        self.add("robust/update.h", '#include "../filter/step.h"')
-        self.found("layers", "robust/update.h: includes filter/step.h, and not the door filter/filter.h")
-
-    def test_public_text_behind_a_door(self):
-        self.add("filter/checks.h", '#include "readings.h"')
-        self.found("public_files", "includes filter/filter.h, so filter/readings.h, which defines")
-
-    def test_an_api_in_a_header(self):
-        self.add("robust/update.h", '#include "../filter/api.h"')
-        self.found("public_files", "which is for instances")
-
-    def test_two_texts_of_one_name(self):
-        self.add("em/sums.h", "static int size_is_valid(int size) { return size; }")
-        self.found("names", "size_is_valid is defined in")
-
-    def test_who_knows_the_arithmetic(self):
-        self.add("filter/state.h", "#if KQ_FLOATING\nstatic int one;\n#endif")
-        self.found("arithmetic", "filter/state.h: knows its arithmetic")
 
     def test_twins_in_another_order(self):
         file = self.root / "src/model/units_q31.h"
@@ -82,18 +80,6 @@ class Broken(unittest.TestCase):
         text = text.replace(moved, "")
         file.write_text(text.replace("#endif\n", moved + "\n#endif\n"))
         self.found("arithmetic", "model/units_float.h: sensor_is_correlated is where")
-
-    def test_a_macro_that_makes_a_name(self):
-        self.add("filter/state.h", "#define JOIN(a, b) a##b")
-        self.found("macros", "makes a name")
-
-    def test_t_of_a_private_name(self):
-        self.add("filter/state.h", "static int T(other)(void) { return 0; }")
-        self.found("macros", "T(other) is no public name")
-
-    def test_a_statement_in_an_instance(self):
-        self.add("kq_filter_f32.c", "int statement;")
-        self.found("instances", "holds a statement: int statement;")
 
 
 if __name__ == "__main__":

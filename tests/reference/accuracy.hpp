@@ -2,6 +2,7 @@
 #ifndef KALMANQ_TESTS_REFERENCE_ACCURACY_HPP
 #define KALMANQ_TESTS_REFERENCE_ACCURACY_HPP
 
+#include <algorithm>
 #include <limits>
 
 #include "api.hpp"
@@ -48,6 +49,23 @@ double covarianceError(const Matrix<Real> &P, const Matrix<Quad> &exact, const V
     return covarianceError(P, exact, sigma, sigma);
 }
 
+/// The largest errors of a mean and of a covariance so far
+struct Worst {
+    double x = 0, P = 0;
+
+    template <class Real>
+    void add(const Belief<Real> &mine, const Belief<Quad> &exact, const Vector<Quad> &sigma)
+    {
+        x = std::max(x, meanError(mine.mean, exact.mean, sigma));
+        P = std::max(P, covarianceError(mine.covariance, exact.covariance, sigma));
+    }
+
+    template <class Real> void add(const Belief<Real> &mine, const Belief<Quad> &exact)
+    {
+        add(mine, exact, sigmas(exact.covariance));
+    }
+};
+
 /// The smallest eigenvalue of P in units of the variances of `unit`; -infinity where P is not
 /// finite, or is not 0 where `unit` is.
 double smallestEigenvalue(const Matrix<long double> &P, const Matrix<long double> &unit);
@@ -70,6 +88,26 @@ template <class T> double eigenvalueRounding(Index n)
     const double entry = static_cast<double>(n + 1) / 2 * kq::epsilon<T>();
     return static_cast<double>(n) * entry;
 }
+
+/// What holds of an estimate without a reference
+struct Soundness {
+    bool sound = true;     // no NaN, no variance below 0
+    double eigenvalue = 1; // the smallest of the correlations
+
+    template <class Real> void inspect(const Belief<Real> &mine)
+    {
+        sound = sound && mine.mean.allFinite() && mine.covariance.allFinite() &&
+                mine.covariance.diagonal().minCoeff() >= 0;
+        eigenvalue = std::min(eigenvalue, smallestEigenvalue(mine.covariance));
+    }
+
+    /// The same with the sigmas that the library tells
+    template <class Real> void inspect(const Belief<Real> &mine, const Vector<Real> &sigma)
+    {
+        inspect(mine);
+        sound = sound && sigma.allFinite() && sigma.minCoeff() >= 0;
+    }
+};
 
 } // namespace reference
 

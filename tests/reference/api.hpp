@@ -56,8 +56,11 @@ template <> constexpr double epsilon<Q31>() { return 0x1p-29; }
     F(adaptation_scales, T) F(least_squares_add, T) F(least_squares_residual, T) F(forget, T) \
     F(consistency_assign, T) F(consistency_clear, T) F(consistency_watch, T) \
     F(consistency_record, T) F(consistency_nis, T) F(consistency_innovation, T)
-#define KALMANQ_FLOAT_FUNCTIONS(F, T) \
-    F(process_assign, T) F(process_init_factor, T) F(sensor_assign, T) F(sensor_init_diagonal, T)
+#define KALMANQ_FLOAT_FUNCTIONS(F, T)                                                              \
+    F(process_assign, T)                                                                           \
+    F(process_init_factor, T) F(process_scale_noise, T) F(sensor_assign, T)                        \
+        F(sensor_init_diagonal, T) F(smooth_reweighted, T) F(adaptation_assign, T)                 \
+            F(least_squares_init, T)
 
 #define KALMANQ_FUNCTION(stem, T) static constexpr auto stem = kq_##stem##_##T;
 

@@ -12,7 +12,7 @@ namespace reference
 class Exact
 {
   public:
-    Exact(const Model &m, const World &world, std::size_t count, std::uint64_t seed)
+    Exact(const Motion &m, const World &world, std::size_t count, std::uint64_t seed)
         : m_(m), world_(world), count_(count), random_(seed)
     {
     }
@@ -130,7 +130,7 @@ class Exact
         particles_ = std::move(kept);
     }
 
-    Model m_;
+    Motion m_;
     World world_;
     std::size_t count_;
     Random random_;

@@ -64,6 +64,8 @@ template <class T> class Formats
         return flattened<T>(columns.transpose());
     }
 
+    /// The nearest word
+    T word(int /*component*/, double x) const { return static_cast<T>(x); }
     Wide value(int /*component*/, T word, T low = 0) const
     {
         return static_cast<Wide>(word) + static_cast<Wide>(low);
@@ -140,6 +142,11 @@ template <> class Formats<Q31>
             }
         }
         return all;
+    }
+
+    std::int32_t word(int component, double x) const
+    {
+        return static_cast<std::int32_t>(std::llround(std::ldexp(x, fraction(component))));
     }
 
     Wide value(int component, std::int32_t word, std::int32_t low = 0) const

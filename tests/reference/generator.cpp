@@ -12,19 +12,7 @@
 namespace reference::generator
 {
 
-Vec normals(Random &random, Index count)
-{
-    Vec v(count);
-    for (Index i = 0; i < count; ++i) v(i) = random.normal();
-    return v;
-}
-
 static double toFloat(double x) { return static_cast<double>(static_cast<float>(x)); }
-
-Mat toFloat(const Mat &M)
-{
-    return M.unaryExpr([](double x) { return toFloat(x); });
-}
 
 static Vec constant(Index n, double value) { return Vec::Constant(n, toFloat(value)); }
 
@@ -84,7 +72,7 @@ Mat eigenBlocks(Random &random, Index n, bool marginal, bool chains)
 Mat transition(const Mat &D, const Mat &coordinates, const Vec &units)
 {
     const Mat A = coordinates * D * inverse(coordinates);
-    return toFloat(Mat(units.asDiagonal() * A * units.cwiseInverse().asDiagonal()));
+    return rounded(units.asDiagonal() * A * units.cwiseInverse().asDiagonal());
 }
 
 Mat randomMatrix(Random &random, Index rows, Index columns)
@@ -129,7 +117,7 @@ void simulate(Random &random, Sequence &sequence)
         for (Reading &reading : step.readings) {
             const SensorModel &sensor = sequence.sensors[reading.sensor];
             const Mat &root = noise[reading.sensor];
-            reading.z = toFloat(Mat(sensor.H * x + root * normals(random, root.cols())));
+            reading.z = rounded(sensor.H * x + root * normals(random, root.cols()));
         }
         const ProcessModel &process = sequence.processes[step.process];
         x = process.A * x + process.F * normals(random, process.F.cols());
@@ -185,7 +173,7 @@ static void addProcesses(Random &random, Sequence &sequence, const Features &fea
     const Index rank = options.invertible ? n : random.integer(1, static_cast<int>(n));
     const Vec size = units * std::ldexp(1.0, random.integer(-5, 0));
     const Mat F = randomFactor(random, n, rank, size);
-    const Mat B = toFloat(Mat(units.asDiagonal() * randomMatrix(random, n, features.l)));
+    const Mat B = rounded(units.asDiagonal() * randomMatrix(random, n, features.l));
     // common coordinates: a product of different transitions is then as tame as one of them
     const Mat lower = unitTriangular(random, n);
     const Mat coordinates = lower * unitTriangular(random, n).transpose();
@@ -217,7 +205,7 @@ static void addSteps(Random &random, Sequence &sequence, const Features &feature
             step.readings.push_back({sensor, Vec(), randomPresence(random, features)});
         }
         if (features.l > 0 && t % 10 != 0) {
-            step.u = toFloat(Mat(0.25 * normals(random, features.l)));
+            step.u = rounded(0.25 * normals(random, features.l));
         }
         sequence.steps.push_back(step);
     }
@@ -234,7 +222,7 @@ Sequence randomSequence(Random &random, int number, const Options &options)
     const bool singular = !options.invertible && random.chance(0.2);
     const Mat F = randomFactor(random, n, singular ? (n + 1) / 2 : n, size);
     sequence.P0 = F * F.transpose();
-    sequence.x0 = toFloat(Mat(units.cwiseProduct(10 * normals(random, n))));
+    sequence.x0 = rounded(units.cwiseProduct(10 * normals(random, n)));
     addProcesses(random, sequence, features, units, options);
     addSensors(random, sequence, features, units, options.steps);
     addSteps(random, sequence, features, options.steps);

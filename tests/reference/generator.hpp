@@ -22,8 +22,6 @@ using Vec = Vector<double>;
 /// Of the tests of random models
 constexpr std::uint64_t defaultSeed = 20240229;
 
-Vec normals(Random &random, Index count);
-Mat toFloat(const Mat &M);
 Mat identity(Index n);
 
 // ------------------------------------------------------------------ parts of random models

@@ -296,6 +296,12 @@ inline Matrix<double> rows(std::initializer_list<std::initializer_list<double>> 
     return M;
 }
 
+/// Row c of an identity: the sensor that sees state c.
+inline Matrix<double> unitRow(Index n, Index c) { return Matrix<double>::Identity(n, n).row(c); }
+
+/// To floats
+inline Matrix<double> rounded(const Matrix<double> &M) { return M.cast<float>().cast<double>(); }
+
 } // namespace reference
 
 #endif

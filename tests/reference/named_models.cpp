@@ -10,15 +10,6 @@
 namespace reference::generator
 {
 
-static Mat matrix(Index rows, Index columns, const std::vector<double> &entries)
-{
-    Mat M(rows, columns);
-    for (Index i = 0; i < rows * columns; ++i) {
-        M(i / columns, i % columns) = entries[static_cast<std::size_t>(i)];
-    }
-    return M;
-}
-
 static Mat noControl(Index n) { return Mat::Zero(n, 0); }
 
 /// One reading of every sensor at every step, all components present.
@@ -42,16 +33,9 @@ static Sequence model(const std::string &name, const Mat &A, const Mat &F, const
     sequence.name = name;
     sequence.x0 = Vec::Zero(A.rows());
     sequence.P0 = P0;
-    sequence.processes.push_back({toFloat(A), noControl(A.rows()), toFloat(F)});
-    sequence.sensors.push_back({toFloat(H), toFloat(R)});
+    sequence.processes.push_back({rounded(A), noControl(A.rows()), rounded(F)});
+    sequence.sensors.push_back({rounded(H), rounded(R)});
     return sequence;
-}
-
-static Mat unitRow(Index n, Index i)
-{
-    Mat row = Mat::Zero(1, n);
-    row(0, i) = 1;
-    return row;
 }
 
 static Mat scalar(double value) { return Mat::Constant(1, 1, value); }
@@ -61,7 +45,7 @@ static Sequence autoregressive(const std::vector<double> &a, double q, double r)
 {
     const auto p = static_cast<Index>(a.size());
     Mat A = Mat::Zero(p, p), F = Mat::Zero(p, 1);
-    A.row(0) = matrix(1, p, a);
+    for (Index i = 0; i < p; ++i) A(0, i) = a[static_cast<std::size_t>(i)];
     for (Index i = 1; i < p; ++i) A(i, i - 1) = 1;
     F(0, 0) = q;
     const std::string name = "AR(" + std::to_string(p) + ")" + (r > 0 ? "" : " R=0");
@@ -125,7 +109,7 @@ static Sequence localLevel(double q, double r)
 
 static Sequence localTrend(double level, double slope, double r)
 {
-    const Mat A = matrix(2, 2, {1, 1, 0, 1}), F = matrix(2, 2, {level, 0, 0, slope});
+    const Mat A = rows({{1, 1}, {0, 1}}), F = rows({{level, 0}, {0, slope}});
     return model("local linear trend", A, F, unitRow(2, 0), scalar(r * r), 100 * identity(2));
 }
 
@@ -145,8 +129,8 @@ static Sequence seasonal(Index period)
 /// Two factors, each AR(1), seen by four series with loadings and noises of their own.
 static Sequence dynamicFactor()
 {
-    const Mat A = matrix(2, 2, {0.9, 0.1, -0.2, 0.7}), F = matrix(2, 2, {1, 0, 0.5, 0.75});
-    const Mat H = matrix(4, 2, {1, 0, 0.8, 0.3, 0.4, 1.1, -0.6, 0.9});
+    const Mat A = rows({{0.9, 0.1}, {-0.2, 0.7}}), F = rows({{1, 0}, {0.5, 0.75}});
+    const Mat H = rows({{1, 0}, {0.8, 0.3}, {0.4, 1.1}, {-0.6, 0.9}});
     Mat R = Mat::Zero(4, 4);
     R.diagonal() = column({0.25, 0.5, 0.75, 1});
     return model("dynamic factor", A, F, H, R, 4 * identity(2));

@@ -34,20 +34,10 @@ struct NumericsModel {
     Index states() const { return x0.size(); }
 };
 
-// ------------------------------------------------------------------ small matrices
-
-Matrix<double> rounded(const Matrix<double> &M);
-
-Matrix<double> randomMatrix(Random &random, Index height, Index width);
-
-/// Row c of an identity: the sensor that sees state c.
-Matrix<double> unitRow(Index n, Index c);
-
-/// Matrices of a model as they come; the constructor of everything below.
-NumericsModel makeModel(std::string name, Matrix<double> A, Matrix<double> F, Matrix<double> H,
-                        const Vector<double> &r, Vector<double> P0);
-
-NumericsModel withRanges(NumericsModel model, Vector<double> reach, Vector<double> range);
+/// Matrices and ranges of a model as they come; the constructor of everything below.
+NumericsModel makeModel(std::string name, const Matrix<double> &A, const Matrix<double> &F,
+                        const Matrix<double> &H, const Vector<double> &r, const Vector<double> &P0,
+                        const Vector<double> &reach, const Vector<double> &range);
 
 // ------------------------------------------------------------------ the models
 

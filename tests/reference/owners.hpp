@@ -294,17 +294,28 @@ template <> class SensorOwner<Q31> : NotCopied
     kq_sensor_q31 handle_{};
 };
 
+/// The table of a prior, and what it points to
+struct Prior : NotCopied {
+    std::vector<std::int32_t> mean, root;
+    kq_prior_table_q31 table;
+    kq_status status; // of its preparation
+
+    Prior(const Formats<Q31> &states, const Vector<double> &x0, const Matrix<double> &P0)
+        : mean(states.words(x0)),
+          root(rootLength(states.count())), table{states.count(), states.data(), mean.data(),
+                                                  root.data()},
+          status(kq_root_prepare_q31(root.data(), flattened<double>(P0).data(), states.count(),
+                                     states.data()))
+    {
+    }
+};
+
 template <>
 inline kq_status FilterOwner<Q31>::init(const Vector<double> &x0, const Matrix<double> &P0)
 {
-    const int n = states_.count();
-    const std::vector<std::int32_t> mean = states_.words(x0);
-    std::vector<std::int32_t> root(rootLength(n));
-    const kq_status prepared =
-        kq_root_prepare_q31(root.data(), flattened<double>(P0).data(), n, states_.data());
-    if (prepared != KQ_OK) return prepared;
-    const kq_prior_table_q31 prior = {n, states_.data(), mean.data(), root.data()};
-    return kq_filter_init_q31(&handle_, &prior, nullptr);
+    const Prior prior(states_, x0, P0);
+    return prior.status != KQ_OK ? prior.status
+                                 : kq_filter_init_q31(&handle_, &prior.table, nullptr);
 }
 
 } // namespace reference

@@ -76,12 +76,6 @@ template <class Real> Real squareRoot(const Real &x)
     return sqrt(x);
 }
 
-template <class Real> Real magnitude(const Real &x)
-{
-    using std::abs;
-    return abs(x);
-}
-
 /// Two doubles and a rest: a literal in quadruple precision needs a suffix of one compiler.
 template <class Real> Real pi()
 {

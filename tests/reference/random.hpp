@@ -6,6 +6,8 @@
 #include <cstdint>
 #include <cstdlib>
 
+#include "matrix.hpp"
+
 namespace reference
 {
 
@@ -66,6 +68,12 @@ class Random
 
     std::uint64_t state_;
 };
+
+/// Of variance 1, by columns
+inline Matrix<double> normals(Random &random, Index rows, Index columns = 1)
+{
+    return generated(rows, columns, [&random] { return random.normal(); });
+}
 
 } // namespace reference
 

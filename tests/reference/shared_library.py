@@ -12,8 +12,8 @@ class Library:
 
     def __init__(self, path, arithmetic):
         self.all, self.suffix = ctypes.CDLL(path), "_" + arithmetic
-        self.type = np.float32 if arithmetic == "f32" else np.float64
-        self.number = ctypes.c_float if arithmetic == "f32" else ctypes.c_double
+        self.type = {"f32": np.float32, "f64": np.float64, "q31": np.int32}[arithmetic]
+        self.number = {"f32": ctypes.c_float, "f64": ctypes.c_double, "q31": ctypes.c_int32}[arithmetic]
         numbers = ctypes.POINTER(self.number)
         self.function = ctypes.CFUNCTYPE(None, ctypes.c_void_p, numbers, numbers)
         self.kept = []
@@ -41,9 +41,13 @@ class Library:
         self.kept.append(np.ascontiguousarray(np.real(a), dtype=self.type))
         return self.kept[-1]
 
+    def words(self, count):
+        self.kept.append(np.zeros(count, dtype=self.type))
+        return self.kept[-1]
+
     def made(self, name, *sizes, words=4096):
-        item, memory = np.zeros(512, dtype=np.uint8), np.zeros(words, dtype=self.type)
-        self.kept += [item, memory]
+        self.kept.append(np.zeros(512, dtype=np.uint8))
+        item, memory = self.kept[-1], self.words(words)
         self.call(name + "_assign", item, *sizes, memory, words)
         return item
 

@@ -8,11 +8,11 @@
 #include <cstdio>
 #include <cstdlib>
 #include <string>
+#include <type_traits>
 #include <vector>
 
-#include "decompositions.hpp"
 #include "owners.hpp"
-#include "random.hpp"
+#include "plants.hpp"
 #include "verdict.hpp"
 
 using namespace reference;
@@ -21,73 +21,44 @@ namespace
 {
 
 /// With its memory, which in q31 has a root, too
-template <class T> struct Adaptation {
-    typename kq::Api<T>::Adaptation object{};
-    std::vector<typename kq::Api<T>::Coefficient> memory;
+template <class T> struct Adaptation : NotCopied {
+    using Api = kq::Api<T>;
+
+    typename Api::Adaptation object{};
+    std::vector<typename Api::Coefficient> memory;
     std::vector<std::int32_t> root;
-    Adaptation(int n, int m)
-        : memory(kq::Api<T>::length(KQ_OBJECT_ADAPTATION, n, m)),
-          root(rootLength(n))
+
+    Adaptation(int n, int m) : memory(Api::length(KQ_OBJECT_ADAPTATION, n, m)), root(rootLength(n))
     {
-        kq::require(assign(n, m), "assign");
+        if constexpr (std::is_same_v<T, Q31>) {
+            kq::require(
+                kq_adaptation_assign_q31(&object, n, m, memory.data(), memory.size(), root.data()),
+                "assign");
+        } else {
+            kq::require(Api::adaptation_assign(&object, n, m, memory.data(), memory.size()),
+                        "assign");
+        }
     }
-    Adaptation(const Adaptation &) = delete;
-    Adaptation &operator=(const Adaptation &) = delete;
-
-  private:
-    kq_status assign(int n, int m);
 };
-
-template <> kq_status Adaptation<float>::assign(int n, int m)
-{
-    return kq_adaptation_assign_f32(&object, n, m, memory.data(), memory.size());
-}
-template <> kq_status Adaptation<double>::assign(int n, int m)
-{
-    return kq_adaptation_assign_f64(&object, n, m, memory.data(), memory.size());
-}
-template <> kq_status Adaptation<Q31>::assign(int n, int m)
-{
-    return kq_adaptation_assign_q31(&object, n, m, memory.data(), memory.size(), root.data());
-}
 
 // ------------------------------------------------------------------ the plants
-
-struct Plant {
-    std::string name;
-    Matrix<double> A, F, H, R;
-    double lost;     // share of the scalar measurements that are missing
-    double wild = 0; // share of the measurements whose noise is 10 times as large
-};
 
 Plant level(double q)
 {
     char name[32];
     std::snprintf(name, sizeof name, "level, Q/R %g", q);
-    Plant plant{name,
-                Matrix<double>::Ones(1, 1),
-                Matrix<double>::Ones(1, 1),
-                Matrix<double>::Ones(1, 1),
-                Matrix<double>::Ones(1, 1),
-                0};
-    plant.F(0, 0) = std::sqrt(q);
-    return plant;
+    return {name, rows({{1}}), rows({{std::sqrt(q)}}), rows({{1}}), rows({{1}})};
 }
 
 /// A velocity that lasts 100 steps, seen through its position
 Plant velocity(double lost)
 {
-    Plant plant{lost > 0 ? "velocity, 20 % lost" : "velocity",
-                Matrix<double>(2, 2),
-                Matrix<double>(2, 1),
-                Matrix<double>(1, 2),
-                Matrix<double>(1, 1),
-                lost};
-    plant.A = rows({{1, 0.125}, {0, 0.99}});
-    plant.F = rows({{0.0225}, {0.36}});
-    plant.H = rows({{1, 0}});
-    plant.R = rows({{0.0625}});
-    return plant;
+    return {lost > 0 ? "velocity, 20 % lost" : "velocity",
+            rows({{1, 0.125}, {0, 0.99}}),
+            rows({{0.0225}, {0.36}}),
+            rows({{1, 0}}),
+            rows({{0.0625}}),
+            lost};
 }
 
 Plant alternating()
@@ -100,63 +71,14 @@ Plant alternating()
 
 Plant two(double lost)
 {
-    Plant plant{lost > 0 ? "two, correlated, 20 % lost" : "two states, two sensors",
-                Matrix<double>(2, 2),
-                Matrix<double>(2, 2),
-                Matrix<double>(2, 2),
-                Matrix<double>(2, 2),
-                lost};
-    plant.A = rows({{0.95, 0.1}, {0, 0.9}});
-    plant.F = rows({{0.3, 0}, {0, 0.6}});
-    plant.H = rows({{1, 0}, {0.5, 1}});
-    plant.R = rows({{0.25, 0}, {0, 4}});
-    if (lost > 0) plant.R(0, 1) = plant.R(1, 0) = 0.5;
-    return plant;
+    const double shared = lost > 0 ? 0.5 : 0;
+    return {lost > 0 ? "two, correlated, 20 % lost" : "two states, two sensors",
+            rows({{0.95, 0.1}, {0, 0.9}}),
+            rows({{0.3, 0}, {0, 0.6}}),
+            rows({{1, 0}, {0.5, 1}}),
+            rows({{0.25, shared}, {shared, 4}}),
+            lost};
 }
-
-double onGrid(double x) { return std::round(x * 0x1p9) * 0x1p-9; }
-
-class Simulation
-{
-  public:
-    Simulation(const Plant &plant, std::uint64_t seed)
-        : plant_(plant), random_(seed), noise_(choleskyRoot(plant.R).value()),
-          x_(Vector<double>::Zero(plant.A.rows()))
-    {
-    }
-
-    void advance() { x_ = plant_.A * x_ + plant_.F * normal(plant_.F.cols()); }
-
-    Vector<double> measure()
-    {
-        const double size = plant_.wild > 0 && random_.chance(plant_.wild) ? 10 : 1;
-        Vector<double> z = plant_.H * x_ + size * noise_ * normal(plant_.R.rows());
-        for (double &entry : z) entry = onGrid(entry);
-        return z;
-    }
-
-    std::uint32_t present()
-    {
-        std::uint32_t mask = 0;
-        for (Index c = 0; c < plant_.R.rows(); ++c) {
-            if (plant_.lost == 0 || !random_.chance(plant_.lost)) mask |= 1U << c;
-        }
-        return mask;
-    }
-
-  private:
-    Vector<double> normal(Index count)
-    {
-        Vector<double> w(count);
-        for (double &entry : w) entry = random_.normal();
-        return w;
-    }
-
-    const Plant &plant_;
-    Random random_;
-    Matrix<double> noise_;
-    Vector<double> x_;
-};
 
 // ------------------------------------------------------------------ a run
 
@@ -179,19 +101,20 @@ template <class T> class Run
 
   public:
     Run(const Plant &plant, const Truth &truth, const Rule &rule, std::uint64_t seed)
-        : truth_(truth), states_(plant.A.rows(), Vector<double>::Constant(plant.A.rows(), 1 << 20)),
+        : truth_(truth),
+          states_(plant.states(), Vector<double>::Constant(plant.states(), plantRange)),
           process_(states_,
-                   ProcessModel{plant.A, Matrix<double>(plant.A.rows(), 0),
+                   ProcessModel{plant.A, Matrix<double>(plant.states(), 0),
                                 plant.F / std::sqrt(truth.q)},
                    Noise::factor),
           sensor_(states_,
                   SensorModel{plant.H, plant.R / truth.r,
-                              Vector<double>::Constant(plant.H.rows(), 1 << 20)},
+                              Vector<double>::Constant(plant.components(), plantRange)},
                   Noise::covariance),
           filter_(states_), simulation_(plant, seed),
-          tool_(static_cast<int>(plant.A.rows()), static_cast<int>(plant.H.rows()))
+          tool_(static_cast<int>(plant.states()), static_cast<int>(plant.components()))
     {
-        const Index n = plant.A.rows();
+        const Index n = plant.states();
         const auto number = Api::number;
         kq::require(filter_.init(Vector<double>::Zero(n), 16 * Matrix<double>::Identity(n, n)),
                     "filter init");

@@ -10,7 +10,7 @@
 #include <vector>
 
 #include "owners.hpp"
-#include "random.hpp"
+#include "plants.hpp"
 #include "verdict.hpp"
 
 using namespace reference;
@@ -21,64 +21,11 @@ namespace
 template <class T> typename kq::Api<T>::Score scoreOf(double q) { return static_cast<T>(q); }
 template <> std::int64_t scoreOf<Q31>(double q) { return std::llround(q * 0x1p24); }
 
-// ------------------------------------------------------------------ the plant and the filter's
-// model
-
-struct Plant {
-    const char *name;
-    Matrix<double> A, F, H;
-    Vector<double> r;   // variances of the measurements
-    double missing = 0; // the probability of a component to be
-};
-
 /// What the filter's model has wrong: its Q and R are the plant's times these; a bias of the first
 /// component in sigmas of its noise.
 struct Fault {
     const char *name;
     double q, r, bias;
-};
-
-double onGrid(double x) { return std::round(x * 0x1p10) * 0x1p-10; }
-
-/// The plant's state and measurements
-class Simulation
-{
-  public:
-    Simulation(const Plant &plant, std::uint64_t seed)
-        : plant_(plant), random_(seed), x_(Vector<double>::Zero(plant.A.rows()))
-    {
-    }
-
-    void advance()
-    {
-        Vector<double> w(plant_.F.cols());
-        for (double &entry : w) entry = random_.normal();
-        x_ = plant_.A * x_ + plant_.F * w;
-    }
-
-    Vector<double> measure(double bias)
-    {
-        Vector<double> z = plant_.H * x_;
-        z(0) += bias * std::sqrt(plant_.r(0));
-        for (Index c = 0; c < z.size(); ++c) {
-            z(c) = onGrid(z(c) + std::sqrt(plant_.r(c)) * random_.normal());
-        }
-        return z;
-    }
-
-    std::uint32_t present()
-    {
-        std::uint32_t mask = UINT32_MAX;
-        for (Index c = 0; plant_.missing > 0 && c < plant_.H.rows(); ++c) {
-            if (random_.chance(plant_.missing)) mask &= ~(UINT32_C(1) << c);
-        }
-        return mask;
-    }
-
-  private:
-    const Plant &plant_;
-    Random random_;
-    Vector<double> x_;
 };
 
 // ------------------------------------------------------------------ shares of windows
@@ -142,25 +89,26 @@ template <class T> class Watch
 };
 
 template <class T>
-Outside run(const Plant &plant, const Fault &fault, int window, int windows, std::uint64_t seed)
+Outside run(Plant plant, const Fault &fault, int window, int windows, std::uint64_t seed)
 {
-    const Index n = plant.A.rows(), m = plant.H.rows();
-    const Formats<T> states(n, Vector<double>::Constant(n, 1 << 20));
+    const Index n = plant.states(), m = plant.components();
+    const Formats<T> states(n, Vector<double>::Constant(n, plantRange));
     ProcessOwner<T> process(
         states, ProcessModel{plant.A, Matrix<double>(n, 0), std::sqrt(fault.q) * plant.F},
         Noise::factor);
-    const Matrix<double> R = (fault.r * plant.r).asDiagonal();
-    SensorOwner<T> sensor(states, SensorModel{plant.H, R, Vector<double>::Constant(m, 1 << 20)},
-                          Noise::diagonal);
+    SensorOwner<T> sensor(
+        states, SensorModel{plant.H, fault.r * plant.R, Vector<double>::Constant(m, plantRange)},
+        Noise::diagonal);
     FilterOwner<T> filter(states);
     const Matrix<double> P0 = 0x1p-10 * Matrix<double>::Identity(n, n);
     kq::require(filter.init(Vector<double>::Zero(n), P0), "filter init");
+    plant.bias = fault.bias;
     Watch<T> watch(static_cast<int>(m), window);
     Simulation simulation(plant, seed);
     Outside outside;
     for (int k = -window; k < windows * window; ++k) { // the first window is to settle
-        watch.update(filter, sensor, simulation.measure(fault.bias),
-                     simulation.present());
+        const std::uint32_t present = simulation.present();
+        watch.update(filter, sensor, simulation.measure(), present);
         simulation.advance();
         kq::require(kq::Api<T>::predict(filter.get(), process.get(), nullptr), "predict");
         if ((k + 1) % window != 0) continue;
@@ -179,52 +127,50 @@ void print(const char *arithmetic, const Plant &plant, int window, const Fault &
 {
     std::printf("%s  %-18s W %3d  %-10s outside, %%: NIS below %5.1f above %5.1f  mean %5.1f  "
                 "correlation %5.1f  any %5.1f\n",
-                arithmetic, plant.name, window, fault.name, 100 * outside.low, 100 * outside.high,
-                100 * outside.mean, 100 * outside.correlation, 100 * outside.any);
+                arithmetic, plant.name.c_str(), window, fault.name, 100 * outside.low,
+                100 * outside.high, 100 * outside.mean, 100 * outside.correlation,
+                100 * outside.any);
 }
 
 // ------------------------------------------------------------------ what is expected
 
+constexpr double grid = 0x1p-10;
+
 Plant level()
 {
-    Plant plant{"local level", Matrix<double>(1, 1), Matrix<double>(1, 1), Matrix<double>(1, 1),
-                Vector<double>(1)};
-    plant.A = rows({{1}});
-    plant.F = rows({{0.5}});
-    plant.H = rows({{1}});
-    plant.r = rows({{1}});
-    return plant;
+    return {"local level", rows({{1}}), rows({{0.5}}), rows({{1}}), rows({{1}}), 0, grid};
 }
 
-/// Position and velocity in two dimensions
+/// Position and velocity in two dimensions; the velocities die away, or the positions would leave
+/// q31's ranges
 Plant motion()
 {
-    Plant plant{"2-D velocity", Matrix<double>::Identity(4, 4), Matrix<double>::Zero(4, 2),
-                Matrix<double>::Zero(2, 4), Vector<double>(2)};
-    plant.A(0, 1) = plant.A(2, 3) = 1;
-    plant.A(1, 1) = plant.A(3, 3) = 0.875; // or the positions would leave q31's ranges
-    plant.F(0, 0) = plant.F(2, 1) = 0.25;
-    plant.F(1, 0) = plant.F(3, 1) = 0.5;
-    plant.H(0, 0) = plant.H(1, 2) = 1;
-    plant.r = column({1, 4});
-    return plant;
+    return {"2-D velocity",
+            rows({{1, 1, 0, 0}, {0, 0.875, 0, 0}, {0, 0, 1, 1}, {0, 0, 0, 0.875}}),
+            rows({{0.25, 0}, {0.5, 0}, {0, 0.25}, {0, 0.5}}),
+            rows({{1, 0, 0, 0}, {0, 0, 1, 0}}),
+            rows({{1, 0}, {0, 4}}),
+            0,
+            grid};
 }
 
 /// One level, two sensors: a bias of a single one would be taken for the level's.
 Plant twins()
 {
-    Plant plant = level();
-    plant.name = "two sensors";
-    plant.H = Matrix<double>::Ones(2, 1);
-    plant.r = Vector<double>::Ones(2);
-    return plant;
+    return {"two sensors",
+            rows({{1}}),
+            rows({{0.5}}),
+            rows({{1}, {1}}),
+            Matrix<double>::Identity(2, 2),
+            0,
+            grid};
 }
 
 /// Half of each component is missing, so that a quarter of its pairs is left.
 Plant gaps(Plant plant)
 {
-    plant.name = plant.H.rows() > 1 ? "2-D, half missing" : "half missing";
-    plant.missing = 0.5;
+    plant.name = plant.components() > 1 ? "2-D, half missing" : "half missing";
+    plant.lost = 0.5;
     return plant;
 }
 
@@ -245,7 +191,7 @@ template <class T> void rightModel(Verdict &verdict, const Plant &plant, std::ui
         print(kq::Api<T>::name, plant, window, none, outside);
         const std::string what = std::string(kq::Api<T>::name) + ", " + plant.name + ", W " +
                                  std::to_string(window) + ", ";
-        const double independent = windows * static_cast<double>(plant.H.rows());
+        const double independent = windows * static_cast<double>(plant.components());
         expectShare(verdict, outside.low, 0.025, windows, what + "NIS below");
         expectShare(verdict, outside.high, 0.025, windows, what + "NIS above");
         expectShare(verdict, outside.mean, 0.05, independent, what + "mean");

@@ -11,9 +11,9 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
-#include <cstdlib>
 #include <map>
 #include <string>
+#include <type_traits>
 #include <utility>
 #include <vector>
 
@@ -87,10 +87,10 @@ struct Case {
 
 /// The errors of one run.
 struct Errors {
-    double x = 0, P = 0, smoothedX = 0, smoothedP = 0, logLikelihood = 0;
+    Worst filtered, smoothed;
+    double logLikelihood = 0;
     int wrong = 0; // components whose determinedness is not the reference's
     unsigned events = 0;
-    std::size_t determinedAt = 0; // the number of steps: never
 };
 
 template <class T> class StartOwner : NotCopied
@@ -111,34 +111,17 @@ template <class T> class StartOwner : NotCopied
 };
 
 template <class T>
-void init(StartOwner<T> &start, FilterOwner<T> &filter, const Sequence &sequence,
-          std::uint32_t unknown)
-{
-    kq::require(kq::Api<T>::diffuse_init(start.get(), filter.get(), flattened<T>(sequence.x0).data(),
-                                      flattened<T>(sequence.P0).data(), unknown),
-                "start init");
-}
-
-template <>
-void init<Q31>(StartOwner<Q31> &start, FilterOwner<Q31> &filter, const Sequence &sequence,
+kq_status init(StartOwner<T> &start, FilterOwner<T> &filter, const Sequence &sequence,
                std::uint32_t unknown)
 {
-    const Formats<Q31> &states = filter.states();
-    const int n = states.count();
-    const std::vector<std::int32_t> mean = states.words(sequence.x0);
-    std::vector<std::int32_t> root(rootLength(n));
-    kq::require(
-        kq_root_prepare_q31(root.data(), flattened<double>(sequence.P0).data(), n, states.data()),
-        "root prepare");
-    const kq_prior_table_q31 prior = {n, states.data(), mean.data(), root.data()};
-    kq::require(kq_diffuse_init_q31(start.get(), filter.get(), &prior, unknown, nullptr),
-                "start init");
-}
-
-template <class Score> double scoreOf(Score score) { return static_cast<double>(score); }
-template <> double scoreOf(std::int64_t score)
-{
-    return std::ldexp(static_cast<double>(score), -24);
+    if constexpr (std::is_same_v<T, Q31>) {
+        const Prior prior(filter.states(), sequence.x0, sequence.P0);
+        kq::require(prior.status, "root prepare");
+        return kq_diffuse_init_q31(start.get(), filter.get(), &prior.table, unknown, nullptr);
+    } else {
+        return kq::Api<T>::diffuse_init(start.get(), filter.get(), flattened<T>(sequence.x0).data(),
+                                        flattened<T>(sequence.P0).data(), unknown);
+    }
 }
 
 template <class Word> bool isKnown(Word word) { return !std::isnan(word); }
@@ -155,20 +138,22 @@ template <class T> class Run
                    model.sequence.steps.size(), changes(model.sequence)),
           start_(library_.states().count(), model.sequence.steps.size())
     {
-        init<T>(start_, filter_, model.sequence, model.unknown);
+        kq::require(init(start_, filter_, model.sequence, model.unknown), "start init");
         kq::require(Api::attach(filter_.get(), &history_.get()->attached), "history attach");
     }
 
     Errors errors()
     {
         const std::vector<Step> &steps = model_.sequence.steps;
-        errors_.determinedAt = steps.size();
         for (std::size_t t = 0; t < steps.size(); ++t) {
-            for (const Reading &reading : steps[t].readings) update(reading);
+            for (const Reading &reading : steps[t].readings) {
+                library_.update(filter_.get(), reading);
+            }
             compareFiltered(t);
-            if (t + 1 < steps.size()) predict(steps[t]);
+            if (t + 1 < steps.size()) library_.predict(filter_.get(), steps[t]);
         }
-        const double logLikelihood = scoreOf(Api::log_likelihood(filter_.get()));
+        const auto logLikelihood =
+            static_cast<double>(Formats<T>::score(Api::log_likelihood(filter_.get())));
         errors_.logLikelihood = std::fabs(logLikelihood - model_.logLikelihood);
         errors_.events = Api::events(filter_.get());
         kq::require(Api::diffuse_smooth(start_.get()), "start smooth");
@@ -177,54 +162,33 @@ template <class T> class Run
     }
 
   private:
-    void update(const Reading &reading)
+    void countWrong(const typename Api::Filter &found, const std::vector<bool> &known)
     {
-        const auto *sensor = library_.sensor(reading.sensor);
-        const auto z = library_.components(reading.sensor).words(reading.z);
-        kq::require(Api::update_subset(filter_.get(), sensor, z.data(), reading.present), "update");
-    }
-
-    void predict(const Step &step)
-    {
-        const auto *process = library_.process(step.process);
-        const auto u = library_.controls(step.process).words(step.u);
-        kq::require(Api::predict(filter_.get(), process, dataOrNull(u)), "predict");
+        for (std::size_t i = 0; i < known.size(); ++i) {
+            errors_.wrong += isKnown(Api::mean(&found, static_cast<int>(i))) != known[i];
+        }
     }
 
     void compareFiltered(std::size_t t)
     {
-        const Belief<Quad> &exact = model_.filtered[t].belief;
-        for (int i = 0; i < exact.mean.size(); ++i) {
-            const bool is = isKnown(Api::mean(filter_.get(), i));
-            errors_.wrong += is != model_.filtered[t].known[static_cast<std::size_t>(i)];
-        }
+        const PartBelief &exact = model_.filtered[t];
+        countWrong(*filter_.get(), exact.known);
         if (Api::diffuse_count(start_.get()) > 0) return;
-        errors_.determinedAt = std::min(errors_.determinedAt, t);
-        const Belief<Wide<T>> now = read(filter_);
-        const Vector<Quad> unit = model_.unit<T>(exact.covariance);
-        errors_.x = std::max(errors_.x, meanError(now.mean, exact.mean, unit));
-        errors_.P = std::max(errors_.P, covarianceError(now.covariance, exact.covariance, unit));
+        errors_.filtered.add(read(filter_), exact.belief, model_.unit<T>(exact.belief.covariance));
     }
 
     void compareSmoothed(std::size_t t)
     {
-        const Belief<Quad> &exact = model_.smoothed[t].belief;
+        const PartBelief &exact = model_.smoothed[t];
         typename Api::Filter view;
         kq::require(Api::diffuse_smoothed(start_.get(), t, &view), "start smoothed");
-        for (int i = 0; i < exact.mean.size(); ++i) {
-            const bool is = isKnown(Api::mean(&view, i));
-            errors_.wrong += is != model_.smoothed[t].known[static_cast<std::size_t>(i)];
-        }
+        countWrong(view, exact.known);
         const Formats<T> &states = library_.states();
         const auto n = static_cast<std::size_t>(states.count());
         std::vector<typename Api::Coefficient> P(n * n);
         if (Api::covariance(&view, P.data()) != KQ_OK) return;
-        const Vector<Wide<T>> mean = readViewMean(states, view);
-        const Vector<Quad> unit = model_.unit<T>(exact.covariance);
-        errors_.smoothedX = std::max(errors_.smoothedX, meanError(mean, exact.mean, unit));
-        errors_.smoothedP =
-            std::max(errors_.smoothedP,
-                     covarianceError(states.covariance(P, states), exact.covariance, unit));
+        errors_.smoothed.add(readView(states, view), exact.belief,
+                             model_.unit<T>(exact.belief.covariance));
     }
 
     const Case &model_;
@@ -248,14 +212,15 @@ struct Group {
             return;
         }
         wrong += errors.wrong;
-        figures["x"].push_back(errors.x);
-        figures["P"].push_back(errors.P);
-        figures["smoothed x"].push_back(errors.smoothedX);
-        figures["smoothed P"].push_back(errors.smoothedP);
+        figures["x"].push_back(errors.filtered.x);
+        figures["P"].push_back(errors.filtered.P);
+        figures["smoothed x"].push_back(errors.smoothed.x);
+        figures["smoothed P"].push_back(errors.smoothed.P);
         figures["l"].push_back(errors.logLikelihood);
-        figures["x in roundings"].push_back(std::max(errors.x, errors.smoothedX) /
+        figures["x in roundings"].push_back(std::max(errors.filtered.x, errors.smoothed.x) /
                                             (rounding * reach));
-        figures["P in roundings"].push_back(std::max(errors.P, errors.smoothedP) / rounding);
+        figures["P in roundings"].push_back(std::max(errors.filtered.P, errors.smoothed.P) /
+                                            rounding);
     }
 
     double share(const std::string &name, double quantile)
@@ -324,11 +289,10 @@ void judge(Verdict &verdict, const Goals &goal, Group &group)
                    title + ": too many saturated");
 }
 
-template <class T> Errors addRun(Groups &groups, const std::string &group, const Case &model)
+template <class T> void addRun(Groups &groups, const std::string &group, const Case &model)
 {
     const Errors errors = Run<T>(model).errors();
     groups[group + ", " + kq::Api<T>::name].add(errors, model.rounding<T>(), model.reach);
-    return errors;
 }
 
 /// Ranges, declared from a run with a prior, are made so wide that q31 has no need of them as a prior.
@@ -350,17 +314,9 @@ void compare(Groups &groups, const std::string &kind, Sequence sequence, std::ui
     const Case model(sequence, unknown);
     const std::string group =
         kind == "random models" && model.strength < weakness ? "weak models" : kind;
-    const Errors runs[] = {addRun<double>(groups, group, model),
-                           addRun<float>(groups, group, model),
-                           addRun<Q31>(groups, isBounded(model) ? "weak models" : group, model)};
-    if (!std::getenv("KQ_VERBOSE")) return;
-    std::printf("%-56s %04x strength %.0e", sequence.name.c_str(), unknown, model.strength);
-    for (const Errors &run : runs) {
-        std::printf("   at %zu wrong %d events %u: %.1e %.1e %.1e %.1e %.1e", run.determinedAt,
-                    run.wrong, run.events, run.x, run.P, run.smoothedX, run.smoothedP,
-                    run.logLikelihood);
-    }
-    std::printf("\n");
+    addRun<double>(groups, group, model);
+    addRun<float>(groups, group, model);
+    addRun<Q31>(groups, isBounded(model) ? "weak models" : group, model);
 }
 
 } // namespace

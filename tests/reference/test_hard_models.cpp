@@ -93,7 +93,7 @@ Matrix<double> transition(Random &random, Class kind, Index n)
     const Matrix<double> I = Matrix<double>::Identity(n, n);
     if (kind == Class::acceleration || kind == Class::kinematic) return I + 0.1 * shift(n);
     if (kind == Class::companion) return companion(random, n);
-    const Matrix<double> N = randomMatrix(random, n, n);
+    const Matrix<double> N = normals(random, n, n);
     if (kind == Class::rotation) return orthogonalFactor(N);
     if (kind == Class::general) {
         return N * (random.uniform(0.3, 1.3) / std::max(spectralRadius(N), 0.1));
@@ -116,7 +116,7 @@ Matrix<double> noiseFactor(Random &random, Class kind, const Vector<double> &siz
     Index r = random.integer(0, static_cast<int>(n));
     if (random.chance(0.25)) r = 0;
     if (kind == Class::companion) r = std::min<Index>(r, 1);
-    return power(random, -5, 0) * size.asDiagonal() * randomMatrix(random, n, r);
+    return power(random, -5, 0) * size.asDiagonal() * normals(random, n, r);
 }
 
 /// A root of P0 whose columns span up to five decades; some of them 0 in three models of ten.
@@ -124,7 +124,7 @@ Matrix<double> priorRoot(Random &random, const Vector<double> &size)
 {
     const Index n = size.size();
     const Vector<double> spread = powers(random, n, -1, random.chance(0.5) ? 1 : 4);
-    Matrix<double> S = size.asDiagonal() * randomMatrix(random, n, n) * spread.asDiagonal();
+    Matrix<double> S = size.asDiagonal() * normals(random, n, n) * spread.asDiagonal();
     S = S.upperTriangle();
     if (random.chance(0.3)) S = S * mask(random, n, 1, 0.6).asDiagonal();
     return S;
@@ -137,7 +137,7 @@ std::vector<SensorModel> sensors(Random &random, const Vector<double> &size)
     std::vector<SensorModel> result;
     for (int c = random.integer(1, 2); c > 0; --c) {
         const Matrix<double> weights =
-            randomMatrix(random, 1, size.size()).cwiseProduct(mask(random, 1, size.size(), 0.7));
+            normals(random, 1, size.size()).cwiseProduct(mask(random, 1, size.size(), 0.7));
         const double r = power(random, -8, 0) * (random.chance(noisy) ? 1 : 0);
         result.push_back({rounded(weights * size.cwiseInverse().asDiagonal()),
                           rounded(Matrix<double>::Constant(1, 1, r))});
@@ -157,7 +157,7 @@ void measure(Random &random, Sequence &sequence, Vector<double> x)
             step.readings.push_back({c, rounded(z), random.chance(0.2) ? 0U : 1U});
         }
         sequence.steps.push_back(step);
-        x = process.A * x + process.F * randomMatrix(random, process.F.cols(), 1);
+        x = process.A * x + process.F * normals(random, process.F.cols(), 1);
     }
 }
 
@@ -177,7 +177,7 @@ Sequence hardSequence(Class kind, std::uint64_t seed)
     sequence.processes.push_back({rounded(A), none, rounded(noiseFactor(random, kind, size))});
     sequence.sensors = sensors(random, size);
     sequence.steps.push_back({{}, 0, Vector<double>()});
-    const Vector<double> x = sequence.processes[0].F * randomMatrix(random, n, 1);
+    const Vector<double> x = sequence.processes[0].F * normals(random, n, 1);
     measure(random, sequence, x);
     return sequence;
 }
@@ -218,18 +218,8 @@ Vector<Quad> errorUnits(const Matrix<Quad> &P, const Matrix<Quad> &prior, const 
     return positiveOr(variance.cwiseMax(Quad(0)).cwiseSqrt(), Quad(infinite));
 }
 
-struct Errors {
-    double x = 0, P = 0;
-
-    void add(const Belief<double> &mine, const Belief<Quad> &exact, const Vector<Quad> &unit)
-    {
-        x = std::max(x, meanError(mine.mean, exact.mean, unit));
-        P = std::max(P, covarianceError(mine.covariance, exact.covariance, unit));
-    }
-};
-
 struct Outcome {
-    Errors filter, smoother;
+    Worst filter, smoother;
     int skipped = 0;      // measurements at the filter's floor
     int needless = 0;     // of them, those that say something after all
     bool positive = true; // P of the smoother is, at every step

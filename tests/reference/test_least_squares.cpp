@@ -7,8 +7,10 @@
 #include <cstdio>
 #include <cstdlib>
 #include <string>
+#include <type_traits>
 #include <vector>
 
+#include "accuracy.hpp"
 #include "decompositions.hpp"
 #include "owners.hpp"
 #include "random.hpp"
@@ -25,62 +27,55 @@ namespace
 /// Begins, and takes rows in physical units.
 template <class T> class Fit
 {
+    using Api = kq::Api<T>;
+
   public:
     Fit(FilterOwner<T> &filter, double lambda, const Formats<T> &measured)
         : states_(filter.states()), measured_(measured)
     {
-        kq::require(begin(filter, lambda), "least squares init");
+        if constexpr (std::is_same_v<T, Q31>) {
+            kq::require(kq_least_squares_init_q31(&handle_, filter.get(), Api::number(lambda),
+                                                  measured_.data()),
+                        "init");
+        } else {
+            kq::require(Api::least_squares_init(&handle_, filter.get(), Api::number(lambda)),
+                        "init");
+        }
     }
 
     void add(const Vector<double> &h, double z, double r)
     {
         const auto words = measured_.words(Vector<double>::Constant(1, z));
-        kq::require(take(h, words[0], r), "least squares add");
+        const auto row = coefficients(h.transpose());
+        const auto noise = noiseOf(r);
+        kq::require(Api::least_squares_add(&handle_, row.data(), words.data(), &noise, 1), "add");
     }
 
     double residual() const
     {
-        return static_cast<double>(Formats<T>::score(kq::Api<T>::least_squares_residual(&handle_)));
+        return static_cast<double>(Formats<T>::score(Api::least_squares_residual(&handle_)));
     }
 
   private:
-    kq_status begin(FilterOwner<T> &filter, double lambda);
-    kq_status take(const Vector<double> &h, typename kq::Api<T>::Word z, double r);
+    auto coefficients(const Matrix<double> &row) const
+    {
+        if constexpr (std::is_same_v<T, Q31>) return prepared(row, measured_, states_);
+        else return flattened<T>(row);
+    }
+
+    typename Api::Coefficient noiseOf(double r) const
+    {
+        typename Api::Coefficient noise = Api::number(r);
+        if constexpr (std::is_same_v<T, Q31>) {
+            kq::require(kq_noise_prepare_diagonal_q31(&noise, &r, 1, measured_.data()),
+                        "noise prepare");
+        }
+        return noise;
+    }
 
     const Formats<T> &states_, &measured_;
-    typename kq::Api<T>::LeastSquares handle_{};
+    typename Api::LeastSquares handle_{};
 };
-
-template <> kq_status Fit<float>::begin(FilterOwner<float> &filter, double lambda)
-{
-    return kq_least_squares_init_f32(&handle_, filter.get(), static_cast<float>(lambda));
-}
-template <> kq_status Fit<double>::begin(FilterOwner<double> &filter, double lambda)
-{
-    return kq_least_squares_init_f64(&handle_, filter.get(), lambda);
-}
-template <> kq_status Fit<Q31>::begin(FilterOwner<Q31> &filter, double lambda)
-{
-    return kq_least_squares_init_q31(&handle_, filter.get(), kq::Api<Q31>::number(lambda),
-                                     measured_.data());
-}
-template <> kq_status Fit<float>::take(const Vector<double> &h, float z, double r)
-{
-    const float noise = static_cast<float>(r);
-    return kq_least_squares_add_f32(&handle_, flattened<float>(h).data(), &z, &noise, 1);
-}
-template <> kq_status Fit<double>::take(const Vector<double> &h, double z, double r)
-{
-    return kq_least_squares_add_f64(&handle_, h.data(), &z, &r, 1);
-}
-template <> kq_status Fit<Q31>::take(const Vector<double> &h, std::int32_t z, double r)
-{
-    kq_scaled_q31 noise;
-    const kq_status prepared_r = kq_noise_prepare_diagonal_q31(&noise, &r, 1, measured_.data());
-    if (prepared_r != KQ_OK) return prepared_r;
-    const Matrix<double> row = h.transpose();
-    return kq_least_squares_add_q31(&handle_, prepared(row, measured_, states_).data(), &z, &noise, 1);
-}
 
 // ------------------------------------------------------------------ the normal equations
 
@@ -163,16 +158,10 @@ Data someData(Random &random, int n, int count)
 template <class T>
 void compare(Figures &figures, const Belief<Quad> &expected, const Belief<Wide<T>> &actual)
 {
-    const Vector<Quad> sigma = scale(expected.covariance);
-    for (Index i = 0; i < sigma.size(); ++i) {
-        const Quad miss = Quad::of(static_cast<__float128>(actual.mean(i))) - expected.mean(i);
-        figures.add("mean", std::abs(static_cast<double>(miss / sigma(i))));
-        for (Index j = 0; j < sigma.size(); ++j) {
-            const Quad P = Quad::of(static_cast<__float128>(actual.covariance(i, j)));
-            const Quad off = (P - expected.covariance(i, j)) / (sigma(i) * sigma(j));
-            figures.add("P", std::abs(static_cast<double>(off)));
-        }
-    }
+    Worst worst;
+    worst.add(actual, expected);
+    figures.add("mean", worst.x);
+    figures.add("P", worst.P);
 }
 
 template <class T> Bounds goals();

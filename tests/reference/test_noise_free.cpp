@@ -42,6 +42,12 @@ struct Case {
     bool sharp = true; // the library can tell what is redundant, and has to say so
 };
 
+/// What a step sees, and which of that says something
+struct Seen {
+    std::vector<Reading> readings;
+    std::vector<bool> taken;
+};
+
 // ------------------------------------------------------------------ building sequences
 
 Sequence model(std::string name, const Matrix<double> &A, const Matrix<double> &F,
@@ -81,10 +87,7 @@ class Truth
         return onGrid((h * x_)(0) + sigma * random_.normal());
     }
 
-    void advance()
-    {
-        x_ = process_.A * x_ + process_.F * randomMatrix(random_, process_.F.cols(), 1);
-    }
+    void advance() { x_ = process_.A * x_ + process_.F * normals(random_, process_.F.cols(), 1); }
 
   private:
     ProcessModel process_;
@@ -97,10 +100,16 @@ Reading reading(std::size_t sensor, const Vector<double> &z)
     return {sensor, z, (1U << z.size()) - 1};
 }
 
-void addStep(Case &data, const std::vector<Reading> &readings, const std::vector<bool> &taken)
+/// A run of a case whose sensors are there: `look`(truth, step) answers what is seen.
+template <class Look> Case measured(Case data, Truth truth, int steps, const Look &look)
 {
-    data.sequence.steps.push_back({readings, 0, Vector<double>()});
-    data.taken.push_back(taken);
+    for (int t = 0; t < steps; ++t) {
+        const Seen seen = look(truth, t);
+        data.sequence.steps.push_back({seen.readings, 0, Vector<double>()});
+        data.taken.push_back(seen.taken);
+        truth.advance();
+    }
+    return data;
 }
 
 /// Position and velocity, each with a noise of its own.
@@ -123,23 +132,16 @@ Sequence acceleratedTarget(const std::string &name)
 
 Case arma(double missing, std::uint64_t seed)
 {
-    Case data;
-    data.sequence =
-        model(missing > 0 ? "ARMA(2,1), gaps" : "ARMA(2,1)", rows({{1.25, 1}, {-0.5, 0}}),
-              rows({{1}, {0.375}}), column({0, 0}), rows({{8, 0}, {0, 2}}));
+    Case data{model(missing > 0 ? "ARMA(2,1), gaps" : "ARMA(2,1)", rows({{1.25, 1}, {-0.5, 0}}),
+                    rows({{1}, {0.375}}), column({0, 0}), rows({{8, 0}, {0, 2}})),
+              {}};
     const Matrix<double> h = unitRow(2, 0);
     const std::size_t sensor = addSensor(data.sequence, h, noNoise(1));
-    Truth truth(data.sequence, column({1, 1}), seed);
     Random random(seed + 1);
-    for (int t = 0; t < 200; ++t) {
-        if (random.chance(missing)) {
-            addStep(data, {}, {});
-        } else {
-            addStep(data, {reading(sensor, column({truth.see(h)}))}, {true});
-        }
-        truth.advance();
-    }
-    return data;
+    return measured(data, Truth(data.sequence, column({1, 1}), seed), 200, [&](Truth &truth, int) {
+        if (random.chance(missing)) return Seen{};
+        return Seen{{reading(sensor, column({truth.see(h)}))}, {true}};
+    });
 }
 
 // ------------------------------------------------------------------ redundant at one instant
@@ -147,21 +149,16 @@ Case arma(double missing, std::uint64_t seed)
 /// The same row twice, in one call or in two.
 Case twins(Sequence sequence, bool separate, std::uint64_t seed)
 {
-    Case data;
     sequence.name += separate ? ", in two calls" : ", in one call";
-    data.sequence = std::move(sequence);
-    const Matrix<double> h = unitRow(data.sequence.states(), 0);
-    const std::size_t one = addSensor(data.sequence, h, noNoise(1));
-    const std::size_t two = addSensor(data.sequence, h.chooseRows({0, 0}), noNoise(2));
-    Truth truth(data.sequence, data.sequence.x0, seed);
-    for (int t = 0; t < 60; ++t) {
+    const Matrix<double> h = unitRow(sequence.states(), 0);
+    const std::size_t one = addSensor(sequence, h, noNoise(1));
+    const std::size_t two = addSensor(sequence, h.chooseRows({0, 0}), noNoise(2));
+    return measured({sequence, {}}, Truth(sequence, sequence.x0, seed), 60, [&](Truth &truth, int) {
         const double z = truth.see(h);
         const Reading single = reading(one, column({z})), both = reading(two, column({z, z}));
-        addStep(data, separate ? std::vector<Reading>{single, single} : std::vector<Reading>{both},
-                {true, false});
-        truth.advance();
-    }
-    return data;
+        return Seen{separate ? std::vector<Reading>{single, single} : std::vector<Reading>{both},
+                    {true, false}};
+    });
 }
 
 Sequence level(const std::string &name)
@@ -172,21 +169,18 @@ Sequence level(const std::string &name)
 /// An exact sensor and a noisy one that see the same; the noisy one says nothing, or nothing new.
 Case exactAndNoisyTwin(bool exactFirst, std::uint64_t seed)
 {
-    Case data;
-    data.sequence = movingTarget(exactFirst ? "exact sensor, then its noisy twin"
-                                            : "noisy sensor, then its exact twin");
+    Sequence sequence = movingTarget(exactFirst ? "exact sensor, then its noisy twin"
+                                                : "noisy sensor, then its exact twin");
     const Matrix<double> h = unitRow(2, 0);
-    const std::size_t noisy = addSensor(data.sequence, h, column({0.25}));
-    const std::size_t sure = addSensor(data.sequence, h, noNoise(1));
-    Truth truth(data.sequence, column({10, -3}), seed);
-    for (int t = 0; t < 60; ++t) {
-        const Reading a = reading(sure, column({truth.see(h)}));
-        const Reading b = reading(noisy, column({truth.seeWithNoise(h, 0.5)}));
-        addStep(data, exactFirst ? std::vector<Reading>{a, b} : std::vector<Reading>{b, a},
-                {true, true});
-        truth.advance();
-    }
-    return data;
+    const std::size_t noisy = addSensor(sequence, h, column({0.25}));
+    const std::size_t sure = addSensor(sequence, h, noNoise(1));
+    return measured(
+        {sequence, {}}, Truth(sequence, column({10, -3}), seed), 60, [&](Truth &truth, int) {
+            const Reading a = reading(sure, column({truth.see(h)}));
+            const Reading b = reading(noisy, column({truth.seeWithNoise(h, 0.5)}));
+            return Seen{exactFirst ? std::vector<Reading>{a, b} : std::vector<Reading>{b, a},
+                        {true, true}};
+        });
 }
 
 /// Three dense rows of which one is the sum of the others; `order` says which comes when.  With two
@@ -195,89 +189,77 @@ Case exactAndNoisyTwin(bool exactFirst, std::uint64_t seed)
 Case sums(const std::vector<Index> &order, bool separate, Index noises, std::uint64_t seed)
 {
     Random random(seed + 2);
-    const Matrix<double> N = randomMatrix(random, 4, 4);
-    const Matrix<double> A =
-        0.9 * orthogonalFactor(N);
-    Case data;
-    data.sequence =
+    const Matrix<double> A = 0.9 * orthogonalFactor(normals(random, 4, 4));
+    Sequence sequence =
         model(std::string("h3 = h1 + h2, ") + (order[0] == 2 ? "h3 first, " : "") +
                   (separate ? "in three calls" : "in one call") + (noises < 4 ? ", 2 noises" : ""),
-              A, randomMatrix(random, 4, noises), noNoise(4), 16 * identity(4));
+              A, normals(random, 4, noises), noNoise(4), 16 * identity(4));
     Matrix<double> H = rows({{1.5, -0.25, 0.75, 2}, {-0.5, 1.25, 3, -1.75}, {0, 0, 0, 0}});
     H.row(2) = H.row(0) + H.row(1);
     const Matrix<double> ordered = H.chooseRows(order);
-    for (Index k = 0; k < 3; ++k) addSensor(data.sequence, ordered.row(k), noNoise(1));
-    const std::size_t all = addSensor(data.sequence, ordered, noNoise(3));
-    Truth truth(data.sequence, column({3, -5, 2, 1}), seed);
-    for (int t = 0; t < 60; ++t) {
-        Vector<double> z = column({truth.see(H.row(0)), truth.see(H.row(1)), 0});
-        z(2) = z(0) + z(1);
-        const Vector<double> seen = z.chooseRows(order);
-        std::vector<Reading> readings{reading(all, seen)};
-        if (separate) {
-            readings.clear();
-            for (std::size_t k = 0; k < 3; ++k) {
-                readings.push_back(reading(k, seen.segment(static_cast<Index>(k), 1)));
-            }
-        }
-        addStep(data, readings, {true, true, false});
-        truth.advance();
-    }
-    return data;
+    for (Index k = 0; k < 3; ++k) addSensor(sequence, ordered.row(k), noNoise(1));
+    const std::size_t all = addSensor(sequence, ordered, noNoise(3));
+    return measured({sequence, {}}, Truth(sequence, column({3, -5, 2, 1}), seed), 60,
+                    [&](Truth &truth, int) {
+                        Vector<double> z = column({truth.see(H.row(0)), truth.see(H.row(1)), 0});
+                        z(2) = z(0) + z(1);
+                        const Vector<double> seen = z.chooseRows(order);
+                        std::vector<Reading> readings;
+                        if (!separate) readings.push_back(reading(all, seen));
+                        for (std::size_t k = 0; k < 3 && separate; ++k) {
+                            readings.push_back(reading(k, seen.segment(static_cast<Index>(k), 1)));
+                        }
+                        return Seen{readings, {true, true, false}};
+                    });
 }
 
 // ------------------------------------------------------------------ known already
 
+/// One exact sensor of h; `isTaken`(step): whether it says something
+template <class IsTaken>
+Case exactSensor(Sequence sequence, const Matrix<double> &h, bool sharp, Vector<double> start,
+                 int steps, std::uint64_t seed, const IsTaken &isTaken)
+{
+    const std::size_t sensor = addSensor(sequence, h, noNoise(1));
+    return measured({sequence, {}, sharp}, Truth(sequence, std::move(start), seed), steps,
+                    [&](Truth &truth, int t) {
+                        return Seen{{reading(sensor, column({truth.see(h)}))}, {isTaken(t)}};
+                    });
+}
+
 /// P0 = 0: the first measurement has S = 0, later ones do not.
 Case knownStart(std::uint64_t seed)
 {
-    Case data;
-    data.sequence = movingTarget("P0 = 0");
-    data.sequence.P0.setZero();
-    const Matrix<double> h = unitRow(2, 0);
-    const std::size_t sensor = addSensor(data.sequence, h, noNoise(1));
-    Truth truth(data.sequence, data.sequence.x0, seed);
-    for (int t = 0; t < 60; ++t) {
-        addStep(data, {reading(sensor, column({truth.see(h)}))}, {t > 0});
-        truth.advance();
-    }
-    return data;
+    Sequence sequence = movingTarget("P0 = 0");
+    sequence.P0.setZero();
+    return exactSensor(sequence, unitRow(2, 0), true, sequence.x0, 60, seed,
+                       [](int t) { return t > 0; });
 }
 
 /// Nothing is ever uncertain, and nothing is ever taken.
 Case knownForever()
 {
-    Case data;
-    data.sequence = model("P0 = 0 and Q = 0", rows({{1, 0.125}, {0, 1}}), none(2), column({10, -3}),
-                          Matrix<double>::Zero(2, 2));
-    const Matrix<double> h = rows({{1, 0.5}});
-    const std::size_t sensor = addSensor(data.sequence, h, noNoise(1));
-    Truth truth(data.sequence, data.sequence.x0, 0);
-    for (int t = 0; t < 40; ++t) {
-        addStep(data, {reading(sensor, column({truth.see(h)}))}, {false});
-        truth.advance();
-    }
-    return data;
+    const Sequence sequence = model("P0 = 0 and Q = 0", rows({{1, 0.125}, {0, 1}}), none(2),
+                                    column({10, -3}), Matrix<double>::Zero(2, 2));
+    return exactSensor(sequence, rows({{1, 0.5}}), true, sequence.x0, 40, 0,
+                       [](int) { return false; });
 }
 
 /// A sensor that sees nothing, beside one that does.
 Case blindSensor(bool separate, std::uint64_t seed)
 {
-    Case data;
-    data.sequence = movingTarget(separate ? "H = 0, in two calls" : "H = 0, in one call");
+    Sequence sequence = movingTarget(separate ? "H = 0, in two calls" : "H = 0, in one call");
     const Matrix<double> h = unitRow(2, 0), blind = Matrix<double>::Zero(1, 2);
-    const std::size_t dark = addSensor(data.sequence, blind, noNoise(1));
-    const std::size_t light = addSensor(data.sequence, h, column({0.25}));
-    const std::size_t both = addSensor(data.sequence, rows({{0, 0}, {1, 0}}), column({0, 0.25}));
-    Truth truth(data.sequence, column({11, -1}), seed);
-    for (int t = 0; t < 60; ++t) {
-        const double z = truth.seeWithNoise(h, 0.5);
-        const std::vector<Reading> two{reading(dark, column({0})), reading(light, column({z}))};
-        const std::vector<Reading> one{reading(both, column({0, z}))};
-        addStep(data, separate ? two : one, {false, true});
-        truth.advance();
-    }
-    return data;
+    const std::size_t dark = addSensor(sequence, blind, noNoise(1));
+    const std::size_t light = addSensor(sequence, h, column({0.25}));
+    const std::size_t both = addSensor(sequence, rows({{0, 0}, {1, 0}}), column({0, 0.25}));
+    return measured(
+        {sequence, {}}, Truth(sequence, column({11, -1}), seed), 60, [&](Truth &truth, int) {
+            const double z = truth.seeWithNoise(h, 0.5);
+            const std::vector<Reading> two{reading(dark, column({0})), reading(light, column({z}))};
+            const std::vector<Reading> one{reading(both, column({0, z}))};
+            return Seen{separate ? two : one, {false, true}};
+        });
 }
 
 /// A constant state of which some combinations are measured, over and over; `noisy` adds another
@@ -285,60 +267,41 @@ Case blindSensor(bool separate, std::uint64_t seed)
 Case constantState(const std::string &name, const Matrix<double> &H, bool noisy, bool sharp,
                    std::uint64_t seed)
 {
-    Case data;
-    data.sharp = sharp;
-    data.sequence = model(name, identity(3), none(3), column({100, 0, -50}),
-                          rows({{4, 1, 0}, {1, 9, -2}, {0, -2, 25}}));
-    for (Index k = 0; k < H.rows(); ++k) addSensor(data.sequence, H.row(k), noNoise(1));
+    Sequence sequence = model(name, identity(3), none(3), column({100, 0, -50}),
+                              rows({{4, 1, 0}, {1, 9, -2}, {0, -2, 25}}));
+    for (Index k = 0; k < H.rows(); ++k) addSensor(sequence, H.row(k), noNoise(1));
     const Matrix<double> extra = rows({{1, 1, -0.5}});
-    const std::size_t extraSensor = addSensor(data.sequence, extra, column({0.25}));
-    Truth truth(data.sequence, column({101.5, -2.25, -46.75}), seed);
-    for (Index t = 0; t < 40; ++t) {
+    const std::size_t extraSensor = addSensor(sequence, extra, column({0.25}));
+    Truth start(sequence, column({101.5, -2.25, -46.75}), seed);
+    return measured({sequence, {}, sharp}, start, 40, [&](Truth &truth, int t) {
         const Index k = t % H.rows();
-        const double z = truth.see(H.row(k));
-        std::vector<Reading> readings{reading(static_cast<std::size_t>(k), column({z}))};
-        std::vector<bool> taken{t < std::min<Index>(H.rows(), 3)};
+        Seen seen{{reading(static_cast<std::size_t>(k), column({truth.see(H.row(k))}))},
+                  {t < std::min<Index>(H.rows(), 3)}};
         if (noisy) {
-            readings.push_back(reading(extraSensor, column({truth.seeWithNoise(extra, 0.5)})));
-            taken.push_back(true);
+            seen.readings.push_back(reading(extraSensor, column({truth.seeWithNoise(extra, 0.5)})));
+            seen.taken.push_back(true);
         }
-        addStep(data, readings, taken);
-    }
-    return data;
+        return seen;
+    });
 }
 
 /// A straight line: two exact points say all.
 Case straightLineOfPoints(std::uint64_t seed)
 {
-    Case data;
-    data.sharp = false;
-    data.sequence = model("straight line, exact points", rows({{1, 0.125}, {0, 1}}), none(2),
-                          column({0, 0}), rows({{100, 0}, {0, 4}}));
-    const Matrix<double> h = unitRow(2, 0);
-    const std::size_t sensor = addSensor(data.sequence, h, noNoise(1));
-    Truth truth(data.sequence, column({12.5, -1.75}), seed);
-    for (int t = 0; t < 40; ++t) {
-        addStep(data, {reading(sensor, column({truth.see(h)}))}, {t < 2});
-        truth.advance();
-    }
-    return data;
+    const Sequence sequence = model("straight line, exact points", rows({{1, 0.125}, {0, 1}}),
+                                    none(2), column({0, 0}), rows({{100, 0}, {0, 4}}));
+    return exactSensor(sequence, unitRow(2, 0), false, column({12.5, -1.75}), 40, seed,
+                       [](int t) { return t < 2; });
 }
 
 /// P0 of rank one: the first exact measurement says all.
 Case singularPrior(std::uint64_t seed)
 {
-    Case data;
-    data.sharp = false;
     const Vector<double> v = column({2, -1, 0.5});
-    data.sequence =
+    const Sequence sequence =
         model("P0 of rank 1", identity(3), none(3), column({1, 2, 3}), v * v.transpose());
-    const Matrix<double> h = rows({{1, 0.5, 2}});
-    const std::size_t sensor = addSensor(data.sequence, h, noNoise(1));
-    const Truth truth(data.sequence, data.sequence.x0 + 1.5 * v, seed);
-    for (int t = 0; t < 40; ++t) {
-        addStep(data, {reading(sensor, column({truth.see(h)}))}, {t == 0});
-    }
-    return data;
+    return exactSensor(sequence, rows({{1, 0.5, 2}}), false, sequence.x0 + 1.5 * v, 40, seed,
+                       [](int t) { return t == 0; });
 }
 
 std::vector<Case> cases(std::uint64_t seed)
@@ -375,9 +338,8 @@ std::vector<Case> cases(std::uint64_t seed)
 
 // ------------------------------------------------------------------ errors
 
-struct Figures {
-    double x = 0, P = 0, smoothedX = 0, smoothedP = 0;
-    bool sound = true;       // no NaN, no variance below 0
+struct Figures : Soundness {
+    Worst filtered, smoothed;
     bool rankIsRight = true; // as many taken in every step as there should be
     unsigned events = 0;
 };
@@ -387,12 +349,6 @@ template <class T> Vector<Quad> units(const Matrix<Quad> &P, const Matrix<Quad> 
     constexpr double floor = 16 * static_cast<double>(std::numeric_limits<T>::epsilon());
     const Vector<Quad> sigma = sigmas(P, unmeasured, floor);
     return positiveOr(sigma, Quad(knownUnit));
-}
-
-bool isSound(const Belief<double> &belief)
-{
-    return belief.mean.allFinite() && belief.covariance.allFinite() &&
-           belief.covariance.diagonal().minCoeff() >= 0;
 }
 
 template <class T>
@@ -407,10 +363,8 @@ void compareFiltered(Figures &figures, LibraryRun<T> &run, const Case &data,
         figures.rankIsRight = figures.rankIsRight && taken == static_cast<int>(expected);
         const Belief<double> mine = run.belief();
         const Belief<Quad> &exact = reference.track()[t].filtered;
-        const Vector<Quad> unit = units<T>(exact.covariance, reference.unmeasured()[t]);
-        figures.x = std::max(figures.x, meanError(mine.mean, exact.mean, unit));
-        figures.P = std::max(figures.P, covarianceError(mine.covariance, exact.covariance, unit));
-        figures.sound = figures.sound && isSound(mine);
+        figures.filtered.add(mine, exact, units<T>(exact.covariance, reference.unmeasured()[t]));
+        figures.inspect(mine);
         if (t + 1 < steps.size()) run.predict(steps[t]);
     }
 }
@@ -423,11 +377,8 @@ void compareSmoothed(Figures &figures, LibraryRun<T> &run, const BrysonFrazier &
     for (std::size_t t = 0; t < past.size(); ++t) {
         const Belief<double> &mine = past[t].belief;
         const Belief<Quad> &exact = exactPast[t].belief;
-        const Vector<Quad> unit = units<T>(exact.covariance, reference.unmeasured()[t]);
-        figures.smoothedX = std::max(figures.smoothedX, meanError(mine.mean, exact.mean, unit));
-        figures.smoothedP =
-            std::max(figures.smoothedP, covarianceError(mine.covariance, exact.covariance, unit));
-        figures.sound = figures.sound && isSound(mine);
+        figures.smoothed.add(mine, exact, units<T>(exact.covariance, reference.unmeasured()[t]));
+        figures.inspect(mine);
     }
 }
 
@@ -461,10 +412,10 @@ void check(Verdict &verdict, const Case &data, const Figures &figures, const std
            double goal, double limit)
 {
     verdict.expect(figures.sound, name + ": a NaN or a negative variance");
-    verdict.expectGoal(figures.x, goal, limit, name + ": filtered x");
-    verdict.expectAtMost(figures.P, goal, name + ": filtered P");
-    verdict.expectGoal(figures.smoothedX, goal, limit, name + ": smoothed x");
-    verdict.expectAtMost(figures.smoothedP, goal, name + ": smoothed P");
+    verdict.expectGoal(figures.filtered.x, goal, limit, name + ": filtered x");
+    verdict.expectAtMost(figures.filtered.P, goal, name + ": filtered P");
+    verdict.expectGoal(figures.smoothed.x, goal, limit, name + ": smoothed x");
+    verdict.expectAtMost(figures.smoothed.P, goal, name + ": smoothed P");
     verdict.expect((figures.events & ~unsigned{KQ_EVENT_REDUNDANT}) == 0, name + ": a wrong event");
     if (!data.sharp) return;
     const bool floor = (figures.events & KQ_EVENT_REDUNDANT) != 0;
@@ -478,8 +429,8 @@ void testCase(Verdict &verdict, const Case &data)
     const Figures f32 = runLibrary<float>(data, reference);
     const Figures f64 = runLibrary<double>(data, reference);
     std::printf("%-38s %7.1e %7.1e  %7.1e %7.1e   %7.1e %7.1e  %7.1e %7.1e\n",
-                data.sequence.name.c_str(), f32.x, f32.P, f32.smoothedX, f32.smoothedP, f64.x,
-                f64.P, f64.smoothedX, f64.smoothedP);
+                data.sequence.name.c_str(), f32.filtered.x, f32.filtered.P, f32.smoothed.x,
+                f32.smoothed.P, f64.filtered.x, f64.filtered.P, f64.smoothed.x, f64.smoothed.P);
     check(verdict, data, f32, data.sequence.name + ", f32", floatGoal,
           isLimitedByFloat(data) ? floatLimit : 0);
     check(verdict, data, f64, data.sequence.name + ", f64", doubleGoal, 0);

@@ -18,24 +18,41 @@ from shared_library import Library
 
 
 class Run:
-    """The library's run of a model"""
+    """The library's run of a model; Words (test_nonlinear_q31.py) has its numbers in fixed point"""
 
     def __init__(self, library, model):
         self.k, self.model, self.n, self.m = library, model, len(model.x0), len(model.R)
         k, n = library, self.n
         k.kept = []
-        self.process, self.sensor = k.made("process", n, 0), k.made("sensor", n, self.m)
         self.filter, self.view = k.made("filter", n), np.zeros(512, dtype=np.uint8)
-        k.call("process_init", self.process, k.numbers(np.eye(n)), None, k.numbers(model.Q))
-        k.call("sensor_init_extended", self.sensor, k.numbers(np.zeros((self.m, n))), k.numbers(model.R))
-        k.call("filter_init", self.filter, k.numbers(model.x0), k.numbers(model.P0))
-        self.tape = k.made("history", n, words=400 * model.steps + 4000)
+        self.make_model()
+        self.tape = k.made("history", n, words=600 * model.steps + 9000)
         self.jacobians, processes = np.zeros(256, dtype=np.uint8), np.zeros(200 * model.steps, dtype=np.uint8)
         words = np.zeros(n * n * 2 * model.steps + 1000, dtype=k.type)
         k.kept += [processes, words]
         k.call("jacobians_assign", self.jacobians, self.tape, n, processes, model.steps, words, len(words))
         k.call("attach", self.filter, self.jacobians)  # `attached` comes first
         self.work = np.zeros(4096, dtype=k.type)
+
+    def make_model(self):
+        """Process, sensor and the start of the filter"""
+        k, n, model = self.k, self.n, self.model
+        self.process, self.sensor = k.made("process", n, 0), k.made("sensor", n, self.m)
+        k.call("process_init", self.process, k.numbers(np.eye(n)), None, k.numbers(model.Q))
+        k.call("sensor_init_extended", self.sensor, k.numbers(np.zeros((self.m, n))), k.numbers(model.R))
+        k.call("filter_init", self.filter, k.numbers(model.x0), k.numbers(model.P0))
+
+    def change_process(self, A):
+        self.k.call("process_change_transition", self.process, self.k.numbers(A))
+
+    def change_sensor(self, H):
+        self.k.call("sensor_change_measurement", self.sensor, self.k.numbers(H))
+
+    def increment(self, d):
+        return self.k.numbers(d)
+
+    def innovation(self, e):
+        return self.k.numbers(e)
 
     def mean(self, of=None):
         of = self.filter if of is None else of
@@ -50,13 +67,12 @@ class Run:
         k, model = self.k, self.model
         if t:
             x = self.mean()
-            A = jacobian(lambda y: model.increment(y, t - 1), x) + np.eye(self.n)
-            k.call("process_change_transition", self.process, k.numbers(A))
-            k.call("predict_extended", self.filter, self.process, k.numbers(model.increment(x, t - 1)))
+            self.change_process(jacobian(lambda y: model.increment(y, t - 1), x) + np.eye(self.n))
+            k.call("predict_extended", self.filter, self.process, self.increment(model.increment(x, t - 1)))
         if model.measures(t):
             x = self.mean()
-            k.call("sensor_change_measurement", self.sensor, k.numbers(jacobian(lambda y: model.h(y, t), x)))
-            k.call("update", self.filter, self.sensor, k.numbers(wrapped(model, z - np.real(model.h(x, t)))))
+            self.change_sensor(jacobian(lambda y: model.h(y, t), x))
+            k.call("update", self.filter, self.sensor, self.innovation(wrapped(model, z - np.real(model.h(x, t)))))
 
     def step_points(self, z, t):
         k, model, n = self.k, self.model, self.n
@@ -268,11 +284,11 @@ def attitude_of_library(path, arithmetic, gyro, z):
     found = []
 
     def predict(A):
-        k.call("process_change_transition", ours.process, k.numbers(A))
+        ours.change_process(A)
         k.call("predict_extended", ours.filter, ours.process, k.numbers(np.zeros(6)))
 
     def update(H, e):
-        k.call("sensor_change_measurement", ours.sensor, k.numbers(H))
+        ours.change_sensor(H)
         k.call("update", ours.filter, ours.sensor, k.numbers(e))
         error = ours.mean()
         found.append((error, ours.covariance("covariance", ours.filter)))

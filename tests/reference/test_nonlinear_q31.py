@@ -13,9 +13,10 @@ import sys
 
 import numpy as np
 
-from nonlinear_models import (Battery, CoordinatedTurn, FallingBody, GpsImu, RangeBearing, jacobian,
-                              linearise_extended, run, wrapped)
-from test_nonlinear import off
+from nonlinear_models import (Battery, CoordinatedTurn, FallingBody, GpsImu, RangeBearing,
+                              linearise_extended, run)
+from shared_library import Library
+from test_nonlinear import Run, off
 
 POINTER, INT = ctypes.c_void_p, ctypes.c_int32
 FRACTION_BEST = 1000  # KQ_FRACTION_BEST_Q31
@@ -35,106 +36,73 @@ class PriorTable(ctypes.Structure):
     _fields_ = [("states", INT), ("state_format", POINTER), ("mean", POINTER), ("root", POINTER)]
 
 
-class Words:
+def doubles(a):
+    return np.ascontiguousarray(a, dtype=np.float64)
+
+
+def formats(library, ranges):
+    made = library.words(2 * len(ranges))
+    for k, most in enumerate(ranges):
+        library.call("format_prepare", made[2 * k:], FRACTION_BEST, ctypes.c_double(most), None)
+    return made
+
+
+def rounded(x, formats):
+    """Words; an increment has no declared range."""
+    return np.round(np.ldexp(np.real(x), formats[1::2])).astype(np.int32)
+
+
+class Words(Run):
     """A run of a model in q31: the ranges of the states and of the innovations are given."""
 
     def __init__(self, path, model, state_range, innovation_range):
-        self.all, self.model, self.n, self.m = ctypes.CDLL(path), model, len(model.x0), len(model.R)
-        self.state, self.seen = self.formats(state_range), self.formats(innovation_range)
-        n, m = self.n, self.m
-        noise, root = self.words(2 * m * (m + 1)), self.words(n * (n + 3))
-        self.call("root_prepare", root, self.doubles(model.Q), n, self.state)
-        self.call("noise_prepare", noise, self.doubles(model.R), m, self.seen)
-        self.A, self.H = self.matrix(np.eye(n), self.state, self.state), self.words(2 * m * n)
-        self.kept = [root, noise, ProcessTable(n, 0, *map(self.at, (self.state, None, self.A, None, root))),
-                     SensorTable(n, m, 1, *map(self.at, (self.state, self.seen, self.H, noise)))]
-        self.process, self.sensor, self.filter = (np.zeros(512, dtype=np.uint8) for _ in range(3))
-        self.call("process_init", self.process, ctypes.byref(self.kept[2]), None)
-        self.call("sensor_init_extended", self.sensor, ctypes.byref(self.kept[3]), None)
-        self.begin()
+        library = Library(path, "q31")
+        self.state, self.seen = (formats(library, ranges) for ranges in (state_range, innovation_range))
+        super().__init__(library, model)
 
-    def begin(self):
-        n, steps = self.n, self.model.steps
-        mean, root = self.words(n), self.words(n * (n + 3))
-        self.call("vector_prepare", mean, self.doubles(self.model.x0), n, self.state, None)
-        self.call("root_prepare", root, self.doubles(self.model.P0), n, self.state)
-        prior, memory = PriorTable(n, *map(self.at, (self.state, mean, root))), self.words(1000)
-        self.call("filter_assign", self.filter, n, memory, 1000)
-        self.call("filter_init", self.filter, ctypes.byref(prior), None)
-        self.tape, tape = np.zeros(256, dtype=np.uint8), self.words(600 * steps + 9000)
-        self.call("history_assign", self.tape, n, tape, len(tape))
-        self.jacobians, processes = np.zeros(256, dtype=np.uint8), np.zeros(256 * steps, dtype=np.uint8)
-        room = self.words(2 * n * n * steps + 1000)
-        self.call("jacobians_assign", self.jacobians, self.tape, n, processes, steps, room, len(room))
-        self.call("attach", self.filter, self.jacobians)  # `attached` comes first
-        self.kept += [memory, tape, processes, room]
+    def make_model(self):
+        k, n, m, model = self.k, self.n, self.m, self.model
+        root, noise, start = k.words(n * (n + 3)), k.words(2 * m * (m + 1)), k.words(n * (n + 3))
+        k.call("root_prepare", root, doubles(model.Q), n, self.state)
+        k.call("noise_prepare", noise, doubles(model.R), m, self.seen)
+        k.call("root_prepare", start, doubles(model.P0), n, self.state)
+        self.A, self.H, mean = self.matrix(np.eye(n), self.state), k.words(2 * m * n), self.increment(model.x0)
+        tables = (ProcessTable(n, 0, *map(k.argument, (self.state, None, self.A, None, root))),
+                  SensorTable(n, m, 1, *map(k.argument, (self.state, self.seen, self.H, noise))),
+                  PriorTable(n, *map(k.argument, (self.state, mean, start))))
+        self.process, self.sensor = (np.zeros(512, dtype=np.uint8) for _ in range(2))
+        names = ("process_init", "sensor_init_extended", "filter_init")
+        for name, item, table in zip(names, (self.process, self.sensor, self.filter), tables):
+            k.call(name, item, ctypes.byref(table), None)
+        k.kept += tables
 
-    def call(self, name, *arguments):
-        arguments = [self.at(a) if isinstance(a, np.ndarray) else ctypes.c_size_t(a) if isinstance(a, int) else a
-                     for a in arguments]
-        status = getattr(self.all, f"kq_{name}_q31")(*arguments)
-        if status:
-            raise SystemExit(f"kq_{name}_q31 answers {status}")
-
-    def at(self, a):
-        return None if a is None else a.ctypes.data_as(POINTER)
-
-    def words(self, count):
-        return np.zeros(count, dtype=np.int32)
-
-    def doubles(self, a):
-        self.last = np.ascontiguousarray(np.real(a), dtype=np.float64)
-        return self.last
-
-    def formats(self, ranges):
-        formats = self.words(2 * len(ranges))
-        for k, most in enumerate(ranges):
-            self.call("format_prepare", formats[2 * k:], FRACTION_BEST, ctypes.c_double(most), None)
-        return formats
-
-    def matrix(self, M, rows, columns):
-        table = self.words(2 * M.size)
-        self.call("matrix_prepare", table, self.doubles(M), M.shape[0], M.shape[1], rows, columns)
+    def matrix(self, M, rows):
+        """The table of what makes `rows` of states"""
+        table = self.k.words(2 * M.size)
+        self.k.call("matrix_prepare", table, doubles(M), M.shape[0], M.shape[1], rows, self.state)
         return table
 
-    def vector(self, x, formats):
-        """Words, rounded; an increment has no declared range"""
-        return np.round(np.ldexp(np.real(x), formats[1::2])).astype(np.int32)
+    def change_process(self, A):
+        self.A = self.matrix(A, self.state)
+        self.k.call("process_change_jacobian", self.process, self.A, None)
 
-    def values(self, name, *at):
-        function = getattr(self.all, f"kq_{name}_q31")
-        return np.array([function(*at, i) for i in range(self.n)])
+    def change_sensor(self, H):
+        self.H = self.matrix(H, self.seen)
+        self.k.call("sensor_change_measurement", self.sensor, self.H, None)
 
-    def mean(self, name, item, *at):
-        words = self.values(name, self.at(item), *at) + np.ldexp(self.values(name + "_low", self.at(item), *at), -24)
+    def increment(self, d):
+        return rounded(d, self.state)
+
+    def innovation(self, e):
+        return rounded(e, self.seen)
+
+    def mean(self, of=None):
+        of = self.filter if of is None else of
+        words = [self.k.read("mean", of, i) + np.ldexp(self.k.read("mean_low", of, i), -24) for i in range(self.n)]
         return np.ldexp(words, -self.state[1::2])
 
-    def step(self, z, t):
-        model, x = self.model, self.mean("mean", self.filter)
-        if t:
-            A = jacobian(lambda y: model.increment(y, t - 1), x) + np.eye(self.n)
-            self.A = self.matrix(A, self.state, self.state)
-            self.call("process_change_jacobian", self.process, self.A, None)
-            self.call("predict_extended", self.filter, self.process, self.vector(model.increment(x, t - 1), self.state))
-            x = self.mean("mean", self.filter)
-        if model.measures(t):
-            self.H = self.matrix(jacobian(lambda y: model.h(y, t), x), self.seen, self.state)
-            self.call("sensor_change_measurement", self.sensor, self.H, None)
-            e = self.vector(wrapped(model, z - np.real(model.h(x, t))), self.seen)
-            self.call("update", self.filter, self.sensor, e)
-
-    def run(self, z):
-        filtered = []
-        for t in range(self.model.steps):
-            self.step(z[t], t)
-            filtered.append((self.mean("mean", self.filter), None))
-        self.call("smooth", self.tape)
-        return filtered, [(self.smoothed_mean(t), None) for t in range(self.model.steps)]
-
-    def smoothed_mean(self, t):
-        view = np.zeros(256, dtype=np.uint8)
-        self.call("smoothed", self.tape, t, view)
-        return self.mean("mean", view)
+    def covariance(self, name, *at):
+        """Not compared"""
 
 
 # model; ranges of states and of innovations; limit in sigma
@@ -153,7 +121,7 @@ def main():
         model, worst = make(), []
         for seed in range(runs):
             _, z = model.simulate(np.random.default_rng(seed))
-            ours, reference = Words(sys.argv[1], model, states, innovations).run(z), run(model, z, linearise_extended)
+            ours, reference = Words(sys.argv[1], model, states, innovations).run(z, "step_extended"), run(model, z, linearise_extended)
             worst.append([off(a, b) for a, b in zip(ours, reference)])
         median, most = np.median(worst, axis=0), np.max(worst, axis=0)
         good = bool(np.all(median <= limit))

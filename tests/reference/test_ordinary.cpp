@@ -45,23 +45,8 @@ bool isLimitedByRoot(const NumericsModel &model)
     return model.name == "n3 near-singular" || model.name == "n4 m2 R=1e-9 P0=1e6";
 }
 
-struct Figures {
-    double x = 0, P = 0, eigenvalue = 1;
-    bool sound = true; // no NaN, no variance below 0
+struct Figures : Worst, Soundness {
     unsigned events = 0;
-
-    template <class Real> void compare(const Belief<Real> &mine, const Belief<Quad> &exact)
-    {
-        const Vector<Quad> sigma = sigmas(exact.covariance);
-        x = std::max(x, meanError(mine.mean, exact.mean, sigma));
-        P = std::max(P, covarianceError(mine.covariance, exact.covariance, sigma));
-    }
-
-    template <class Real> void inspect(const Belief<Real> &mine, const Vector<Real> &sigma)
-    {
-        eigenvalue = std::min(eigenvalue, smallestEigenvalue(mine.covariance));
-        sound = sound && mine.mean.allFinite() && sigma.allFinite() && sigma.minCoeff() >= 0;
-    }
 };
 
 template <class T>
@@ -72,7 +57,7 @@ Figures runLibrary(const Sequence &sequence, const std::vector<Track<Quad>> &exa
     for (std::size_t t = 0; t < sequence.steps.size(); ++t) {
         run.update(sequence.steps[t]);
         const Belief<Wide<T>> filtered = run.belief();
-        figures.compare(filtered, exact[t].filtered);
+        figures.add(filtered, exact[t].filtered);
         figures.inspect(filtered, run.sigma());
         run.predict(sequence.steps[t]);
         figures.inspect(run.belief(), run.sigma());
@@ -99,7 +84,7 @@ Figures runUd(const Sequence &sequence, const std::vector<Track<Quad>> &exact)
         for (const Reading &reading : sequence.steps[t].readings) {
             update(filter, sequence.sensors[reading.sensor], reading);
         }
-        figures.compare<double>({filter.mean(), filter.covariance()}, exact[t].filtered);
+        figures.add<double>({filter.mean(), filter.covariance()}, exact[t].filtered);
         filter.predict(A, F);
     }
     return figures;

@@ -2,11 +2,9 @@
 // decades sharper than the prior: R = 1e-9 with P0 = 1e6, and R = 1e-4 with P0 = 1e8.  Beside it
 // the textbook filter in float, P - K H P, and the step at which it stops being one.
 
-#include <algorithm>
 #include <cstdint>
 #include <cstdio>
 #include <string>
-#include <vector>
 
 #include "accuracy.hpp"
 #include "library_run.hpp"
@@ -37,23 +35,6 @@ NumericsModel sharpened(NumericsModel model, const Setting &setting)
     model.variances.setConstant(setting.p);
     return model;
 }
-
-/// The largest errors, of all steps and of the second half.
-struct Errors {
-    double x = 0, P = 0, lateX = 0, lateP = 0;
-
-    template <class Real>
-    void compare(const Belief<Real> &mine, const Belief<Quad> &exact, bool late)
-    {
-        const Vector<Quad> sigma = sigmas(exact.covariance);
-        const double mean = meanError(mine.mean, exact.mean, sigma);
-        const double covariance = covarianceError(mine.covariance, exact.covariance, sigma);
-        x = std::max(x, mean);
-        P = std::max(P, covariance);
-        lateX = std::max(lateX, late ? mean : 0);
-        lateP = std::max(lateP, late ? covariance : 0);
-    }
-};
 
 /// The textbook's update, one component after the other: K = P h / s, P <- P - K h'P.
 class Conventional
@@ -106,17 +87,9 @@ int firstIndefiniteStep(const Sequence &sequence)
     return -1;
 }
 
-struct Outcome {
-    Errors errors;
-    double eigenvalue = 1;
-    bool sound = true;
+struct Outcome : Soundness {
+    Worst all, late; // late: of the second half
     unsigned events = 0;
-
-    template <class Real> void inspect(const Belief<Real> &mine, const Vector<Real> &sigma)
-    {
-        eigenvalue = std::min(eigenvalue, smallestEigenvalue(mine.covariance));
-        sound = sound && mine.mean.allFinite() && sigma.allFinite() && sigma.minCoeff() >= 0;
-    }
 };
 
 /// The reference is run beside it: 20,000 covariances need not be kept.
@@ -132,7 +105,8 @@ template <class T> Outcome runLibrary(const Sequence &sequence)
         update(exact, seen.H, seen.R, seen.z);
         run.update(step);
         const Belief<Wide<T>> filtered = run.belief();
-        outcome.errors.compare(filtered, exact, 2 * t >= sequence.steps.size());
+        outcome.all.add(filtered, exact);
+        if (2 * t >= sequence.steps.size()) outcome.late.add(filtered, exact);
         outcome.inspect(filtered, run.sigma());
         predict(exact, model.A[0], model.Q[0], model.drive(step));
         run.predict(step);
@@ -155,11 +129,12 @@ void testArithmetic(Verdict &verdict, const std::string &model, const Sequence &
                     const std::string &textbook)
 {
     const Outcome outcome = runLibrary<T>(sequence);
-    const Errors &errors = outcome.errors;
     const std::string name = model + ", " + kq::Api<T>::name;
-    std::printf("%-42s %8.1e %8.1e   %8.1e %8.1e   %9.1e   %s\n", name.c_str(), errors.x,
-                errors.lateX, errors.P, errors.lateP, outcome.eigenvalue, textbook.c_str());
-    const bool isLost = outcome.events == KQ_EVENT_PRECISION && errors.P > 0.05; /* as the event says */
+    std::printf("%-42s %8.1e %8.1e   %8.1e %8.1e   %9.1e   %s\n", name.c_str(), outcome.all.x,
+                outcome.late.x, outcome.all.P, outcome.late.P, outcome.eigenvalue,
+                textbook.c_str());
+    const bool isLost =
+        outcome.events == KQ_EVENT_PRECISION && outcome.all.P > 0.05; /* as the event says */
     verdict.expect(outcome.sound && (outcome.events == 0 || isLost), name + ": a NaN, a negative sigma or an event");
     verdict.expectAtLeast(outcome.eigenvalue, -eigenvalueRounding<T>(sequence.states()),
                           name + ": smallest eigenvalue of P");

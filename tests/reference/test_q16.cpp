@@ -3,7 +3,6 @@
 //
 // x: max over time of |x - x_ref|_i / sigma_i,  P: max of |P - P_ref|_ij / (sigma_i sigma_j).
 
-#include <algorithm>
 #include <cmath>
 #include <cstdint>
 #include <cstdio>
@@ -75,15 +74,12 @@ struct Narrow {
 
 // ------------------------------------------------------------------ both
 
-struct Figures {
-    double x = 0, P = 0;
+struct Figures : Worst {
     int indefinite = 0; // steps
 
     template <class Real> void compare(const Belief<Real> &mine, const Belief<Quad> &exact)
     {
-        const Vector<Quad> sigma = sigmas(exact.covariance);
-        x = std::max(x, meanError(mine.mean, exact.mean, sigma));
-        P = std::max(P, covarianceError(mine.covariance, exact.covariance, sigma));
+        add(mine, exact);
         indefinite += smallestEigenvalue(mine.covariance.template cast<Quad>(), exact.covariance) < negative;
     }
 };

@@ -57,17 +57,10 @@ constexpr FloatLimit fixedLimits[] = {
     {"n5 line+season", 5e-5, 0}, {"n2 P 1e6 -> 2e-9", 0, 5e-2},
 };
 
-FloatLimit fixedLimit(const std::string &name)
+template <std::size_t count>
+FloatLimit limitOf(const FloatLimit (&limits)[count], const std::string &name)
 {
-    for (const FloatLimit &limit : fixedLimits) {
-        if (name.rfind(limit.model, 0) == 0) return limit;
-    }
-    return {"", 0, 0};
-}
-
-FloatLimit floatLimit(const std::string &name)
-{
-    for (const FloatLimit &limit : floatLimits) {
+    for (const FloatLimit &limit : limits) {
         if (name.rfind(limit.model, 0) == 0) return limit;
     }
     return {"", 0, 0};
@@ -89,19 +82,19 @@ struct Case {
 /// The third state is known from the start and stays as it is.
 NumericsModel knownConstant()
 {
-    NumericsModel model = makeModel(
-        "n3 singular P-", rows({{1, 0.1, 0.005}, {0, 1, 0.1}, {0, 0, 1}}),
-        rows({{0.005}, {0.1}, {0}}), unitRow(3, 0), column({0.01}), column({100, 100, 0}));
+    NumericsModel model =
+        makeModel("n3 singular P-", rows({{1, 0.1, 0.005}, {0, 1, 0.1}, {0, 0, 1}}),
+                  rows({{0.005}, {0.1}, {0}}), unitRow(3, 0), column({0.01}), column({100, 100, 0}),
+                  column({16384, 512, 1}), column({16384}));
     model.x0(2) = 0.5;
-    return withRanges(model, column({16384, 512, 1}), column({16384}));
+    return model;
 }
 
 /// Observed without noise: what is not known decays with the root of the moving average.
 NumericsModel arma()
 {
-    return withRanges(makeModel("n2 ARMA(2,1) R=0", rows({{1.25, 1}, {-0.5, 0}}),
-                                rows({{1}, {0.375}}), unitRow(2, 0), column({0}), column({8, 2})),
-                      column({64, 64}), column({64}));
+    return makeModel("n2 ARMA(2,1) R=0", rows({{1.25, 1}, {-0.5, 0}}), rows({{1}, {0.375}}),
+                     unitRow(2, 0), column({0}), column({8, 2}), column({64, 64}), column({64}));
 }
 
 /// Level, slope, and a season of `period`; noises of the level, the slope and the season.
@@ -119,19 +112,18 @@ NumericsModel trendAndSeason(Index period, double slopeNoise)
     H(0, 0) = H(0, 2) = 1;
     Vector<double> reach = Vector<double>::Constant(n, 512);
     reach(0) = 16384;
-    return withRanges(
-        makeModel("n" + std::to_string(n) + (slopeNoise > 0 ? " trend+season" : " line+season"), A,
-                  F, H, column({1}), Vector<double>::Constant(n, 100)),
-        reach, column({16384}));
+    return makeModel("n" + std::to_string(n) + (slopeNoise > 0 ? " trend+season" : " line+season"),
+                     A, F, H, column({1}), Vector<double>::Constant(n, 100), reach,
+                     column({16384}));
 }
 
 /// Constant coefficients of regressors that change at every step.
 Sequence regression(std::uint64_t seed)
 {
-    const NumericsModel model = withRanges(
+    const NumericsModel model =
         makeModel("n3 regression Q=0", Matrix<double>::Identity(3, 3), Matrix<double>(3, 0),
-                  rows({{1, 0, 0}}), column({0.1}), Vector<double>::Constant(3, 100)),
-        Vector<double>::Constant(3, 64), column({256}));
+                  rows({{1, 0, 0}}), column({0.1}), Vector<double>::Constant(3, 100),
+                  Vector<double>::Constant(3, 64), column({256}));
     Random random(seed);
     Sequence sequence{model.name, model.x0,   model.variances.asDiagonal(), {model.process}, {},
                       {},         model.reach};
@@ -174,12 +166,10 @@ std::vector<Case> cases(std::uint64_t seed)
 
 // ------------------------------------------------------------------ errors
 
-struct Figures {
-    double filterX = 0, filterP = 0; // of the filter that was smoothed
-    double x = 0, P = 0, lagOne = 0;
-    double eigenvalue = 1; // of P
-    double reduction = 1;  // smallest eigenvalue of filtered P - P
-    bool sound = true;
+struct Figures : Worst, Soundness { // of the smoother
+    Worst filter;
+    double lagOne = 0;
+    double reduction = 1; // smallest eigenvalue of filtered P - P
     unsigned events = 0;
 };
 
@@ -199,48 +189,52 @@ struct Exact {
         past = filtered.smooth();
     }
 
-    /// Of the smoother.
-    Vector<Quad> sigma(std::size_t t, Kind kind, double epsilon) const
-    {
-        return sigma(past[t].belief.covariance, t, kind, epsilon);
-    }
-
     /// Of a covariance P of step t.
-    Vector<Quad> sigma(const Matrix<Quad> &P, std::size_t t, Kind kind, double epsilon) const
+    template <class T> Vector<Quad> sigma(const Matrix<Quad> &P, std::size_t t, Kind kind) const
     {
         const Matrix<Quad> &prior = track[t].predicted.covariance;
         const Vector<Quad> sigma =
-            kind == Kind::noiseFree ? sigmas(P, prior, 16 * epsilon) : sigmas(P);
+            kind == Kind::noiseFree ? sigmas(P, prior, 16 * unitEpsilon<T>()) : sigmas(P);
         return positiveOr(sigma, Quad(knownUnit));
     }
 };
 
-template <class Real>
-void compare(Figures &figures, const std::vector<Smoothed<Real>> &mine, const Exact &exact,
-             Kind kind, double epsilon)
+template <class T>
+void compareFiltered(Figures &figures, LibraryRun<T> &run, const Case &data, const Exact &exact,
+                     std::vector<Matrix<Wide<T>>> &covariances)
 {
-    for (std::size_t t = 0; t < mine.size(); ++t) {
-        const Vector<Quad> sigma = exact.sigma(t, kind, epsilon);
-        const Belief<Quad> &belief = exact.past[t].belief;
-        figures.x = std::max(figures.x, meanError(mine[t].belief.mean, belief.mean, sigma));
-        figures.P = std::max(figures.P,
-                             covarianceError(mine[t].belief.covariance, belief.covariance, sigma));
-        if (t + 1 == mine.size()) continue;
-        figures.lagOne =
-            std::max(figures.lagOne, covarianceError(mine[t].lagOne, exact.past[t].lagOne,
-                                                     exact.sigma(t + 1, kind, epsilon), sigma));
+    const std::vector<Step> &steps = data.sequence.steps;
+    for (std::size_t t = 0; t < steps.size(); ++t) {
+        run.update(steps[t]);
+        const Belief<Wide<T>> mine = run.belief();
+        const Belief<Quad> &right = exact.track[t].filtered;
+        figures.filter.add(mine, right, exact.sigma<T>(right.covariance, t, data.kind));
+        covariances.push_back(mine.covariance);
+        if (t + 1 < steps.size()) run.predict(steps[t]);
     }
+    figures.events = run.events();
 }
 
-template <class Real>
-void compareFilter(Figures &figures, const Belief<Real> &mine, const Exact &exact, std::size_t t,
-                   Kind kind, double epsilon)
+template <class T>
+void compareSmoothed(Figures &figures, LibraryRun<T> &run, const Case &data, const Exact &exact,
+                     const std::vector<Matrix<Wide<T>>> &filtered)
 {
-    const Belief<Quad> &belief = exact.track[t].filtered;
-    const Vector<Quad> sigma = exact.sigma(belief.covariance, t, kind, epsilon);
-    figures.filterX = std::max(figures.filterX, meanError(mine.mean, belief.mean, sigma));
-    figures.filterP =
-        std::max(figures.filterP, covarianceError(mine.covariance, belief.covariance, sigma));
+    const std::vector<Smoothed<Wide<T>>> past = run.smooth();
+    Vector<Quad> later; // sigma of the next step
+    for (std::size_t t = past.size(); t-- > 0;) {
+        const Belief<Wide<T>> &mine = past[t].belief;
+        const Smoothed<Quad> &right = exact.past[t];
+        const Vector<Quad> sigma = exact.sigma<T>(right.belief.covariance, t, data.kind);
+        figures.add(mine, right.belief, sigma);
+        figures.inspect(mine);
+        figures.reduction = std::min(
+            figures.reduction, smallestEigenvalue(filtered[t] - mine.covariance, filtered[t]));
+        if (t + 1 < past.size()) {
+            figures.lagOne = std::max(figures.lagOne,
+                                      covarianceError(past[t].lagOne, right.lagOne, later, sigma));
+        }
+        later = sigma;
+    }
 }
 
 template <class T> Figures runLibrary(const Case &data, const Exact &exact)
@@ -249,23 +243,8 @@ template <class T> Figures runLibrary(const Case &data, const Exact &exact)
     LibraryRun<T> run(data.sequence);
     run.record();
     std::vector<Matrix<Wide<T>>> filtered;
-    for (std::size_t t = 0; t < data.sequence.steps.size(); ++t) {
-        run.update(data.sequence.steps[t]);
-        const Belief<Wide<T>> belief = run.belief();
-        compareFilter(figures, belief, exact, t, data.kind, unitEpsilon<T>());
-        filtered.push_back(belief.covariance);
-        if (t + 1 < data.sequence.steps.size()) run.predict(data.sequence.steps[t]);
-    }
-    figures.events = run.events();
-    const std::vector<Smoothed<Wide<T>>> past = run.smooth();
-    compare(figures, past, exact, data.kind, unitEpsilon<T>());
-    for (std::size_t t = 0; t < past.size(); ++t) {
-        const Matrix<Wide<T>> &P = past[t].belief.covariance;
-        figures.sound = figures.sound && past[t].belief.mean.allFinite() && P.allFinite();
-        figures.eigenvalue = std::min(figures.eigenvalue, smallestEigenvalue(P));
-        figures.reduction =
-            std::min(figures.reduction, smallestEigenvalue((filtered[t] - P), filtered[t]));
-    }
+    compareFiltered(figures, run, data, exact, filtered);
+    compareSmoothed(figures, run, data, exact, filtered);
     return figures;
 }
 
@@ -276,15 +255,11 @@ void checkReference(Verdict &verdict, const Case &data, const Exact &exact)
 {
     const std::vector<Track<Quad>> track = filter<Quad>(data.sequence);
     const std::vector<Smoothed<Quad>> past = smooth(data.sequence, track);
-    Quad worst = 0;
+    Worst worst;
     for (std::size_t t = 0; t < past.size(); ++t) {
-        const Vector<Quad> unit = scale(past[t].belief.covariance).cwiseInverse();
-        const Vector<Quad> x = past[t].belief.mean - exact.past[t].belief.mean;
-        const Matrix<Quad> P = past[t].belief.covariance - exact.past[t].belief.covariance;
-        worst = std::max({worst, x.cwiseProduct(unit).cwiseAbs().maxCoeff(),
-                          (unit.asDiagonal() * P * unit.asDiagonal()).cwiseAbs().maxCoeff()});
+        worst.add(exact.past[t].belief, past[t].belief, scale(past[t].belief.covariance));
     }
-    verdict.expectAtMost(static_cast<double>(worst),
+    verdict.expectAtMost(std::max(worst.x, worst.P),
                          data.kind == Kind::illConditioned ? illConditionedReferenceGoal
                                                            : referenceGoal,
                          data.sequence.name + ": two references differ");
@@ -292,7 +267,7 @@ void checkReference(Verdict &verdict, const Case &data, const Exact &exact)
 
 void checkSound(Verdict &verdict, const Figures &figures, const std::string &name, double rounding)
 {
-    verdict.expect(figures.sound, name + ": a NaN");
+    verdict.expect(figures.sound, name + ": a NaN or a negative variance");
     verdict.expect(figures.events == 0, name + ": an event was raised");
     verdict.expectAtLeast(figures.eigenvalue, -rounding, name + ": smallest eigenvalue of P");
     verdict.expectAtLeast(figures.reduction, -8 * rounding, name + ": P above the filtered one");
@@ -304,13 +279,13 @@ void checkFixed(Verdict &verdict, const Figures &q31, const Figures &f32, Kind k
                 const std::string &name)
 {
     const bool hard = kind == Kind::illConditioned;
-    const FloatLimit own = fixedLimit(name);
-    verdict.expectGoal(q31.x, fixedGoal, std::max(own.x, hard ? std::max(f32.x, q31.filterX) : 0),
+    const FloatLimit own = limitOf(fixedLimits, name);
+    verdict.expectGoal(q31.x, fixedGoal, std::max(own.x, hard ? std::max(f32.x, q31.filter.x) : 0),
                        name + ", q31: error of x");
-    verdict.expectGoal(q31.P, fixedGoal, std::max(own.P, hard ? std::max(f32.P, q31.filterP) : 0),
+    verdict.expectGoal(q31.P, fixedGoal, std::max(own.P, hard ? std::max(f32.P, q31.filter.P) : 0),
                        name + ", q31: error of P");
     verdict.expectGoal(q31.lagOne, fixedGoal,
-                       std::max(own.P, hard ? std::max(f32.lagOne, q31.filterP) : 0),
+                       std::max(own.P, hard ? std::max(f32.lagOne, q31.filter.P) : 0),
                        name + ", q31: error of lag one");
 }
 
@@ -323,13 +298,13 @@ void testCase(Verdict &verdict, const Case &data)
     std::printf("%-34s %7.1e %7.1e %7.1e  %7.1e %7.1e %7.1e  %7.1e %7.1e %7.1e  %7.1e %7.1e  "
                 "%8.1e %8.1e %8.1e %8.1e\n",
                 name.c_str(), f32.x, f32.P, f32.lagOne, f64.x, f64.P, f64.lagOne, q31.x, q31.P,
-                q31.lagOne, q31.filterX, q31.filterP, f32.eigenvalue, f32.reduction, q31.eigenvalue,
-                q31.reduction);
+                q31.lagOne, q31.filter.x, q31.filter.P, f32.eigenvalue, f32.reduction,
+                q31.eigenvalue, q31.reduction);
     const Index n = data.sequence.states();
     checkSound(verdict, f32, name + ", f32", eigenvalueRounding<float>(n));
     checkSound(verdict, f64, name + ", f64", eigenvalueRounding<double>(n));
     checkSound(verdict, q31, name + ", q31", eigenvalueRounding<Q31>(n));
-    const FloatLimit limit = floatLimit(name);
+    const FloatLimit limit = limitOf(floatLimits, name);
     verdict.expectGoal(f32.x, meanGoal, limit.x, name + ", f32: error of x");
     verdict.expectGoal(f32.P, covarianceGoal, limit.P, name + ", f32: error of P");
     verdict.expectGoal(f32.lagOne, covarianceGoal, limit.P, name + ", f32: error of lag one");

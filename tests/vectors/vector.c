@@ -144,6 +144,30 @@ static uint32_t take_present(words_in *in)
     return present < 0 ? UINT32_MAX : (uint32_t)present;
 }
 
+static process_slot *take_process(words_in *in)
+{
+    return &machine.process[take_number(in, 0, SLOTS - 1)];
+}
+static sensor_slot *take_sensor(words_in *in)
+{
+    return &machine.sensor[take_number(in, 0, SLOTS - 1)];
+}
+
+/* What an update takes */
+typedef struct {
+    const sensor_slot *slot;
+    uint32_t present;
+    const int32_t *z;
+} reading;
+
+static reading take_reading(words_in *in)
+{
+    reading r = {.slot = take_sensor(in)};
+    r.present = take_present(in);
+    r.z = take(in, (size_t)r.slot->components);
+    return r;
+}
+
 /* 0 or 1, and `count` words behind the 1; NULL for the 0 */
 static const int32_t *take_controls(words_in *in, int count)
 {
@@ -285,7 +309,7 @@ static int set_states(words_in *in, const vector_sink *sink)
 static int set_process(words_in *in, const vector_sink *sink)
 {
     const int n = machine.n;
-    process_slot *slot = &machine.process[take_number(in, 0, SLOTS - 1)];
+    process_slot *slot = take_process(in);
     const int l = take_number(in, 0, MOST);
     take_formats(in, slot->control_format, l);
     slot->transition = keep_scaled(in, n * n);
@@ -312,7 +336,7 @@ static int set_process(words_in *in, const vector_sink *sink)
 static int set_sensor(words_in *in, const vector_sink *sink)
 {
     const int n = machine.n;
-    sensor_slot *slot = &machine.sensor[take_number(in, 0, SLOTS - 1)];
+    sensor_slot *slot = take_sensor(in);
     const int m = take_number(in, 1, MOST), correlated = take_number(in, 0, 1);
     take_formats(in, slot->measurement_format, m);
     slot->measurement = keep_scaled(in, m * n);
@@ -358,7 +382,7 @@ static int set_prior(words_in *in, const vector_sink *sink)
 
 static int change_transition(words_in *in, const vector_sink *sink)
 {
-    process_slot *slot = &machine.process[take_number(in, 0, SLOTS - 1)];
+    process_slot *slot = take_process(in);
     if (!slot->transition) return -1;
     take_scaled(in, slot->transition, machine.n * machine.n);
     if (!is_complete(in)) return -1;
@@ -366,21 +390,30 @@ static int change_transition(words_in *in, const vector_sink *sink)
     return 0;
 }
 
-static int change_measurement(words_in *in, const vector_sink *sink)
+/* A Jacobian says what is beyond its range. */
+static int change_measurement_as(words_in *in, const vector_sink *sink, int is_jacobian)
 {
-    sensor_slot *slot = &machine.sensor[take_number(in, 0, SLOTS - 1)];
+    sensor_slot *slot = take_sensor(in);
+    kq_range_error_q31 range_error = {KQ_STATE, 0, 0};
     if (!slot->measurement) return -1;
     take_scaled(in, slot->measurement, slot->components * machine.n);
     if (!is_complete(in)) return -1;
-    put_status(sink, kq_sensor_change_measurement_q31(&slot->sensor, slot->measurement, NULL));
+    put_status(sink, kq_sensor_change_measurement_q31(&slot->sensor, slot->measurement,
+                                                      is_jacobian ? &range_error : NULL));
+    if (is_jacobian) put_range_error(sink, &range_error);
     return 0;
+}
+
+static int change_measurement(words_in *in, const vector_sink *sink)
+{
+    return change_measurement_as(in, sink, 0);
 }
 
 /* ------------------------------------------------------------------ the filter */
 
 static int predict(words_in *in, const vector_sink *sink)
 {
-    process_slot *slot = &machine.process[take_number(in, 0, SLOTS - 1)];
+    process_slot *slot = take_process(in);
     const int32_t *u = take_controls(in, slot->controls);
     if (!is_complete(in)) return -1;
     put_status(sink, kq_predict_q31(&machine.filter, &slot->process, u));
@@ -389,24 +422,27 @@ static int predict(words_in *in, const vector_sink *sink)
     return 0;
 }
 
-/* The second word tells the plain call from that with a mask: -1 is the plain one. */
+/* All components by the plain call, others by that with a mask */
+static kq_status update_by(const reading *r)
+{
+    kq_filter_q31 *f = &machine.filter;
+    return r->present == UINT32_MAX ? kq_update_q31(f, &r->slot->sensor, r->z)
+                                    : kq_update_subset_q31(f, &r->slot->sensor, r->z, r->present);
+}
+
 static int update(words_in *in, const vector_sink *sink)
 {
-    sensor_slot *slot = &machine.sensor[take_number(in, 0, SLOTS - 1)];
-    const int32_t present = take_word(in, -1, (INT32_C(1) << MOST) - 1);
-    const int32_t *z = take(in, (size_t)slot->components);
+    const reading r = take_reading(in);
     if (!is_complete(in)) return -1;
-    kq_filter_q31 *f = &machine.filter;
-    put_status(sink, present < 0 ? kq_update_q31(f, &slot->sensor, z)
-                                 : kq_update_subset_q31(f, &slot->sensor, z, (uint32_t)present));
-    put_filter(sink, f);
+    put_status(sink, update_by(&r));
+    put_filter(sink, &machine.filter);
     return 0;
 }
 
 static int step(words_in *in, const vector_sink *sink)
 {
-    process_slot *process = &machine.process[take_number(in, 0, SLOTS - 1)];
-    sensor_slot *sensor = &machine.sensor[take_number(in, 0, SLOTS - 1)];
+    process_slot *process = take_process(in);
+    sensor_slot *sensor = take_sensor(in);
     const int32_t *u = take_controls(in, process->controls);
     const int32_t *z = take(in, (size_t)sensor->components);
     if (!is_complete(in)) return -1;
@@ -434,7 +470,7 @@ static void put_implied(const vector_sink *sink, const kq_filter_q31 *f, const s
 
 static int look(words_in *in, const vector_sink *sink)
 {
-    const sensor_slot *slot = &machine.sensor[take_number(in, 0, SLOTS - 1)];
+    const sensor_slot *slot = take_sensor(in);
     const int m = slot->components;
     const int32_t *z = take(in, (size_t)m);
     if (!is_complete(in)) return -1;
@@ -450,8 +486,8 @@ static int look(words_in *in, const vector_sink *sink)
 
 static int forecast(words_in *in, const vector_sink *sink)
 {
-    const process_slot *process = &machine.process[take_number(in, 0, SLOTS - 1)];
-    const sensor_slot *sensor = &machine.sensor[take_number(in, 0, SLOTS - 1)];
+    const process_slot *process = take_process(in);
+    const sensor_slot *sensor = take_sensor(in);
     const int steps = take_number(in, 0, 1000);
     const int32_t *u = take_controls(in, steps * process->controls);
     if (!is_complete(in)) return -1;
@@ -518,8 +554,8 @@ static uint32_t digest_filter(uint32_t digest)
 
 static int run(words_in *in, const vector_sink *sink)
 {
-    const process_slot *process = &machine.process[take_number(in, 0, SLOTS - 1)];
-    const sensor_slot *sensor = &machine.sensor[take_number(in, 0, SLOTS - 1)];
+    const process_slot *process = take_process(in);
+    const sensor_slot *sensor = take_sensor(in);
     const int steps = take_number(in, 1, 10000);
     uint32_t draw = (uint32_t)take_word(in, 1, INT32_MAX), digest = VECTOR_DIGEST_OF_NOTHING;
     const int shift = take_number(in, 0, 30);
@@ -696,7 +732,7 @@ static const struct {
     [VECTOR_DELAY] = {"lag for what is late", HAS_ON_LINE ? attach_delay : NULL},
     [VECTOR_DELAYED] = {"late update", HAS_ON_LINE ? update_delayed : NULL},
     [VECTOR_POINT] = {"point", HAS_ON_LINE ? attach_point : NULL},
-    [VECTOR_POINT_PREDICT] = {"predict of the point", HAS_ON_LINE ? predict_point : NULL},
+    [VECTOR_POINT_PREDICT] = {"predict of the point", HAS_ON_LINE ? predict : NULL},
     [VECTOR_POINT_SMOOTH] = {"smooth the point", HAS_ON_LINE ? smooth_point : NULL},
     [VECTOR_GAINS] = {"gains", HAS_STEADY ? make_gains : NULL},
     [VECTOR_STEADY] = {"steady-state filter", HAS_STEADY ? set_steady : NULL},
@@ -717,16 +753,19 @@ static const struct {
     [VECTOR_WATCHED] = {"watched update", HAS_STATISTICS ? update_watched : NULL},
     [VECTOR_WINDOW_READ] = {"statistics of the window", HAS_STATISTICS ? read_window : NULL},
     [VECTOR_START] = {"unknown start", HAS_START ? set_start : NULL},
-    [VECTOR_START_HISTORY] = {"history of the start", HAS_START ? attach_start : NULL},
+    [VECTOR_START_HISTORY] = {"history of the start", HAS_START ? attach : NULL},
     [VECTOR_START_PREDICT] = {"predict of the start", HAS_START ? predict_start : NULL},
     [VECTOR_START_UPDATE] = {"update of the start", HAS_START ? update_start : NULL},
     [VECTOR_START_SMOOTH] = {"smooth the start", HAS_START ? smooth_start : NULL},
     [VECTOR_ADAPTATION] = {"adaptation", HAS_ADAPTATION ? set_adaptation : NULL},
-    [VECTOR_ADAPTED_PREDICT] = {"adapted predict", HAS_ADAPTATION ? predict_adapted : NULL},
+    [VECTOR_ADAPTED_PREDICT] = {"adapted predict", HAS_ADAPTATION ? predict : NULL},
     [VECTOR_ADAPTED_UPDATE] = {"adapted update", HAS_ADAPTATION ? update_adapted : NULL},
-    [VECTOR_EXTENDED_HISTORY] = {"history of linearised steps", HAS_EXTENDED ? attach_extended : NULL},
-    [VECTOR_PROCESS_JACOBIAN] = {"Jacobian of the process", HAS_EXTENDED ? change_process_jacobian : NULL},
-    [VECTOR_SENSOR_JACOBIAN] = {"Jacobian of the sensor", HAS_EXTENDED ? change_sensor_jacobian : NULL},
+    [VECTOR_EXTENDED_HISTORY] = {"history of linearised steps",
+                                 HAS_EXTENDED ? attach_extended : NULL},
+    [VECTOR_PROCESS_JACOBIAN] = {"Jacobian of the process",
+                                 HAS_EXTENDED ? change_process_jacobian : NULL},
+    [VECTOR_SENSOR_JACOBIAN] = {"Jacobian of the sensor",
+                                HAS_EXTENDED ? change_sensor_jacobian : NULL},
     [VECTOR_PREDICT_EXTENDED] = {"extended predict", HAS_EXTENDED ? predict_extended : NULL},
     [VECTOR_UPDATE_EXTENDED] = {"extended update", HAS_EXTENDED ? update_extended : NULL},
     [VECTOR_MOVE] = {"move", HAS_EXTENDED ? move : NULL},
