@@ -152,8 +152,10 @@ def wrapper(product: Product) -> str:
 
 
 def in_words(product: Product, given: record.Record) -> record.Record:
-    """What the filter is given of it, rounded to words"""
+    """What the filter is given of it: in fixed point rounded to words"""
     a = product.arithmetic
+    if product.given.options.arithmetic != "q31":
+        return given
 
     def rounded(which: str, values: np.ndarray) -> np.ndarray:
         words = [[np.ldexp(a.raw(which, k, value), -a.fraction(which, k)) for k, value in enumerate(row)] for row in values]

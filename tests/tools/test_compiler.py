@@ -386,7 +386,7 @@ def test_what_a_float_has_trouble_with(what: str, tmp_path: Path) -> None:
         with Host(product) as host:
             made = tried(product.given, host, 1500, 1)
             record = drawn(product.given, 1500, 2)
-            ran = host.run(record.z, record.u, record.present, record.what)
+            ran = host.run_record(record)
         if (what, arithmetic) != ("a clock that fades", "f32"):  # a variance of 1e-36 is 0 in a float
             assert made.mean < MEAN[arithmetic] and made.covariance < COVARIANCE[arithmetic]
         assert np.all(np.einsum("tii->ti", ran.covariance) >= 0) and np.all(np.isfinite(ran.mean))
