@@ -135,15 +135,6 @@ def test_nile_with_an_unknown_start():
     assert abs(run.smoothed[0, 0] - 1111.7) < 0.1
 
 
-def test_em_reaches_the_nile_s_likelihood():
-    model = kalmanq.Model([[1]], [1], 1e4, 1e4, x0=[0], P0=[1e7])
-    estimate = kalmanq.Estimation(model, [nile()]).run(3000, 1e-10)
-    assert estimate.converged
-    assert abs(estimate.model.R[0, 0] / 15099.69 - 1) < 1e-5
-    assert abs(estimate.model.Q[0, 0] / 1468.50 - 1) < 1e-4
-    assert np.all(np.diff(estimate.course) > -1e-9)
-
-
 @pytest.mark.parametrize("arithmetic", ARITHMETICS)
 def test_robust_ways_take_an_outlier_for_one(arithmetic):
     model = models.cart()
