@@ -62,12 +62,6 @@ def accurate(model: Model, arithmetic: str, rows: int, seeds: tuple, folder: Pat
     return made
 
 
-def test_there_are_24_products() -> None:
-    models = [make() for make in ALL]
-    assert len({one.name for one in models}) == 24 and max(one.n for one in models) == 9
-    assert any(one.l == 2 for one in models) and any(np.any(one.unknown) for one in models)
-
-
 @pytest.mark.parametrize("make, arithmetic", [(make, "f32") for make in ALL] + [
     pytest.param(make, "f64", marks=[WHOLE] if k % 3 else []) for k, make in enumerate(ALL)])
 def test_every_product(make: Callable[[], Model], arithmetic: str, tmp_path: Path) -> None:

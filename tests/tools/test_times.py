@@ -28,28 +28,12 @@ ROWS = 40
 
 
 def exact_steps(model: Model, dt: np.ndarray) -> Steps:
-    """Van Loan's matrices by their series, in long double"""
-    of, n, l = model.continuous, model.n, model.l
-    made = Steps(*(np.zeros((len(dt), *shape), LONG) for shape in ((n, n), (n, l), (n, n), (model.m, n), (model.m, model.m))))
-    for t, step in enumerate(dt):
-        whole, pushed = np.zeros((2 * n, 2 * n), LONG), np.zeros((n + l, n + l), LONG)
-        whole[:n, :n], whole[:n, n:], whole[n:, n:] = -of.F, of.Qc, of.F.T
-        pushed[:n, :n], pushed[:n, n:] = of.F, of.B
-        e, p = exponential(whole * LONG(step)), exponential(pushed * LONG(step))
-        made.A[t], made.B[t] = e[n:, n:].T, p[:n, n:]
-        made.Q[t] = made.A[t] @ e[:n, n:]
-        made.H[t], made.R[t] = model.H, model.R
-    return made
-
-
-def exponential(M: np.ndarray) -> np.ndarray:
-    made = term = np.eye(len(M), dtype=LONG)
-    for k in range(1, 40):
-        term = term @ M / (64 * k)
-        made = made + term
-    for _ in range(6):
-        made = made @ made
-    return made
+    """Van Loan's matrices by SciPy's exponential"""
+    of, n, rows = model.continuous, model.n, dt[:, None, None]
+    e = expm(np.block([[-of.F, of.Qc], [np.zeros((n, n)), of.F.T]]) * rows)
+    pushed = expm(np.block([[of.F, of.B], [np.zeros((model.l, n + model.l))]]) * rows)
+    A = e[:, n:, n:].swapaxes(1, 2)
+    return Steps(A, pushed[:, :n, n:], A @ e[:, :n, n:], *(np.tile(one, (len(dt), 1, 1)) for one in (model.H, model.R)))
 
 
 def random_record(seed: int, rounded: bool = False):

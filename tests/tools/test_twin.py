@@ -3,8 +3,6 @@
 from __future__ import annotations
 
 import re
-import subprocess
-import sys
 import warnings
 from pathlib import Path
 
@@ -17,8 +15,6 @@ from kalmanq import Filter, KalmanqError, KalmanqWarning, LagSmoother, InstantSm
 from kalmanq.data.rows import Rows
 from kalmanq.run.checks import findings
 from kalmanq.run.streamed import StreamedSmoother
-from test_commands import EXAMPLES, kalmanq as command
-from whole import WHOLE
 
 ROOT = Path(__file__).resolve().parents[2]
 NILE = ROOT / "tools" / "kalmanq" / "examples" / "nile.csv"
@@ -307,24 +303,6 @@ def test_a_streamed_smoother_is_the_smoother_to_the_bit(arithmetic, make, block,
     for name, column in exact.columns().items():
         assert np.array_equal(np.concatenate([one[name] for one in columns]), column, equal_nan=True), name
     assert made[-1].events == exact.events
-
-
-@WHOLE
-@pytest.mark.skipif(not sys.platform.startswith("linux"), reason="asks Linux for the peak")
-def test_smoothing_takes_no_more_memory_of_more_rows(tmp_path):
-    model = EXAMPLES / "trend.toml"
-    peaks = []
-    for rows in (150_000, 450_000):
-        data = tmp_path / "z.csv"
-        assert command("simulate", model, "-n", rows, "--out", data).returncode == 0
-        program = ("import resource, sys; from kalmanq.command_line import app\n"
-                   "try: app(sys.argv[1:])\n"
-                   "finally: print(resource.getrusage(resource.RUSAGE_SELF).ru_maxrss, file=sys.stderr)")
-        done = subprocess.run([sys.executable, "-c", program, "run", str(model), str(data), "--smooth", "--out",
-                               str(tmp_path / "out.csv")], capture_output=True, text=True)
-        assert done.returncode == 0, done.stderr
-        peaks.append(int(done.stderr.split()[-1]))  # kB
-    assert peaks[1] < 1.2 * peaks[0] and peaks[1] < 400_000, peaks
 
 
 def test_ranges_that_are_there_in_part_may_be_left_out():
