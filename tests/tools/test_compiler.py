@@ -310,7 +310,7 @@ def test_settled_is_as_not_settled(make: Callable[[], Model], arithmetic: str, t
     pair.settle()
     for one in (pair.with_, pair.without):
         for _ in range(100_000):
-            one.library.predict(one.filter, one._controls(None))
+            one.predict()
     pair.rows(5)
     pair.settle()
     # R is 1e-13 of what is known then

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from compiled_models import kinematic
-from driven import doubles, in_words, library
+from driven import Driven, doubles, in_words, library
 from kalmanq import Model, Quantity
 from kalmanq.compiler import record
 from kalmanq.compiler.emit import PREDICTS, UPDATES
@@ -222,37 +222,18 @@ def test_the_report_compares_student_with_itself(arithmetic, most):
     assert tried.mean < most and tried.covariance < most
 
 
-NIS = """
-#include <math.h>
-#include "flt.h"
-void run(int rows, const double *z, double *nis)
-{{
-    static flt_filter f;
-    flt_start(&f);
-    for (int t = 0; t < rows; t++, z += {m}) {{
-        {type} v[{m}];
-        {given}
-        if (t == 0) flt_update(&f, v);
-        else flt_step(&f, v);
-        nis[t] = (double)f.nis;
-    }}
-}}
-"""
-
-
 @pytest.mark.parametrize("make", first(2, [gps, tank, heart, spring]))
 def test_nis_with_student_is_that_of_the_model_s_noise(make, tmp_path):
     nis = {}
     for arithmetic in ("f64", "q31"):
-        made = compiled(make(), "flt", Options(arithmetic, student=4.0, nis=True))
-        a, m, folder = made.arithmetic, made.given.of.m, tmp_path / arithmetic
-        folder.mkdir()
-        given = " ".join(f"v[{j}] = {a.from_double('measurements', j, f'z[{j}]')};" for j in range(m))
-        called = library(folder, made, NIS.format(type=a.type, m=m, given=given), TRAPS)
-        nis[arithmetic], z = np.zeros(500), record.drawn(made.given, 500, 2).z
-        z[::20] += 30 * np.sqrt(made.given.of.doubles().R)
-        called.run(500, doubles(z.ravel()), nis[arithmetic].ctypes.data_as(ctypes.c_void_p))
-        nis[arithmetic] *= 2.0 ** -(a.nis_fraction if arithmetic == "q31" else 0)
+        one = Driven(make(), tmp_path / arithmetic, Options(arithmetic, student=4.0, nis=True), TRAPS)
+        z = record.drawn(one.product.given, 500, 2).z
+        z[::20] += 30 * np.sqrt(one.of.doubles().R)
+        made = []
+        for t, row in enumerate(z):
+            one.step(row) if t else one.update(row)
+            made.append(one.nis)
+        nis[arithmetic] = np.ldexp(made, -one.product.arithmetic.nis_fraction if arithmetic == "q31" else 0)
     assert np.allclose(nis["q31"], nis["f64"], rtol=1e-3, atol=1e-3) and nis["f64"].max() > 100
 
 

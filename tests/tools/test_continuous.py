@@ -2,12 +2,11 @@
 
 from __future__ import annotations
 
-import ctypes
 from decimal import Decimal, localcontext
 
 import numpy as np
 import pytest
-from driven import library
+from driven import Driven
 
 from kalmanq import KalmanqError, Model, ModelError
 from kalmanq.compiler.product import compiled
@@ -157,39 +156,21 @@ def test_a_decay_that_is_1_in_a_float_is_a_field_all_the_same():
 @pytest.mark.parametrize("name", MODELS)
 def test_move_is_a_step_of_another_length(name, arithmetic, most, tmp_path):
     model = Model.of_continuous(**MODELS[name], dt=0.05, P0=np.ones(len(MODELS[name]["F"])))
-    made = compiled(model, "flt", Options(arithmetic, tunable=True))
-    n, type_ = model.n, made.arithmetic.type
-    called = library(tmp_path, made, f"""
-#include "flt.h"
-unsigned size(void) {{ return sizeof(flt_filter); }}
-int move(flt_filter *f, double dt) {{ return flt_move(f, ({type_})dt); }}
-void row(flt_filter *f, double u, double z, double *x, double *P)
-{{
-    const {type_} w[1] = {{({type_})u}}, v[1] = {{({type_})z}};
-    flt_predict(f, w);
-    flt_update(f, v);
-    for (int i = 0; i < {n}; i++) x[i] = (double)f->x[i] + (double)f->low[i];
-    for (int i = 0; i < {n}; i++)
-        for (int j = 0; j < {n}; j++) P[i * {n} + j] = (double)flt_covariance(f, i, j);
-}}
-""")
-    called.move.argtypes = [ctypes.c_void_p, ctypes.c_double]
-    called.row.argtypes = [ctypes.c_void_p, ctypes.c_double, ctypes.c_double, ctypes.c_void_p, ctypes.c_void_p]
-    f, draws = ctypes.create_string_buffer(called.size()), np.random.default_rng(1)
-    called.flt_start(f)
-    x, P, H = np.zeros(n, LONG), np.eye(n, dtype=LONG), model.H[0].astype(LONG)
-    mean, covariance = np.zeros(n), np.zeros((n, n))
+    f, draws = Driven(model, tmp_path, Options(arithmetic, tunable=True)), np.random.default_rng(1)
+    x, P, H = np.zeros(model.n, LONG), np.eye(model.n, dtype=LONG), model.H[0].astype(LONG)
     for row in range(300):
         dt = float(np.float32(draws.exponential(0.05) + 1e-3 if row % 50 else 10.0))
         u, z = (float(np.float32(one)) for one in draws.standard_normal(2))
-        assert called.move(f, dt) == 1
-        called.row(f, u, z, mean.ctypes.data, covariance.ctypes.data)
+        assert f.call("move", f.type(dt)) == 1
+        f.predict(u)
+        f.update(z)
+        mean, covariance = f.read()
         A, Q, B = (one.astype(LONG) for one in model.continuous.step(dt))
         x, P = A @ x + B[:, 0] * u, A @ P @ A.T + Q
         k = P @ H / (H @ P @ H + LONG(np.float32(model.R[0, 0]) if arithmetic == "f32" else model.R[0, 0]))
         x, P = x + k * (z - H @ x), P - np.outer(k, H @ P)
         sigma = np.sqrt(np.diag(P))
         assert np.abs((mean - x) / sigma).max() < 10 * most and np.abs(covariance - P).max() < most * P.max(), row
-    before = f.raw
+    before = f.bits
     for dt in (0.0, -1.0, float("nan"), float("inf")):
-        assert called.move(f, dt) == 0 and f.raw == before
+        assert f.call("move", f.type(dt)) == 0 and f.bits == before
