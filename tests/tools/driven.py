@@ -53,7 +53,7 @@ class Called:
         options, sizes = product.given.options, {"name": product.given.name, "struct": self.STRUCT, "now": self.NOW, "n": self.of.n}
         self.type = WORDS[options.arithmetic]
         means = "\n".join(f"    mean[{i}] = {a.mean_double(i)};" for i in range(self.of.n))
-        texts = [ACCESS.format(**sizes, means=means, entry=a.covariance_double("i", "j")), self.MORE]
+        texts = [ACCESS.format(**sizes, means=means, entry=a.covariance_double("i", "j")), self.MORE.format(**sizes)]
         texts += [one.format(**sizes) for one in (NIS, LIKELIHOOD)[:1 + (options.arithmetic != "q31")] if options.nis]
         self.library = library(folder, product, "\n".join(texts), (*self.FLAGS, *flags))
         if options.nis:
@@ -106,7 +106,7 @@ class Called:
 class Driven(Called):
     """start(), predict(u), update(z), step(z, u); mean, covariance, events, nis"""
 
-    MORE = "unsigned calls(const flt_filter *f) { return f->calls; }"
+    MORE = "unsigned calls(const {name}_filter *f) {{ return f->calls; }}"
 
     def __init__(self, model: Model, folder: Path, options: Options = Options(), flags: Sequence[str] = ()):
         super().__init__(compiled(model, "flt", options), folder, flags)

@@ -17,7 +17,7 @@ from whole import first
 from kalmanq import Filter
 from kalmanq.compiler.equation_product import compiled_equations
 from kalmanq.compiler.equation_report import recorded
-from kalmanq.compiler.host import Host, build
+from kalmanq.compiler.host import Host
 from kalmanq.compiler.product import compiled
 from kalmanq.compiler.request import Options
 from kalmanq.core import lib
@@ -30,7 +30,7 @@ from kalmanq.nonlinear import read, simulate
 class Late(Called):
     """The compiled filter's NAME_delayed"""
 
-    STRUCT, NOW, MORE = "delayed", "p->now", "void begin(late_delayed *p) { late_start(&p->now), late_delayed_start(p); }"
+    STRUCT, NOW, MORE = "delayed", "p->now", "void begin({name}_delayed *p) {{ {name}_start(&p->now), {name}_delayed_start(p); }}\n"
     FLAGS = ("-Wall", "-Wextra", "-Wpedantic", "-Wconversion", "-Wdouble-promotion", "-Werror")
 
     def start(self):
@@ -51,9 +51,9 @@ class Late(Called):
 
 
 class Tuned(Late):
-    MORE = Late.MORE + """
-void set_r(late_delayed *p, int j, double value) { p->now.r[j] = value; }
-double r(const late_delayed *p, int j) { return p->now.r[j]; }
+    MORE = Late.MORE + """\
+void set_r({name}_delayed *p, int j, double value) {{ p->now.r[j] = value; }}
+double r(const {name}_delayed *p, int j) {{ return p->now.r[j]; }}
 """
 
 
@@ -322,68 +322,38 @@ def simulated_controls(t):
     return [1.5, 0.3 * np.sin(0.5 * t)]
 '''
 
-ROVER_DRIVER = """
-#include "rover.h"
-static rover_delayed d;
-void start(void), predict(const {type} *u, double t, double dt);
-unsigned update(int which, const {type} *z, const {type} *u, double t, unsigned ago), size(void), events(void);
-void start(void) {{ rover_start(&d.now); rover_delayed_start(&d); }}
-void predict(const {type} *u, double t, double dt) {{ (void)t; rover_delayed_predict(&d, u, ({type})dt); }}
-unsigned update(int which, const {type} *z, const {type} *u, double t, unsigned ago)
-{{
-    if (which == 0) return rover_delayed_update_compass(&d, z);
-    return which == 1 ? rover_delayed_update_gps(&d, z, ago) : rover_delayed_update_mast(&d, z, u, ({type})t, ago);
-}}
-unsigned size(void) {{ return sizeof d; }}
-unsigned events(void) {{ return d.now.events; }}
-const {type} *words(void);
-const {type} *words(void) {{ return d.now.x; }}
-"""
-
-
 @pytest.mark.parametrize("seed, arithmetic", first(2, [(seed, T) for seed in range(4) for T in ("f32", "f64")]))
 def test_a_nonlinear_filter_takes_what_is_late(seed, arithmetic, tmp_path):
     """Steps of any length, h of u and t, sensors 2 to 6 steps late in any order: the bits of the run in which nothing was late"""
     (tmp_path / "rover.py").write_text(ROVER)
     model, draw, rows = read(tmp_path / "rover.py"), np.random.default_rng(seed), 60
     product = compiled_equations(model, "rover", Options(arithmetic))
-    number = np.float32 if arithmetic == "f32" else np.float64
-    for name, text in {**product.sources(), "driver.c": ROVER_DRIVER.format(type=product.arithmetic.type)}.items():
-        (tmp_path / name).write_text(text)
-    library = ctypes.CDLL(str(build(tmp_path, ["rover.c", "driver.c"], "rover.so", ("-shared", "-fPIC", "-Wall", "-Wextra", "-Wconversion"))))
-    library.predict.argtypes = [ctypes.c_void_p, ctypes.c_double, ctypes.c_double]
-    library.update.argtypes = [ctypes.c_int, ctypes.c_void_p, ctypes.c_void_p, ctypes.c_double, ctypes.c_uint]
-    library.words.restype = ctypes.POINTER(ctypes.c_float if arithmetic == "f32" else ctypes.c_double)
     times = np.cumsum(draw.uniform(0.03, 0.07, rows).astype(np.float32)).astype(float)
     _, z, u = simulate(model, rows, seed, times=times)
-    z, u = z.astype(np.float32).astype(number), u.astype(np.float32).astype(number)
-    parts, latest = [slice(0, 1), slice(1, 3), slice(3, 4)], 6
+    z, u, latest = z.astype(np.float32).astype(float), u.astype(np.float32).astype(float), 6
     is_there = draw.random((rows, 3)) < 0.7
     is_there[rows - latest:] = False
     told = np.arange(rows)[:, None] + np.where([False, True, True], draw.integers(0, latest + 1, (rows, 3)), 0)
-    library.start()
-    assert library.size() == product.ram_delayed
+    late = Late(product, tmp_path)
+    assert len(late.f) == product.ram_delayed
 
-    def pointer(values):
-        kept.append(np.ascontiguousarray(values))
-        return kept[-1].ctypes.data
+    def update(sensor, row, ago):
+        more = {"compass": [], "gps": [ctypes.c_uint(ago)], "mast": [late.numbers(u[row]), late.type(times[row]), ctypes.c_uint(ago)]}
+        measured = z[row, sensor.first:sensor.first + sensor.m]
+        return late.call(f"delayed_update_{sensor.name}", late.numbers(measured), *more[sensor.name])
 
-    kept: list = []
     for t in range(rows):
         if t:
-            library.predict(pointer(u[t - 1]), times[t - 1], times[t] - times[t - 1])
-        for which in range(3):
+            late.call("delayed_predict", late.numbers(u[t - 1]), late.type(times[t] - times[t - 1]))
+        for which, sensor in enumerate(model.sensors):
             for row in draw.permutation(np.flatnonzero(is_there[:, which] & (told[:, which] == t))):
-                taken = library.update(which, pointer(z[row, parts[which]]), pointer(u[row]), times[row], int(t - row))
-                assert taken == (3 if which == 1 else 1)
+                assert update(sensor, row, int(t - row)) == 2**sensor.m - 1
     known = np.repeat(is_there, [1, 2, 1], axis=1)
-    record, _ = recorded(model, np.where(known, z, np.nan).astype(float), u.astype(float), times)
+    record, _ = recorded(model, np.where(known, z, np.nan), u, times)
     with Host(product) as host:
         ran = host.run_record(record)
-    mean = ran.mean[-1]
-    assert library.update(1, pointer(z[0, 1:3]), pointer(u[0]), 0.0, latest + 1) == 0 and library.events()
-    words = library.words()
-    assert [words[i] + words[model.n + i] for i in range(model.n)] == mean.tolist()  # x + low
+    assert update(model.sensors[1], 0, latest + 1) == 0 and late.events
+    assert late.mean.tolist() == ran.mean[-1].tolist()
 
 
 def test_a_late_log_of_a_nonlinear_model(tmp_path):
