@@ -9,7 +9,6 @@ import math
 import re
 import subprocess
 import sys
-import warnings
 from pathlib import Path
 
 import numpy as np
@@ -19,7 +18,7 @@ from scipy.optimize import least_squares
 import models
 from command import kalmanq
 from test_commands import refused
-from kalmanq import Filter, KalmanqError, KalmanqWarning, ModelError, Quantity, Smoother, _core
+from kalmanq import KalmanqError, KalmanqWarning, ModelError, Quantity, Smoother, _core
 from kalmanq.model import model_file
 from kalmanq.nonlinear import NonlinearFilter, NonlinearModel, NonlinearSmoother, read, simulate
 from kalmanq.nonlinear.checks import findings
@@ -742,15 +741,3 @@ def test_a_process_of_its_own(tmp_path):
     done = subprocess.run([sys.executable, "-m", "kalmanq.command_line", "run", path, TRACK_DATA, "--out",
                            tmp_path / "out.csv"], capture_output=True, text=True)
     refused(done, "line 30: h: ZeroDivisionError: division by zero", tmp_path)
-
-
-def test_a_linear_filter_is_what_it_was():
-    """The readings are shared with the linear package."""
-    model = models.cart()
-    z, u = models.data(model, 30, 1)
-    f = Filter(model, "f32")
-    run = f.run(z, u)
-    assert np.array_equal(run.mean[-1], f.mean) and np.array_equal(run.sigma[-1], f.sigma)
-    with warnings.catch_warnings():
-        warnings.simplefilter("error")
-        assert f.measurement()[1].shape == (1, 1)
