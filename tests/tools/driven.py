@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import Any, Optional, Sequence
 
 import numpy as np
+from library import written
 
 from kalmanq import Model
 from kalmanq.compiler import record
@@ -36,9 +37,7 @@ WORDS = {"f32": ctypes.c_float, "f64": ctypes.c_double, "q31": ctypes.c_int32}
 
 def library(folder: Path, made: Product, text: str, flags: Sequence[str] = ()) -> ctypes.CDLL:
     """With more C around it"""
-    folder.mkdir(parents=True, exist_ok=True)
-    for name, source in {**made.sources(), "more.c": text}.items():
-        (folder / name).write_text(source, encoding="utf-8")
+    written(folder, {**made.sources(), "more.c": text})
     name = made.given.name
     return ctypes.CDLL(str(build(folder, [f"{name}.c", "more.c"], f"{name}.so", (*flags, "-shared", "-fPIC"))))
 

@@ -2,7 +2,6 @@
 
 import ctypes
 import re
-import subprocess
 from itertools import product
 
 import numpy as np
@@ -17,6 +16,7 @@ from kalmanq.compiler.host import Host, compiler
 from kalmanq.compiler.product import compiled
 from kalmanq.compiler.request import Options, due
 from kalmanq.errors import KalmanqError
+from library import cc, written
 from products import anemometer, calendar, drone, fridge, gps, heart, motor, oven, press, rover, spring, tank, ultrasound, well
 from test_words import TRAPS
 from whole import first
@@ -329,11 +329,9 @@ def dense(n: int) -> Model:
 def test_the_ram_that_is_told_is_the_struct_s(arithmetic, more, tmp_path):
     for model in (tank(), gps(), motor()):
         made = compiled(model, "flt", Options(arithmetic, **more))
-        for name, text in made.sources().items():
-            (tmp_path / name).write_text(text, encoding="utf-8")
-        (tmp_path / "size.c").write_text(f'#include "flt.h"\n_Static_assert(sizeof(flt_filter) == {made.ram}, "RAM");\n')
-        done = subprocess.run([compiler(), "-std=c11", "-c", str(tmp_path / "size.c"), "-o", str(tmp_path / "size.o")])
-        assert done.returncode == 0
+        size = f'#include "flt.h"\n_Static_assert(sizeof(flt_filter) == {made.ram}, "RAM");\n'
+        written(tmp_path, {**made.sources(), "size.c": size})
+        cc(compiler(), "-std=c11", "-c", "size.c", "-o", "size.o", folder=tmp_path)
 
 
 def test_q31_starts_anew_within_its_formats(tmp_path):

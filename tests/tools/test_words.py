@@ -10,6 +10,7 @@ import pytest
 
 import products
 from driven import in_words
+from library import cc, written
 from kalmanq import Model, Quantity
 from kalmanq.compiler import record, report
 from kalmanq.compiler.host import Host
@@ -132,10 +133,8 @@ def test_no_words_are_undefined_behaviour(make, options, tmp_path: Path):
                             first=f"static {given.name}_lag l; {given.name}_lag_start(&l);" if given.options.lag else "",
                             more=f"{given.name}_lag_step(&l, &f);" if given.options.lag else "",
                             u=", u" if given.of.l else "")
-    for name, one in {**product.sources(), "main.c": text}.items():
-        (tmp_path / name).write_text(one)
-    command = ["cc", *STRICT, "-O1", *TRAPS, f"{given.name}.c", "main.c", "-o", "any"]
-    subprocess.run(command, cwd=tmp_path, check=True)
+    written(tmp_path, {**product.sources(), "main.c": text})
+    cc("cc", *STRICT, "-O1", *TRAPS, f"{given.name}.c", "main.c", "-o", "any", folder=tmp_path)
     subprocess.run([str(tmp_path / "any")], check=True)
 
 
@@ -166,7 +165,7 @@ int main(void)
 
 def test_roots_and_inverses(tmp_path: Path):
     (tmp_path / "roots.c").write_text(ROOTS.format(routines=routines("inverse_root( inverse(")))
-    subprocess.run(["cc", "-std=c11", "-O1", *TRAPS, "roots.c", "-lm", "-o", "roots"], cwd=tmp_path, check=True)
+    cc("cc", "-std=c11", "-O1", *TRAPS, "roots.c", "-lm", "-o", "roots", folder=tmp_path)
     subprocess.run([str(tmp_path / "roots")], check=True)
 
 
@@ -210,5 +209,5 @@ int main(void)
 def test_weights_of_student(tmp_path: Path):
     """Where sigma of the noise has 16 bits or more of an innovation's word, as it has up to 16000 of them"""
     (tmp_path / "weights.c").write_text(WEIGHTS.format(routines=routines("student(")))
-    subprocess.run(["cc", "-std=c11", "-O1", *TRAPS, "weights.c", "-lm", "-o", "weights"], cwd=tmp_path, check=True)
+    cc("cc", "-std=c11", "-O1", *TRAPS, "weights.c", "-lm", "-o", "weights", folder=tmp_path)
     subprocess.run([str(tmp_path / "weights")], check=True)
