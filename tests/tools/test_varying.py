@@ -191,7 +191,7 @@ def test_what_does_not_fit_is_refused(given, said, arithmetic):
 def test_a_value_beyond_its_range_names_the_row():
     model = Model(1, 1, 1, 1, P0=1, states=[Quantity("x", "", 9)], measurements=[Quantity("z", "", 64)])
     with pytest.raises(KalmanqError, match="row 17: z = 70: measurements: beyond the declared range"):
-        Filter(model, "q31").run(70.0 * (np.arange(30) == 17), varying=Varying(H=np.ones(30)))
+        Smoother(model, "q31").run(70.0 * (np.arange(30) == 17), varying=Varying(H=np.ones(30)))
 
 
 def test_from_an_unknown_start_it_is_least_squares():
