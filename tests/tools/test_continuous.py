@@ -11,7 +11,6 @@ from driven import Driven
 from kalmanq import KalmanqError, Model, ModelError
 from kalmanq.compiler.product import compiled
 from kalmanq.compiler.request import Options
-from kalmanq.core import arithmetic_of, require
 from kalmanq.model import model_file
 
 LONG = np.longdouble
@@ -60,29 +59,6 @@ def test_a_step_is_that_of_60_digits(seed):
     for got, right in zip((model.A, model.Q, model.B), exact_step(model)):
         assert np.abs(got - right).max() <= 4e-15 * max(np.abs(right).max(), 1e-3) * max(1, np.abs(model.A).max())
     assert np.linalg.eigvalsh(model.Q).min() >= -1e-15 * np.abs(model.Q).max()
-
-
-@pytest.mark.parametrize("arithmetic", ["f64", "f32"])
-@pytest.mark.parametrize("seed", range(24))
-def test_the_step_of_the_chip_is_that_of_60_digits(seed, arithmetic):
-    """Of A and of each row of the root of Q a few roundings of a rate times dt"""
-    a = arithmetic_of(arithmetic)
-    model = random_model(seed)
-    given = [one.astype(a.number) for one in (model.continuous.F, model.continuous.B, model.continuous.Qc)]
-    dt = float(a.number.type(model.continuous.dt))
-    F, B, Qc = (one.astype(float) for one in given)
-    model = Model.of_continuous(F, np.eye(1, model.n), 0.1, Qc, dt=dt, B=B, P0=np.ones(model.n))
-    n, process, memory, root = model.n, a.struct("process"), a.empty(a.length("continuous", model.n, 2)), a.empty(model.n * (model.n + 1) // 2)
-    require(a.function("process_assign")(process, n, 2, a.pointer(root), len(root)), "assign")
-    require(a.function("process_init_continuous")(process, *map(a.pointer, given), dt, a.pointer(memory), len(memory)), "init")
-    S = np.zeros((n, n))
-    S.T[np.tril_indices(n)] = root
-    A, Q, B = exact_step(model)
-    eps = 8 * float(np.finfo(a.number).eps) * (1 + np.abs(np.linalg.eigvals(model.continuous.F)).max() * dt)
-    sigma = np.sqrt(np.diag(Q))
-    assert np.abs(memory[:n * n].reshape(n, n) - A).max() <= eps * max(1, np.abs(A).max())
-    assert np.abs(memory[n * n:n * n + 2 * n].reshape(n, 2) - B).max() <= eps * np.abs(B).max()
-    assert np.abs((S @ S.T - Q) / np.outer(sigma, sigma)).max() <= 2 * eps
 
 
 def test_a_file_of_it_reads_back_to_the_same(tmp_path):

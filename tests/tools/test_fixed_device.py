@@ -15,6 +15,7 @@ import pytest
 import kalmanq as kalmanq_package
 from command import kalmanq
 from compiled import STRICT
+from equations import path_of
 from kalmanq.compiler import equation_report, fixed_costs, fixed_report
 from kalmanq.compiler.emit import Row
 from kalmanq.compiler.equation_device_text import in_whole_groups
@@ -33,7 +34,7 @@ from kalmanq.nonlinear import NonlinearModel, read
 from library import cc, objects, written
 from whole import first
 
-ROOT, OWN = Path(__file__).resolve().parents[2], Path(__file__).parent / "equations"
+ROOT = Path(__file__).resolve().parents[2]
 SANITIZED = (*STRICT, "-fsanitize=undefined", "-fno-sanitize-recover", f"-I{ROOT / 'include'}")
 EXAMPLES = Path(kalmanq_package.__file__).parent / "examples"
 MOST = {  # sigma: of a mean beside double
@@ -65,10 +66,6 @@ int main(void)
     return 0;
 }}
 """
-
-
-def path_of(name: str) -> Path:
-    return next(one / f"{name}.py" for one in (OWN, EXAMPLES) if (one / f"{name}.py").exists())
 
 
 @lru_cache(None)
@@ -106,7 +103,7 @@ def test_it_comes_near_to_double(name):
 @pytest.mark.parametrize("name", ["battery", "gps_imu", "attitude"])
 def test_a_run_compiled_in_q31_is_the_device(name, tmp_path):
     """run --compiled --arith q31: block after block the words of the device's own run, and near to double"""
-    model = read(next(one for one in (OWN / f"{name}.py", EXAMPLES / f"{name}.py") if one.exists()))
+    model = read(path_of(name))
     product = compiled_fixed(model, "kf")
     record = in_whole_groups(equation_report.drawn(model, 120, 4)[0], product.given.together)
     u = record.now if model.l else None
