@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from math import factorial
+
 import numpy as np
 
 from kalmanq import Model, Quantity
@@ -26,10 +28,6 @@ def kinematic(axes: int, order: int, dt: float = 0.5, mixing: np.ndarray = CORRE
     return Model(np.kron(np.eye(axes), A), np.kron(np.eye(axes), np.eye(order)[:1]), np.diag(variances[:axes]),
                  np.kron(mixing[:axes, :axes], noise), P0=np.full(axes * order, 4.0), states=states,
                  measurements=measurements, gaps=gaps, name=f"m{axes * order}{axes}")
-
-
-def factorial(k: int) -> int:
-    return 1 if k < 2 else k * factorial(k - 1)
 
 
 def five(ranged: bool, dt: float = 0.5) -> list[Model]:

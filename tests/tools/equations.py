@@ -9,10 +9,11 @@ from pathlib import Path
 from typing import Any, Optional, Sequence
 
 import numpy as np
+from driven import Called
 
 from kalmanq.compiler.equation_product import compiled_equations
 from kalmanq.compiler.equation_report import drawn
-from kalmanq.compiler.host import Host, Ran, build
+from kalmanq.compiler.host import Host, Ran
 from kalmanq.compiler.product import Product
 from kalmanq.compiler.request import Options
 from kalmanq.model import model_file
@@ -67,38 +68,12 @@ def apart(one: Any, other: Any) -> tuple[float, float]:
     return float((np.abs(one.mean - other.mean) / sigma).max()), float(spread.max())
 
 
-class Bare:
+class Bare(Called):
     """One filter, whose functions are called as a firmware calls them"""
-
-    def __init__(self, product: Product, folder: Path):
-        self.product, name = product, product.given.name
-        self.type = ctypes.c_float if product.given.options.arithmetic == "f32" else ctypes.c_double
-        accessors = [f'#include "{name}.h"', "unsigned size(void);", "void *part(int, void *);",
-                     f"unsigned size(void) {{ return sizeof({name}_filter); }}",
-                     f"void *part(int which, void *p) {{ {name}_filter *f = p; return which == 0 ? (void *)&f->events : "
-                     f"{'which == 1 ? (void *)&f->nis : ' if product.given.options.nis else ''}(void *)f->x; }}"]
-        if product.given.options.nis:
-            accessors += [f"{product.arithmetic.type} likelihood({name}_filter *f, unsigned t);",
-                          f"{product.arithmetic.type} likelihood({name}_filter *f, unsigned t) {{ return {name}_log_likelihood(f, t); }}"]
-        for file, text in {**product.sources(), "accessors.c": "\n".join([*accessors, ""])}.items():
-            (folder / file).write_text(text, encoding="utf-8")
-        self.library = ctypes.CDLL(str(build(folder, [f"{name}.c", "accessors.c"], "bare.so", ("-shared", "-fPIC"))))
-        self.f = ctypes.create_string_buffer(self.library.size())
-        self.library.part.restype = ctypes.c_void_p
-        getattr(self.library, f"{name}_covariance").restype = self.type
-        self.call("start")
-
-    def call(self, what: str, *given: Any) -> int:
-        made = getattr(self.library, f"{self.product.given.name}_{what}")
-        return made(ctypes.byref(self.f), *given)
 
     def _given(self, arguments: str, z: Any, u: Any, t: float) -> list[Any]:
         made = [self.numbers(one) for name, one in (("z", z), ("u", u)) if f" {name}[" in arguments]
         return made + ([self.type(t)] if arguments.endswith(" t") else [])
-
-    def numbers(self, given: Any) -> Any:
-        array = np.ravel(np.asarray(given, float))
-        return (self.type * len(array))(*array)
 
     def predict(self, u: Any = None, t: float = 0.0) -> None:
         self.call("predict", *self._given(self.product.text.predict_arguments(), None, u, t))
@@ -109,41 +84,20 @@ class Bare:
         return self.call(f"update{one.suffix}" + ("" if present is None else "_some"), *given,
                          *([] if present is None else [ctypes.c_uint(present)]))
 
-    def _part(self, which: int, type_: Any) -> Any:
-        return type_.from_address(self.library.part(which, ctypes.byref(self.f)))
-
     @property
     def events(self) -> set[str]:
-        bits = self._part(0, ctypes.c_uint16).value
+        bits = self.library.events(self.f)
         return {one for k, one in enumerate(self.product.events) if bits >> k & 1}
 
     def clear(self) -> None:
-        self._part(0, ctypes.c_uint16).value = 0
-
-    @property
-    def nis(self) -> float:
-        return self._part(1, self.type).value
-
-    def likelihood(self, taken: int) -> float:
-        self.library.likelihood.restype = self.type
-        return self.library.likelihood(ctypes.byref(self.f), ctypes.c_uint(taken))
+        self.library.clear(self.f)
 
     @property
     def bytes(self) -> bytes:
         """Of the filter, without its events"""
-        at = self.library.part(0, ctypes.byref(self.f)) - ctypes.addressof(self.f)
-        return self.f.raw[:at] + self.f.raw[at + 2:]
-
-    @property
-    def mean(self) -> np.ndarray:
-        n = self.product.given.of.n
-        x = (self.type * (2 * n)).from_address(self.library.part(2, ctypes.byref(self.f)))
-        return np.array(x[:n]) + np.array(x[n:])
-
-    @property
-    def covariance(self) -> np.ndarray:
-        n = self.product.given.of.n
-        return np.array([[self.call("covariance", i, j) for j in range(n)] for i in range(n)])
+        copy = ctypes.create_string_buffer(self.f.raw, len(self.f))
+        self.library.clear(copy)
+        return copy.raw
 
 
 def wrong_lines(done: Any) -> Sequence[str]:

@@ -1,4 +1,4 @@
-"""The library on this machine, for programs around what the tools write: an object of each file, compiled once."""
+"""Programs around what the tools write, on this machine; of the library an object of each file, compiled once."""
 
 from __future__ import annotations
 
@@ -6,6 +6,7 @@ import subprocess
 from functools import lru_cache
 from pathlib import Path
 from tempfile import TemporaryDirectory
+from typing import Mapping, Optional
 
 ROOT = Path(__file__).resolve().parents[2]
 _FOLDER = TemporaryDirectory(prefix="kalmanq-library-")
@@ -17,6 +18,18 @@ def _object(part: str) -> str:
     subprocess.run(["cc", "-std=c11", "-O0", "-ffp-contract=off", "-fPIC", f"-I{ROOT / 'include'}", "-c",
                     str(ROOT / "src" / f"kq_{part}.c"), "-o", made], check=True)
     return made
+
+
+def written(folder: Path, files: Mapping[str, str]) -> None:
+    folder.mkdir(parents=True, exist_ok=True)
+    for name, text in files.items():
+        (folder / name).write_text(text, encoding="utf-8")
+
+
+def cc(*command: object, folder: Optional[Path] = None) -> None:
+    """A compiler that has nothing to say"""
+    done = subprocess.run([str(one) for one in command], cwd=folder, capture_output=True, text=True)
+    assert done.returncode == 0 and not done.stderr, done.stderr
 
 
 def objects(*parts: str) -> list[str]:

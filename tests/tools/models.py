@@ -44,27 +44,29 @@ def data(model: kalmanq.Model, rows: int, seed: int) -> tuple[np.ndarray, np.nda
     return z, u
 
 
-def textbook(model: kalmanq.Model, z: np.ndarray, u: np.ndarray | None) -> dict[str, np.ndarray]:
-    """Means, covariances and log-likelihood terms, filtered; means and covariances, smoothed."""
-    A, Q = model.A, model.Q
+def filtered(model: kalmanq.Model, z: np.ndarray, u: np.ndarray | None) -> tuple[list, ...]:
+    """Of each row: mean, covariance, both before its measurement, and its term of the log-likelihood"""
     x, P = model.x0, model.P0
     mean, full, before, terms = [], [], [], []
     for t in range(len(z)):
         if t:
-            x = A @ x + (0 if u is None else model.B @ u[t - 1])
-            P = A @ P @ A.T + Q
+            x, P = moved(model, x, u, t), model.A @ P @ model.A.T + model.Q
         before.append((x, P))
-        there = ~np.isnan(z[t])
-        H, R, term = model.H[there], model.R[np.ix_(there, there)], 0.0
-        if np.any(there):
-            S, e = H @ P @ H.T + R, z[t][there] - H @ x
-            K = np.linalg.solve(S, H @ P).T
+        term = 0.0
+        if np.any(~np.isnan(z[t])):
+            e, S, K = innovation(model, x, P, z[t])
             x, P = x + K @ e, P - K @ S @ K.T
             term = -0.5 * (np.log(np.linalg.det(2 * np.pi * S)) + e @ np.linalg.solve(S, e))
         mean.append(x), full.append(P), terms.append(term)
+    return mean, full, before, terms
+
+
+def textbook(model: kalmanq.Model, z: np.ndarray, u: np.ndarray | None) -> dict[str, np.ndarray]:
+    """Means, covariances and log-likelihood terms, filtered; means and covariances, smoothed."""
+    mean, full, before, terms = filtered(model, z, u)
     smoothed, smoothed_full = [mean[-1]], [full[-1]]
     for t in range(len(z) - 2, -1, -1):
-        C = np.linalg.solve(before[t + 1][1], A @ full[t]).T
+        C = np.linalg.solve(before[t + 1][1], model.A @ full[t]).T
         smoothed.insert(0, mean[t] + C @ (smoothed[0] - before[t + 1][0]))
         smoothed_full.insert(0, full[t] + C @ (smoothed_full[0] - before[t + 1][1]) @ C.T)
     return {name: np.array(of) for name, of in (

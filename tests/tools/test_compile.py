@@ -19,7 +19,7 @@ import numpy as np
 import pytest
 from command import kalmanq as kalmanq_command, twice
 from compiled import Compiled, compiled, make
-from compiled_models import factorial, five, kinematic, random_model
+from compiled_models import five, kinematic, random_model
 from typer.testing import CliRunner
 from whole import WHOLE, first
 
@@ -855,13 +855,6 @@ main()
     assert done.returncode == 1 and done.stderr.count("\n") == 1, done.stderr
     assert re.fullmatch(rf"kalmanq: .*{re.escape(named)}.*: File too large\n", done.stderr), done.stderr
     assert [one.name for one in tmp_path.iterdir()] == ["m.toml"]
-
-
-def test_the_models_of_the_table_are_what_they_say() -> None:
-    assert [factorial(k) for k in range(4)] == [1, 1, 2, 6]
-    acceleration = kinematic(1, 3, dt=0.5)
-    assert np.allclose(acceleration.A, [[1, 0.5, 0.125], [0, 1, 0.5], [0, 0, 1]])
-    assert np.allclose(acceleration.Q[0], [0.5**5 / 20, 0.5**4 / 8, 0.5**3 / 6])
 
 
 # ------------------------------------------------------------------------------ a hint at it

@@ -12,6 +12,7 @@ import numpy as np
 import pytest
 from command import twice
 from driven import Driven
+from library import cc, written
 from products import ALL, drone, gps, heart, interferometer, load_cell, rover, spring, tank, tilt, ultrasound, well
 from scipy.stats import chi2
 from whole import WHOLE, first
@@ -34,9 +35,7 @@ COVARIANCE = {"f32": 1e-4, "f64": 2e-6}  # sigma_i sigma_j
 
 
 def built(folder: Path, name: str, *command: str) -> None:
-    done = subprocess.run([*command, *STRICT, str(folder / f"{name}.c"), str(folder / f"{name}_test.c")],
-                          capture_output=True, text=True, cwd=folder)
-    assert done.returncode == 0, done.stderr
+    cc(*command, *STRICT, f"{name}.c", f"{name}_test.c", folder=folder)
 
 
 # ------------------------------------------------------------------------------ every product
@@ -48,8 +47,7 @@ def accurate(model: Model, arithmetic: str, rows: int, seeds: tuple, folder: Pat
     with Host(product) as host:
         made = [tried(product.given, host, rows, seed, 10 * max(model.gaps.max_gap, GAP)) for seed in seeds]
         texts = report.files(product, host, report.Findings(0, 0, 1, 0), "")
-    for name, text in texts.items():
-        (folder / name).write_text(text, encoding="utf-8")
+    written(folder, texts)
     built(folder, model.name, "gcc", "-O1", "-ffp-contract=off", "-lm", "-o", "trial")
     done = subprocess.run([str(folder / "trial")], capture_output=True, text=True)
     assert done.returncode == 0 and done.stdout.endswith("OK\n"), done.stdout
@@ -60,12 +58,6 @@ def accurate(model: Model, arithmetic: str, rows: int, seeds: tuple, folder: Pat
     assert max(one.mean for one in made) < MEAN[arithmetic]
     assert max(one.covariance for one in made) < COVARIANCE[arithmetic]
     return made
-
-
-def test_there_are_24_products() -> None:
-    models = [make() for make in ALL]
-    assert len({one.name for one in models}) == 24 and max(one.n for one in models) == 9
-    assert any(one.l == 2 for one in models) and any(np.any(one.unknown) for one in models)
 
 
 @pytest.mark.parametrize("make, arithmetic", [(make, "f32") for make in ALL] + [
@@ -99,13 +91,11 @@ def test_a_measurement_that_is_known_far_better_than_the_start(make: Callable[[]
 @pytest.mark.skipif(not shutil.which("g++"), reason="no C++ compiler")
 @pytest.mark.parametrize("options", [Options(nis=True), Options("f64", gate=4.0, nis=True), Options(student=5.0)])
 def test_cpp_takes_the_header(options: Options, tmp_path: Path) -> None:
-    for name, text in compiled(rover(), "flt", options).sources().items():
-        (tmp_path / name).write_text(text)
+    written(tmp_path, compiled(rover(), "flt", options).sources())
     (tmp_path / "main.cpp").write_text('#include "flt.h"\nint main()\n{\n    flt_filter f;\n    flt_start(&f);\n'
                                        "    return f.events;\n}\n")
     strict = [one for one in STRICT if one != "-std=c11"]
-    done = subprocess.run(["g++", "-fsyntax-only", *strict, str(tmp_path / "main.cpp")], capture_output=True, text=True)
-    assert done.returncode == 0, done.stderr
+    cc("g++", "-fsyntax-only", *strict, tmp_path / "main.cpp")
 
 
 # ------------------------------------------------------------------------------ after how many samples it has settled
@@ -316,7 +306,7 @@ def test_settled_is_as_not_settled(make: Callable[[], Model], arithmetic: str, t
     pair.settle()
     for one in (pair.with_, pair.without):
         for _ in range(100_000):
-            one.library.predict(one.filter, one._controls(None))
+            one.predict()
     pair.rows(5)
     pair.settle()
     # R is 1e-13 of what is known then
@@ -386,14 +376,12 @@ def test_what_a_float_has_trouble_with(what: str, tmp_path: Path) -> None:
         with Host(product) as host:
             made = tried(product.given, host, 1500, 1)
             record = drawn(product.given, 1500, 2)
-            ran = host.run(record.z, record.u, record.present, record.what)
+            ran = host.run_record(record)
         if (what, arithmetic) != ("a clock that fades", "f32"):  # a variance of 1e-36 is 0 in a float
             assert made.mean < MEAN[arithmetic] and made.covariance < COVARIANCE[arithmetic]
         assert np.all(np.einsum("tii->ti", ran.covariance) >= 0) and np.all(np.isfinite(ran.mean))
-        for name, text in product.sources().items():
-            (tmp_path / name).write_text(text)
-        done = subprocess.run(["gcc", "-fsyntax-only", *STRICT, str(tmp_path / "flt.c")], capture_output=True, text=True)
-        assert done.returncode == 0, done.stderr
+        written(tmp_path, product.sources())
+        cc("gcc", "-fsyntax-only", *STRICT, tmp_path / "flt.c")
 
 
 @pytest.mark.parametrize("what", first(3, ("fades without noise", "a row of H that is 0", "known at first", "unseen",
@@ -403,8 +391,7 @@ def test_nothing_is_undefined(what: str, tmp_path: Path) -> None:
     product = compiled(model, "flt", Options(gate=3.0, nis=True))
     with Host(product) as host:
         texts = report.files(product, host, report.Findings(0, 0, 1, 0), "")
-    for name, text in texts.items():
-        (tmp_path / name).write_text(text)
+    written(tmp_path, texts)
     built(tmp_path, "flt", "gcc", "-O1", "-fsanitize=undefined,address", "-fno-sanitize-recover", "-lm", "-o", "trial")
     done = subprocess.run([str(tmp_path / "trial")], capture_output=True, text=True)
     assert done.returncode == 0 and done.stdout.endswith("OK\n"), done.stderr
@@ -421,8 +408,7 @@ def test_every_entry_is_read_where_a_part_is_constant(tmp_path: Path) -> None:
 
 
 def test_fast_math_is_refused(tmp_path: Path) -> None:
-    for name, text in compiled(tank(), "flt").sources().items():
-        (tmp_path / name).write_text(text)
+    written(tmp_path, compiled(tank(), "flt").sources())
     for flags in (["-ffast-math"], ["-Ofast"], ["-funsafe-math-optimizations"], ["-ffinite-math-only"]):
         done = subprocess.run(["gcc", "-c", *flags, str(tmp_path / "flt.c"), "-o", str(tmp_path / "flt.o")],
                               capture_output=True, text=True)
@@ -681,8 +667,7 @@ def test_f64_takes_what_a_float_cannot_hold() -> None:
 @pytest.mark.parametrize("arithmetic, said", [("f32", ""), ("f64", "use --arith f32")])
 def test_an_int_of_16_bits_counts_as_far(arithmetic: str, said: str, tmp_path: Path) -> None:
     """76041 samples until it has settled; a double of 32 bits is refused."""
-    for name, text in compiled(tilt(), "flt", Options(arithmetic)).sources().items():
-        (tmp_path / name).write_text(text)
+    written(tmp_path, compiled(tilt(), "flt", Options(arithmetic)).sources())
     done = subprocess.run(["avr-gcc", "-mmcu=atmega2560", "-Os", *STRICT, "-c", str(tmp_path / "flt.c"), "-o",
                            str(tmp_path / "flt.o")], capture_output=True, text=True)
     assert said in done.stderr if said else done.returncode == 0, done.stderr
@@ -693,9 +678,8 @@ def test_the_table_of_roots_stays_in_the_flash_of_an_avr(tmp_path: Path) -> None
     """Of 2 kB of RAM it would take 384 bytes, as constants do there"""
     model = Model(1.0, 1.0, 4.0, 0.04, P0=100.0, states=[kalmanq.Quantity("level", range=1000)],
                   measurements=[kalmanq.Quantity("count", range=1000)])
-    for name, text in compiled(model, "flt", Options("q31")).sources().items():
-        (tmp_path / name).write_text(text)
-    subprocess.run(["avr-gcc", "-mmcu=atmega328p", "-Os", *STRICT, "-c", str(tmp_path / "flt.c"), "-o", str(tmp_path / "flt.o")], check=True)
+    written(tmp_path, compiled(model, "flt", Options("q31")).sources())
+    cc("avr-gcc", "-mmcu=atmega328p", "-Os", *STRICT, "-c", "flt.c", "-o", "flt.o", folder=tmp_path)
     sizes = subprocess.run(["avr-size", "-A", str(tmp_path / "flt.o")], check=True, capture_output=True, text=True).stdout
     of = {line.split()[0]: int(line.split()[1]) for line in sizes.splitlines() if line.startswith(".")}
     assert sum(size for name, size in of.items() if name.startswith((".rodata", ".data", ".bss"))) < 100

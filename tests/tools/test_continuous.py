@@ -2,17 +2,15 @@
 
 from __future__ import annotations
 
-import ctypes
 from decimal import Decimal, localcontext
 
 import numpy as np
 import pytest
-from driven import library
+from driven import Driven
 
 from kalmanq import KalmanqError, Model, ModelError
 from kalmanq.compiler.product import compiled
 from kalmanq.compiler.request import Options
-from kalmanq.core import arithmetic_of, require
 from kalmanq.model import model_file
 
 LONG = np.longdouble
@@ -61,29 +59,6 @@ def test_a_step_is_that_of_60_digits(seed):
     for got, right in zip((model.A, model.Q, model.B), exact_step(model)):
         assert np.abs(got - right).max() <= 4e-15 * max(np.abs(right).max(), 1e-3) * max(1, np.abs(model.A).max())
     assert np.linalg.eigvalsh(model.Q).min() >= -1e-15 * np.abs(model.Q).max()
-
-
-@pytest.mark.parametrize("arithmetic", ["f64", "f32"])
-@pytest.mark.parametrize("seed", range(24))
-def test_the_step_of_the_chip_is_that_of_60_digits(seed, arithmetic):
-    """Of A and of each row of the root of Q a few roundings of a rate times dt"""
-    a = arithmetic_of(arithmetic)
-    model = random_model(seed)
-    given = [one.astype(a.number) for one in (model.continuous.F, model.continuous.B, model.continuous.Qc)]
-    dt = float(a.number.type(model.continuous.dt))
-    F, B, Qc = (one.astype(float) for one in given)
-    model = Model.of_continuous(F, np.eye(1, model.n), 0.1, Qc, dt=dt, B=B, P0=np.ones(model.n))
-    n, process, memory, root = model.n, a.struct("process"), a.empty(a.length("continuous", model.n, 2)), a.empty(model.n * (model.n + 1) // 2)
-    require(a.function("process_assign")(process, n, 2, a.pointer(root), len(root)), "assign")
-    require(a.function("process_init_continuous")(process, *map(a.pointer, given), dt, a.pointer(memory), len(memory)), "init")
-    S = np.zeros((n, n))
-    S.T[np.tril_indices(n)] = root
-    A, Q, B = exact_step(model)
-    eps = 8 * float(np.finfo(a.number).eps) * (1 + np.abs(np.linalg.eigvals(model.continuous.F)).max() * dt)
-    sigma = np.sqrt(np.diag(Q))
-    assert np.abs(memory[:n * n].reshape(n, n) - A).max() <= eps * max(1, np.abs(A).max())
-    assert np.abs(memory[n * n:n * n + 2 * n].reshape(n, 2) - B).max() <= eps * np.abs(B).max()
-    assert np.abs((S @ S.T - Q) / np.outer(sigma, sigma)).max() <= 2 * eps
 
 
 def test_a_file_of_it_reads_back_to_the_same(tmp_path):
@@ -157,39 +132,21 @@ def test_a_decay_that_is_1_in_a_float_is_a_field_all_the_same():
 @pytest.mark.parametrize("name", MODELS)
 def test_move_is_a_step_of_another_length(name, arithmetic, most, tmp_path):
     model = Model.of_continuous(**MODELS[name], dt=0.05, P0=np.ones(len(MODELS[name]["F"])))
-    made = compiled(model, "flt", Options(arithmetic, tunable=True))
-    n, type_ = model.n, made.arithmetic.type
-    called = library(tmp_path, made, f"""
-#include "flt.h"
-unsigned size(void) {{ return sizeof(flt_filter); }}
-int move(flt_filter *f, double dt) {{ return flt_move(f, ({type_})dt); }}
-void row(flt_filter *f, double u, double z, double *x, double *P)
-{{
-    const {type_} w[1] = {{({type_})u}}, v[1] = {{({type_})z}};
-    flt_predict(f, w);
-    flt_update(f, v);
-    for (int i = 0; i < {n}; i++) x[i] = (double)f->x[i] + (double)f->low[i];
-    for (int i = 0; i < {n}; i++)
-        for (int j = 0; j < {n}; j++) P[i * {n} + j] = (double)flt_covariance(f, i, j);
-}}
-""")
-    called.move.argtypes = [ctypes.c_void_p, ctypes.c_double]
-    called.row.argtypes = [ctypes.c_void_p, ctypes.c_double, ctypes.c_double, ctypes.c_void_p, ctypes.c_void_p]
-    f, draws = ctypes.create_string_buffer(called.size()), np.random.default_rng(1)
-    called.flt_start(f)
-    x, P, H = np.zeros(n, LONG), np.eye(n, dtype=LONG), model.H[0].astype(LONG)
-    mean, covariance = np.zeros(n), np.zeros((n, n))
+    f, draws = Driven(model, tmp_path, Options(arithmetic, tunable=True)), np.random.default_rng(1)
+    x, P, H = np.zeros(model.n, LONG), np.eye(model.n, dtype=LONG), model.H[0].astype(LONG)
     for row in range(300):
         dt = float(np.float32(draws.exponential(0.05) + 1e-3 if row % 50 else 10.0))
         u, z = (float(np.float32(one)) for one in draws.standard_normal(2))
-        assert called.move(f, dt) == 1
-        called.row(f, u, z, mean.ctypes.data, covariance.ctypes.data)
+        assert f.call("move", f.type(dt)) == 1
+        f.predict(u)
+        f.update(z)
+        mean, covariance = f.read()
         A, Q, B = (one.astype(LONG) for one in model.continuous.step(dt))
         x, P = A @ x + B[:, 0] * u, A @ P @ A.T + Q
         k = P @ H / (H @ P @ H + LONG(np.float32(model.R[0, 0]) if arithmetic == "f32" else model.R[0, 0]))
         x, P = x + k * (z - H @ x), P - np.outer(k, H @ P)
         sigma = np.sqrt(np.diag(P))
         assert np.abs((mean - x) / sigma).max() < 10 * most and np.abs(covariance - P).max() < most * P.max(), row
-    before = f.raw
+    before = f.bits
     for dt in (0.0, -1.0, float("nan"), float("inf")):
-        assert called.move(f, dt) == 0 and f.raw == before
+        assert f.call("move", f.type(dt)) == 0 and f.bits == before

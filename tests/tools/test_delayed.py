@@ -10,13 +10,14 @@ import subprocess
 import numpy as np
 import pytest
 from command import kalmanq
+from driven import Called
 from firmware_here import Firmware
 from whole import first
 
 from kalmanq import Filter
 from kalmanq.compiler.equation_product import compiled_equations
 from kalmanq.compiler.equation_report import recorded
-from kalmanq.compiler.host import Host, build
+from kalmanq.compiler.host import Host
 from kalmanq.compiler.product import compiled
 from kalmanq.compiler.request import Options
 from kalmanq.core import lib
@@ -26,85 +27,34 @@ from kalmanq.firmware.steps_kept import latest_of
 from kalmanq.model import Model, Quantity, Sensor, model_file
 from kalmanq.nonlinear import read, simulate
 
-DRIVER = """
-#include "late.h"
-static late_delayed d;
-void start(void);
-void start(void) {{ late_start(&d.now); late_delayed_start(&d); }}
-int predict(const double *given, double dt);
-int predict(const double *given, double dt)
-{{
-    {type} u[{inputs} + 1];
-    (void)u, (void)given, (void)dt;
-{pushes}
-{predict}
-}}
-unsigned update(const double *given, unsigned present, unsigned ago);
-unsigned update(const double *given, unsigned present, unsigned ago)
-{{
-    {type} z[{m}];
-{measured}
-    return late_delayed_update(&d, z, present, ago);
-}}
-unsigned events(void);
-unsigned events(void) {{ return d.now.events; }}
-unsigned size(void);
-unsigned size(void) {{ return sizeof d; }}
-{tuned}
-void read(double *mean, double *covariance);
-void read(double *mean, double *covariance)
-{{
-    const late_filter f = d.now;
-{means}
-    for (int i = 0; i < {n}; i++)
-        for (int j = 0; j < {n}; j++) covariance[i * {n} + j] = {entry};
-}}
-"""
+class Late(Called):
+    """The compiled filter's NAME_delayed"""
 
+    STRUCT, NOW, MORE = "delayed", "p->now", "void begin({name}_delayed *p) {{ {name}_start(&p->now), {name}_delayed_start(p); }}\n"
+    FLAGS = ("-Wall", "-Wextra", "-Wpedantic", "-Wconversion", "-Wdouble-promotion", "-Werror")
 
-TUNED = """
-void set_r(int j, double value);
-void set_r(int j, double value) { d.now.r[j] = value; }
-double r(int j);
-double r(int j) { return d.now.r[j]; }
-"""
-
-
-class Late:
-    """The compiled filter's NAME_delayed on this machine"""
-
-    def __init__(self, product, folder):
-        given, a = product.given, product.arithmetic
-        inside = [f"    z[{j}] = {a.from_double('measurements', j, f'given[{j}]')};" for j in range(given.of.m)]
-        pushes = [f"    u[{k}] = {a.from_double('controls', k, f'given[{k}]')};" for k in range(given.inputs)]
-        arguments = ("".join([", u"] if given.inputs else []) + (", (" + a.type + ")dt" if given.options.tunable else ""))
-        predict = f"    return late_delayed_predict(&d{arguments});" if given.options.tunable else \
-            f"    late_delayed_predict(&d{arguments});\n    return 1;"
-        means = [f"    mean[{i}] = {a.mean_double(i)};" for i in range(given.of.n)]
-        files = {**product.sources(), "driver.c": DRIVER.format(
-            type=a.type, m=given.of.m, n=given.of.n, inputs=given.inputs, measured="\n".join(inside), pushes="\n".join(pushes),
-            predict=predict, means="\n".join(means), tuned=TUNED if given.options.tunable else "", entry=a.covariance_double("i", "j"))}
-        for name, text in files.items():
-            (folder / name).write_text(text)
-        warned = ("-Wall", "-Wextra", "-Wpedantic", "-Wconversion", "-Wdouble-promotion", "-Werror")
-        subprocess.run(["gcc", "-std=c11", "-O2", *warned, "-c", "late.c", "-o", "late.o"], cwd=folder, check=True)
-        self.library = ctypes.CDLL(str(build(folder, ["late.c", "driver.c"], "late.so", ("-shared", "-fPIC"))))
-        self.n, self.library.predict.argtypes = given.of.n, [ctypes.c_void_p, ctypes.c_double]
-        if given.options.tunable:
-            self.library.r.restype = ctypes.c_double
-        self.library.start()
+    def start(self):
+        self.library.begin(self.f)
 
     def predict(self, u, dt=0.0):
-        return self.library.predict(np.ascontiguousarray(u, float).ctypes.data_as(ctypes.c_void_p), dt)
+        """Of steps of any length: whether dt is one"""
+        of_any = self.product.given.options.tunable
+        done = self.call("delayed_predict", *self.controls(u), *([self.type(dt)] if of_any else []))
+        return done if of_any else 1
 
     def update(self, z, present, ago):
-        z = np.ascontiguousarray(np.nan_to_num(z), float)
-        return self.library.update(z.ctypes.data_as(ctypes.c_void_p), int(present), int(ago))
+        return self.call("delayed_update", self.words("measurements", np.nan_to_num(z)), *map(ctypes.c_uint, (int(present), int(ago))))
 
-    def read(self):
-        made = np.zeros(self.n), np.zeros((self.n, self.n))
-        self.library.read(*(ctypes.c_void_p(one.ctypes.data) for one in made))
-        return made
+    @property
+    def events(self):
+        return self.library.events(self.f)
+
+
+class Tuned(Late):
+    MORE = Late.MORE + """\
+void set_r({name}_delayed *p, int j, double value) {{ p->now.r[j] = value; }}
+double r(const {name}_delayed *p, int j) {{ return p->now.r[j]; }}
+"""
 
 
 def some_model(seed: int, continuous: bool = False, pushes: bool = True) -> Model:
@@ -157,7 +107,7 @@ def test_compiled_bits_are_those_of_the_run_in_which_nothing_was_late(seed, opti
     product = compiled(model, "late", options)
     z, u, is_there, told = log_of(model, seed)
     late = Late(product, tmp_path)
-    assert late.library.size() == product.ram_delayed
+    assert len(late.f) == product.ram_delayed
     if options.gate is None:
         given_late(late, z, u, is_there, told)
     else:  # what the gate takes depends on what is known then
@@ -184,10 +134,10 @@ def test_steps_of_any_length(seed, tmp_path):
     z, u, is_there, told = log_of(model, seed)
     dt = np.random.default_rng(seed).uniform(0.05, 0.2, len(z))
     late = Late(product, tmp_path)
-    assert late.library.size() == product.ram_delayed and late.predict(u[0], -1.0) == 0
+    assert len(late.f) == product.ram_delayed and late.predict(u[0], -1.0) == 0
     given_late(late, z, u, is_there, told, dt)
     mean, covariance = late.read()
-    late.library.start()
+    late.start()
     given_late(late, z, u, is_there, np.arange(len(z))[:, None] + np.zeros((1, model.m), int), dt)
     for made, right in zip((mean, covariance), late.read()):
         assert np.array_equal(made, right)
@@ -200,13 +150,13 @@ def test_a_variance_that_a_program_sets_holds(tmp_path):
     z, u, is_there, told = log_of(model, 3)
     ends = []
     for is_late in (True, False):
-        (folder := tmp_path / str(is_late)).mkdir()
-        late = Late(product, folder)
-        late.library.set_r(1, ctypes.c_double(7.0))
+        late = Tuned(product, tmp_path / str(is_late))
+        late.library.set_r(late.f, 1, ctypes.c_double(7.0))
         given_late(late, z, u, is_there, told if is_late else np.arange(len(z))[:, None] + np.zeros((1, model.m), int), np.full(len(z), 0.1))
         ends.append(late.read())
-    late.library.set_r(1, ctypes.c_double(model.R[1, 1]))
-    assert all(np.array_equal(*pair) for pair in zip(*ends)) and late.library.r(1) == model.R[1, 1]
+    late.library.set_r(late.f, 1, ctypes.c_double(model.R[1, 1]))
+    late.library.r.restype = ctypes.c_double
+    assert all(np.array_equal(*pair) for pair in zip(*ends)) and late.library.r(late.f, 1) == model.R[1, 1]
 
 
 def test_what_is_no_step_that_is_kept_is_refused(tmp_path):
@@ -215,14 +165,14 @@ def test_what_is_no_step_that_is_kept_is_refused(tmp_path):
     late, kept = Late(product, tmp_path), latest_of(model)
     told = [name for name in product.events]
     bit = 1 << told.index("TOO_LATE")
-    assert late.update(np.ones(model.m), 1, 1) == 0 and late.library.events() == bit  # before the first step
+    assert late.update(np.ones(model.m), 1, 1) == 0 and late.events == bit  # before the first step
     for _ in range(kept + 3):
         late.predict(np.zeros(1))
     before = late.read()
     assert late.update(np.ones(model.m), 1, kept + 1) == 0 and late.update(np.ones(model.m), 0, kept) == 0
     assert all(np.array_equal(one, other) for one, other in zip(before, late.read()))
     assert late.update(np.ones(model.m), 3, kept) == 3 and late.update(np.ones(model.m), 2, kept) == 0
-    assert late.update(np.full(model.m, 1e30), 1, 0) == 0 and late.library.events() == bit | 1
+    assert late.update(np.full(model.m, 1e30), 1, 0) == 0 and late.events == bit | 1
 
 
 def test_options_that_go_with_no_delay(tmp_path):
@@ -372,68 +322,38 @@ def simulated_controls(t):
     return [1.5, 0.3 * np.sin(0.5 * t)]
 '''
 
-ROVER_DRIVER = """
-#include "rover.h"
-static rover_delayed d;
-void start(void), predict(const {type} *u, double t, double dt);
-unsigned update(int which, const {type} *z, const {type} *u, double t, unsigned ago), size(void), events(void);
-void start(void) {{ rover_start(&d.now); rover_delayed_start(&d); }}
-void predict(const {type} *u, double t, double dt) {{ (void)t; rover_delayed_predict(&d, u, ({type})dt); }}
-unsigned update(int which, const {type} *z, const {type} *u, double t, unsigned ago)
-{{
-    if (which == 0) return rover_delayed_update_compass(&d, z);
-    return which == 1 ? rover_delayed_update_gps(&d, z, ago) : rover_delayed_update_mast(&d, z, u, ({type})t, ago);
-}}
-unsigned size(void) {{ return sizeof d; }}
-unsigned events(void) {{ return d.now.events; }}
-const {type} *words(void);
-const {type} *words(void) {{ return d.now.x; }}
-"""
-
-
 @pytest.mark.parametrize("seed, arithmetic", first(2, [(seed, T) for seed in range(4) for T in ("f32", "f64")]))
 def test_a_nonlinear_filter_takes_what_is_late(seed, arithmetic, tmp_path):
     """Steps of any length, h of u and t, sensors 2 to 6 steps late in any order: the bits of the run in which nothing was late"""
     (tmp_path / "rover.py").write_text(ROVER)
     model, draw, rows = read(tmp_path / "rover.py"), np.random.default_rng(seed), 60
     product = compiled_equations(model, "rover", Options(arithmetic))
-    number = np.float32 if arithmetic == "f32" else np.float64
-    for name, text in {**product.sources(), "driver.c": ROVER_DRIVER.format(type=product.arithmetic.type)}.items():
-        (tmp_path / name).write_text(text)
-    library = ctypes.CDLL(str(build(tmp_path, ["rover.c", "driver.c"], "rover.so", ("-shared", "-fPIC", "-Wall", "-Wextra", "-Wconversion"))))
-    library.predict.argtypes = [ctypes.c_void_p, ctypes.c_double, ctypes.c_double]
-    library.update.argtypes = [ctypes.c_int, ctypes.c_void_p, ctypes.c_void_p, ctypes.c_double, ctypes.c_uint]
-    library.words.restype = ctypes.POINTER(ctypes.c_float if arithmetic == "f32" else ctypes.c_double)
     times = np.cumsum(draw.uniform(0.03, 0.07, rows).astype(np.float32)).astype(float)
     _, z, u = simulate(model, rows, seed, times=times)
-    z, u = z.astype(np.float32).astype(number), u.astype(np.float32).astype(number)
-    parts, latest = [slice(0, 1), slice(1, 3), slice(3, 4)], 6
+    z, u, latest = z.astype(np.float32).astype(float), u.astype(np.float32).astype(float), 6
     is_there = draw.random((rows, 3)) < 0.7
     is_there[rows - latest:] = False
     told = np.arange(rows)[:, None] + np.where([False, True, True], draw.integers(0, latest + 1, (rows, 3)), 0)
-    library.start()
-    assert library.size() == product.ram_delayed
+    late = Late(product, tmp_path)
+    assert len(late.f) == product.ram_delayed
 
-    def pointer(values):
-        kept.append(np.ascontiguousarray(values))
-        return kept[-1].ctypes.data
+    def update(sensor, row, ago):
+        more = {"compass": [], "gps": [ctypes.c_uint(ago)], "mast": [late.numbers(u[row]), late.type(times[row]), ctypes.c_uint(ago)]}
+        measured = z[row, sensor.first:sensor.first + sensor.m]
+        return late.call(f"delayed_update_{sensor.name}", late.numbers(measured), *more[sensor.name])
 
-    kept: list = []
     for t in range(rows):
         if t:
-            library.predict(pointer(u[t - 1]), times[t - 1], times[t] - times[t - 1])
-        for which in range(3):
+            late.call("delayed_predict", late.numbers(u[t - 1]), late.type(times[t] - times[t - 1]))
+        for which, sensor in enumerate(model.sensors):
             for row in draw.permutation(np.flatnonzero(is_there[:, which] & (told[:, which] == t))):
-                taken = library.update(which, pointer(z[row, parts[which]]), pointer(u[row]), times[row], int(t - row))
-                assert taken == (3 if which == 1 else 1)
+                assert update(sensor, row, int(t - row)) == 2**sensor.m - 1
     known = np.repeat(is_there, [1, 2, 1], axis=1)
-    record, _ = recorded(model, np.where(known, z, np.nan).astype(float), u.astype(float), times)
+    record, _ = recorded(model, np.where(known, z, np.nan), u, times)
     with Host(product) as host:
         ran = host.run_record(record)
-    mean = ran.mean[-1]
-    assert library.update(1, pointer(z[0, 1:3]), pointer(u[0]), 0.0, latest + 1) == 0 and library.events()
-    words = library.words()
-    assert [words[i] + words[model.n + i] for i in range(model.n)] == mean.tolist()  # x + low
+    assert update(model.sensors[1], 0, latest + 1) == 0 and late.events
+    assert late.mean.tolist() == ran.mean[-1].tolist()
 
 
 def test_a_late_log_of_a_nonlinear_model(tmp_path):

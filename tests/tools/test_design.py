@@ -16,6 +16,7 @@ import pytest
 
 import five
 from command import kalmanq
+from firmware_here import Firmware
 from products import PRODUCTS
 from library import objects
 from whole import WHOLE, first
@@ -100,29 +101,6 @@ def test_the_c_file_does_what_the_twin_does(model, arithmetic, tmp_path):
         assert subprocess.run([str(folder / "run")], capture_output=True, text=True).stdout == "the same words\n", way
 
 
-ANY_DT = """
-#include <stdio.h>
-#include "cart.h"
-int main(void)
-{
-    double dt;
-    float u[CART_CONTROLS], z[CART_MEASUREMENTS];
-    int wrong = cart_init(), is_first = 1;
-    while (scanf("%lf %f %f", &dt, u, z) == 3) {
-        if (!is_first) wrong |= cart_predict(u, (float)dt);
-        is_first = 0;
-        wrong |= cart_update(z, CART_ALL);
-        for (int i = 0; i < CART_STATES; i++) {
-            printf("%.9g %.9g ", (double)kq_mean_f32(cart_filter(), i), (double)kq_sigma_f32(cart_filter(), i));
-        }
-        puts("");
-    }
-    wrong |= cart_predict(u, 0) != KQ_ERR_RANGE || cart_predict(u, -1) != KQ_ERR_RANGE;
-    return wrong;
-}
-"""
-
-
 @pytest.mark.parametrize("seed", first(1, range(3)))
 def test_a_predict_of_any_dt_is_the_host_s_at_its_times(seed, tmp_path):
     """kalmanq design --any-dt: a cart with friction and a push, steps of 1 ms to 1 s"""
@@ -131,19 +109,17 @@ def test_a_predict_of_any_dt_is_the_host_s_at_its_times(seed, tmp_path):
                     "P0 = [4.0, 1.0]\n[states]\nranges = [100, 10]\n[measurements]\nranges = [100]\n[controls]\nranges = [9]\n")
     done = kalmanq("design", path, "--core", "m4f", "--any-dt", "--out", tmp_path)
     assert done.returncode == 0, done.stderr
-    (tmp_path / "main.c").write_text(ANY_DT)
-    subprocess.run(["cc", *STRICT, f"-I{ROOT / 'include'}", str(tmp_path / "cart.c"), str(tmp_path / "main.c"),
-                    *objects("filter_f32", "steady_f32"), "-lm", "-o", str(tmp_path / "run")], check=True)
+    firmware = Firmware(tmp_path, path, "f32", any_dt=True)
     dt, u, z = 10.0 ** draws.uniform(-3, 0, 60), draws.normal(size=(60, 1)), draws.normal(size=(60, 1))
     dt[20:30] = dt[20]
     times = np.concatenate([[0], np.cumsum(dt[1:])])
     run = Filter(model_file.read(path), "f64").run(z, u, times=times)
-    pushed = np.concatenate([[0], u[:-1, 0]])
-    lines = "".join(f"{a:.17g} {b:.9g} {c:.9g}\n" for a, b, c in zip(dt, pushed, z[:, 0]))
-    said = subprocess.run([str(tmp_path / "run")], input=lines, capture_output=True, text=True)
-    assert said.returncode == 0
-    got = np.array([line.split() for line in said.stdout.splitlines()], float)
-    assert np.abs((got[:, ::2] - run.mean) / run.sigma).max() < 1e-4 and np.abs(got[:, 1::2] / run.sigma - 1).max() < 1e-5
+    for t in range(60):
+        assert t == 0 or firmware.call("predict", u[t - 1], float(dt[t])) == 0
+        assert firmware.call("update", z[t], 1) == 0
+        mean, sigma = firmware.reading(2)
+        assert np.abs((mean - run.mean[t]) / run.sigma[t]).max() < 1e-4 and np.abs(sigma / run.sigma[t] - 1).max() < 1e-5
+    assert [firmware.call("predict", u[0], one) for one in (0.0, -1.0)] == [lib.KQ_ERR_RANGE] * 2
 
 
 @pytest.mark.parametrize("text, more, said", [

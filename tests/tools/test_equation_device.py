@@ -29,7 +29,7 @@ from kalmanq.compiler.product import Product
 from kalmanq.compiler.record import Record, times_of
 from kalmanq.compiler.request import Options
 from kalmanq.nonlinear import NonlinearModel, NonlinearSmoother, read
-from library import objects
+from library import cc, objects, written
 from whole import first
 
 ROOT, OWN = Path(__file__).resolve().parents[2], Path(__file__).parent / "equations"
@@ -82,11 +82,6 @@ if (kq_smooth_{T}(&tape)) return;
     }}"""
 
 
-def build(folder: Path, arguments: list, compiler: str = "cc") -> None:
-    done = subprocess.run([compiler, *map(str, arguments)], capture_output=True, text=True, cwd=folder)
-    assert done.returncode == 0, done.stderr
-
-
 def parts(T: str) -> list[str]:
     return objects(f"filter_{T}", f"nonlinear_{T}", "status")
 
@@ -116,10 +111,9 @@ class Program:
         means = (f"mean[{i}] = (double){name}_mean_{one}(of);" for i, one in enumerate(self.given.carried))
         driver = DRIVER.format(**sizes, calls="\n        ".join(made), means="\n    ".join(means), uses="\n".join(uses),
                                starts=" || ".join(starts), ends=SMOOTHS.format(**sizes, shows=shows) if smooths else "(void)s;")
-        for file, content in {**product.sources(), "driver.c": driver}.items():
-            (folder / file).write_text(content)
-        build(folder, [*STRICT, "-O0", "-ffp-contract=off", "-fPIC", "-shared", f"-I{ROOT / 'include'}", f"-DSTEPS={NEAR}",
-                       f"{name}.c", "driver.c", *parts(a.T), "-lm", "-o", "run.so"])
+        written(folder, {**product.sources(), "driver.c": driver})
+        cc("cc", *STRICT, "-O0", "-ffp-contract=off", "-fPIC", "-shared", f"-I{ROOT / 'include'}", f"-DSTEPS={NEAR}", f"{name}.c",
+           "driver.c", *parts(a.T), "-lm", "-o", "run.so", folder=folder)
         self.library = ctypes.CDLL(str(folder / "run.so"))
 
     def run(self, record: Record) -> list[np.ndarray]:
@@ -288,11 +282,10 @@ def test_its_files_are_free_of_warnings_and_its_test_says_ok(path, tmp_path):
         assert done.returncode == 0, done.stderr
         sources = [f"own_{T}.c", f"own_{T}_test.c"]
         for compiler in [one for one in ("gcc", "clang") if shutil.which(one)]:
-            build(tmp_path, [*STRICT, f"-I{ROOT / 'include'}", "-ffp-contract=off", *sources, *parts(T), "-lm", "-o", "trial"],
-                  compiler)
+            cc(compiler, *STRICT, f"-I{ROOT / 'include'}", "-ffp-contract=off", *sources, *parts(T), "-lm", "-o", "trial", folder=tmp_path)
             assert subprocess.run([tmp_path / "trial"], capture_output=True, text=True).stdout.endswith("OK\n"), compiler
-        build(tmp_path, ["-std=c++17", "-Wall", "-Wextra", "-Wpedantic", "-Werror", f"-I{ROOT / 'include'}", "-fsyntax-only", "-x", "c++",
-                         "-include", f"own_{T}.h", os.devnull], "g++")
+        cc("g++", "-std=c++17", "-Wall", "-Wextra", "-Wpedantic", "-Werror", f"-I{ROOT / 'include'}", "-fsyntax-only", "-x", "c++",
+           "-include", f"own_{T}.h", os.devnull, folder=tmp_path)
 
 
 def test_what_is_linear_is_told_once_and_the_rest_in_each_call(tmp_path):

@@ -15,6 +15,7 @@ import pytest
 from command import kalmanq
 from equation_random import random_model, tried
 from equations import FOLDER, NAMES, STRICT, Bare, apart, by_library, model_of, product_of, ran, rows_of, wrong_lines
+from library import cc, written
 from whole import WHOLE, first
 
 from kalmanq import Model, Quantity
@@ -125,20 +126,12 @@ def test_float_is_as_near_as_a_prototype_was(name: str) -> None:
 def test_no_compiler_warns(names: list[str], arithmetic: str, options: dict, tmp_path: Path) -> None:
     for name in names[::2] if not options else names[::6]:
         product = product_of(name, arithmetic, **options)
-        here = tmp_path / name
-        here.mkdir()
-        for file, text in product.sources().items():
-            (here / file).write_text(text, encoding="utf-8")
-        (here / "kf.cpp").write_text('#include "kf.h"\nint main() { static kf_filter f; kf_start(&f); return 0; }\n')
+        main = '#include "kf.h"\nint main() { static kf_filter f; kf_start(&f); return 0; }\n'
+        written(tmp_path / name, {**product.sources(), "kf.cpp": main})
     for c, cpp in (("gcc", "g++"), ("clang", "clang++")):
         if shutil.which(c):
-            _compiled([c, *STRICT, "-fsyntax-only", *tmp_path.glob("*/kf.c")])
-            _compiled([cpp, "-std=c++17", *STRICT[1:], "-fsyntax-only", *list(tmp_path.glob("*/kf.cpp"))[::3]])
-
-
-def _compiled(command: list) -> None:
-    done = subprocess.run([str(one) for one in command], capture_output=True, text=True)
-    assert done.returncode == 0 and not done.stderr, done.stderr
+            cc(c, *STRICT, "-fsyntax-only", *tmp_path.glob("*/kf.c"))
+            cc(cpp, "-std=c++17", *STRICT[1:], "-fsyntax-only", *list(tmp_path.glob("*/kf.cpp"))[::3])
 
 
 @pytest.mark.parametrize("name, arithmetic", first(6, [(name, ("f32", "f64")[(k + turn) % 2]) for turn in (0, 1)
@@ -148,10 +141,9 @@ def test_its_program_prints_ok_and_the_digest(name: str, arithmetic: str, tmp_pa
     with Host(product) as host:
         record, _ = drawn(model_of(name), trial.ROWS, 1)
         text = trial.trial(product, host, record)
-    for file, content in {**product.sources(), "kf_test.c": text}.items():
-        (tmp_path / file).write_text(content, encoding="utf-8")
+    written(tmp_path, {**product.sources(), "kf_test.c": text})
     flags = (*STRICT, "-O2", "-ffp-contract=off")
-    _compiled([compiler(), *flags, tmp_path / "kf.c", tmp_path / "kf_test.c", "-lm", "-o", tmp_path / "trial"])
+    cc(compiler(), *flags, tmp_path / "kf.c", tmp_path / "kf_test.c", "-lm", "-o", tmp_path / "trial")
     done = subprocess.run([str(tmp_path / "trial")], capture_output=True, text=True)
     digest = re.search(r"ffp-contract=off\): (\w{8})", text)[1]
     assert done.returncode == 0 and done.stdout.endswith("OK\n") and f"digest {digest}" in done.stdout
@@ -164,9 +156,8 @@ def test_its_program_finds_another_filter(tmp_path: Path) -> None:
         text = trial.trial(product, host, record)
     other = product.code.replace("0.5f", "0.51f")
     assert other != product.code
-    for file, content in {"kf.c": other, "kf.h": product.header, "kf_test.c": text}.items():
-        (tmp_path / file).write_text(content, encoding="utf-8")
-    _compiled([compiler(), "-O1", tmp_path / "kf.c", tmp_path / "kf_test.c", "-lm", "-o", tmp_path / "trial"])
+    written(tmp_path, {"kf.c": other, "kf.h": product.header, "kf_test.c": text})
+    cc(compiler(), "-O1", tmp_path / "kf.c", tmp_path / "kf_test.c", "-lm", "-o", tmp_path / "trial")
     done = subprocess.run([str(tmp_path / "trial")], capture_output=True, text=True)
     assert done.returncode == 1 and "OK" not in done.stdout
 
@@ -184,10 +175,9 @@ def test_its_program_bears_another_math_library(options: dict, tmp_path: Path) -
         found, (record, _) = findings(model, product, host), drawn(model, trial.ROWS, 1)
         text = trial.trial(product, host, record, found.first)
     other = "#include <math.h>\nfloat other(float x);\nfloat other(float x) { return nextafterf(cosf(x), 2.0f); }\n"
-    for file, content in {**product.sources(), "kf_test.c": text, "other.c": other}.items():
-        (tmp_path / file).write_text(content, encoding="utf-8")
+    written(tmp_path, {**product.sources(), "kf_test.c": text, "other.c": other})
     (tmp_path / "kf.c").write_text(product.code.replace("cosf(", "other(").replace("<math.h>", "<math.h>\nfloat other(float x);"), encoding="utf-8")
-    _compiled([compiler(), "-O1", *(tmp_path / one for one in ("kf.c", "kf_test.c", "other.c")), "-lm", "-o", tmp_path / "trial"])
+    cc(compiler(), "-O1", *(tmp_path / one for one in ("kf.c", "kf_test.c", "other.c")), "-lm", "-o", tmp_path / "trial")
     assert subprocess.run([str(tmp_path / "trial")], capture_output=True, text=True).stdout.endswith("OK\n")
 
 
@@ -290,9 +280,8 @@ def test_no_constant_is_unused(tmp_path: Path) -> None:
     """What a state loses is there with its sign turned, too"""
     model = NonlinearModel(lambda x: [x[0] - np.exp(x[1]) * x[0], 0.5 * x[1]], lambda x: x[0], x0=[0.1, 0.1], P0=[1.0, 1.0],
                            Q=[1.0, 1.0], R=[1.0])
-    for file, text in compiled_equations(model, "kf", Options("f32")).sources().items():
-        (tmp_path / file).write_text(text, encoding="utf-8")
-    _compiled([compiler(), *STRICT, "-fsyntax-only", tmp_path / "kf.c"])
+    written(tmp_path, compiled_equations(model, "kf", Options("f32")).sources())
+    cc(compiler(), *STRICT, "-fsyntax-only", tmp_path / "kf.c")
 
 
 @pytest.mark.parametrize("name", first(4, NAMES))
@@ -511,7 +500,7 @@ def test_the_command(name: str, tmp_path: Path) -> None:
     assert (told["n"], told["m"], told["l"]) == (model_of(name).n, model_of(name).m, model_of(name).l)
     assert [one["name"] for one in told["sensors"]] == [one.name for one in model_of(name).sensors]
     assert all(one["arguments"][0] == "z" for one in told["sensors"]) and told["predict"] == {"pv_panel": ["u", "t"]}.get(name, ["u"] * (told["l"] > 0))
-    _compiled([compiler(), *STRICT, "-O1", "-ffp-contract=off", tmp_path / "kf.c", tmp_path / "kf_test.c", "-lm", "-o", tmp_path / "trial"])
+    cc(compiler(), *STRICT, "-O1", "-ffp-contract=off", tmp_path / "kf.c", tmp_path / "kf_test.c", "-lm", "-o", tmp_path / "trial")
     assert subprocess.run([str(tmp_path / "trial")], capture_output=True, text=True).stdout.endswith("OK\n")
     size = subprocess.run([compiler(), "-x", "c", "-", "-o", str(tmp_path / "size")], text=True, capture_output=True, input=(
         f'#include "{tmp_path}/kf.h"\n#include <stdio.h>\nint main(void) {{ printf("%zu", sizeof(kf_filter)); return 0; }}\n'))
@@ -609,7 +598,7 @@ def test_states_of_any_name(names: list[str], tmp_path: Path) -> None:
     if done.returncode:
         assert len(wrong_lines(done)) == 1 and "Traceback" not in done.stderr
     else:
-        _compiled([compiler(), *STRICT, "-fsyntax-only", tmp_path / "kf.c", tmp_path / "kf_test.c"])
+        cc(compiler(), *STRICT, "-fsyntax-only", tmp_path / "kf.c", tmp_path / "kf_test.c")
 
 
 @pytest.mark.parametrize("name", first(3, ["int", "a_some", "größe", "some", "A", "covariance"]))
@@ -621,5 +610,5 @@ def test_sensors_of_any_name(name: str, tmp_path: Path) -> None:
     if done.returncode:
         assert len(wrong_lines(done)) == 1 and done.stderr.startswith("kalmanq: model.py: sensors: ")
     else:
-        _compiled([compiler(), *STRICT, "-fsyntax-only", tmp_path / "kf.c", tmp_path / "kf_test.c"])
+        cc(compiler(), *STRICT, "-fsyntax-only", tmp_path / "kf.c", tmp_path / "kf_test.c")
 

@@ -15,6 +15,7 @@ import pytest
 import kalmanq as kalmanq_package
 from command import kalmanq
 from compiled import STRICT
+from equations import path_of
 from kalmanq.compiler import equation_report, fixed_costs, fixed_report
 from kalmanq.compiler.emit import Row
 from kalmanq.compiler.equation_device_text import in_whole_groups
@@ -30,10 +31,10 @@ from kalmanq.compiler.request import Options
 from kalmanq.formulas.graph import FUNCTIONS
 from kalmanq.model import Quantity
 from kalmanq.nonlinear import NonlinearModel, read
-from library import objects
+from library import cc, objects, written
 from whole import first
 
-ROOT, OWN = Path(__file__).resolve().parents[2], Path(__file__).parent / "equations"
+ROOT = Path(__file__).resolve().parents[2]
 SANITIZED = (*STRICT, "-fsanitize=undefined", "-fno-sanitize-recover", f"-I{ROOT / 'include'}")
 EXAMPLES = Path(kalmanq_package.__file__).parent / "examples"
 MOST = {  # sigma: of a mean beside double
@@ -65,10 +66,6 @@ int main(void)
     return 0;
 }}
 """
-
-
-def path_of(name: str) -> Path:
-    return next(one / f"{name}.py" for one in (OWN, EXAMPLES) if (one / f"{name}.py").exists())
 
 
 @lru_cache(None)
@@ -106,7 +103,7 @@ def test_it_comes_near_to_double(name):
 @pytest.mark.parametrize("name", ["battery", "gps_imu", "attitude"])
 def test_a_run_compiled_in_q31_is_the_device(name, tmp_path):
     """run --compiled --arith q31: block after block the words of the device's own run, and near to double"""
-    model = read(next(one for one in (OWN / f"{name}.py", EXAMPLES / f"{name}.py") if one.exists()))
+    model = read(path_of(name))
     product = compiled_fixed(model, "kf")
     record = in_whole_groups(equation_report.drawn(model, 120, 4)[0], product.given.together)
     u = record.now if model.l else None
@@ -138,11 +135,6 @@ def test_what_is_not_near_is_told():
 # ------------------------------------------------------------------------------ C
 
 
-def build(folder: Path, arguments: list, compiler: str = "cc") -> None:
-    done = subprocess.run([*compiler.split(), *map(str, arguments)], capture_output=True, text=True, cwd=folder)
-    assert done.returncode == 0, done.stderr
-
-
 def core(name: str) -> dict[str, str]:
     asked = ["sh", str(ROOT / "tests/target/cores.sh"), "describe", name, "gcc"]
     said = subprocess.run(asked, check=True, capture_output=True, text=True).stdout
@@ -155,7 +147,7 @@ def on_m3(tmp_path_factory):
     work, of = tmp_path_factory.mktemp("library"), core("m3")
     for part in PARTS:
         source = ROOT / "src" / f"kq_{part}.c"
-        build(work, ["-std=c11", "-O0", *of["profile"].split(), *of["include"].split(), "-c", source], of["compiler"])
+        cc(*of["compiler"].split(), "-std=c11", "-O0", *of["profile"].split(), *of["include"].split(), "-c", source, folder=work)
     return [work / f"kq_{part}.o" for part in PARTS]
 
 
@@ -174,8 +166,7 @@ def program(folder: Path, name: str, rows: int, seed: int) -> Record:
         lines.append(f"{{{record.what[t]}, {record.present[t]}, {cells('measurements', record.z[t])}, {u}, {now}}},")
     files = {**product.sources(), "program.c": PROGRAM.format(name="device", m=model.m, l=model.l, rows="\n".join(lines),
                                                                       calls="\n        ".join(calls), nominal=nominal)}
-    for file, text in files.items():
-        (folder / file).write_text(text)
+    written(folder, files)
     return record
 
 
@@ -194,12 +185,12 @@ def test_it_is_the_same_bits_in_python_on_the_host_and_on_a_cortex_m3(name, on_m
     record = program(tmp_path, name, 60, 2)
     wanted = expected(name, record)
     for compiler in [one for one in ("gcc", "clang") if shutil.which(one)]:
-        build(tmp_path, [*SANITIZED, "device.c", "program.c", *objects(*PARTS), "-o", "program"], compiler)
+        cc(compiler, *SANITIZED, "device.c", "program.c", *objects(*PARTS), "-o", "program", folder=tmp_path)
         done = subprocess.run([tmp_path / "program"], capture_output=True, text=True)
         assert done.stdout.splitlines() == wanted, compiler
     m3 = core("m3")
-    build(tmp_path, [*STRICT, *m3["include"].split(), "-c", "device.c", "program.c"], m3["compiler"])
-    build(tmp_path, ["device.o", "program.o", *on_m3, "-o", "program.m3"], m3["linker"])
+    cc(*m3["compiler"].split(), *STRICT, *m3["include"].split(), "-c", "device.c", "program.c", folder=tmp_path)
+    cc(*m3["linker"].split(), "device.o", "program.o", *on_m3, "-o", "program.m3", folder=tmp_path)
     emulator = [*m3["emulator"].split(), tmp_path / "program.m3"]
     done = subprocess.run(emulator, capture_output=True, text=True, stdin=subprocess.DEVNULL)
     assert done.stdout.splitlines() == wanted
@@ -233,7 +224,7 @@ int main(void)
     return 0;
 }
 """)
-    build(tmp_path, [*STRICT, f"-I{ROOT / 'include'}", "device.c", "program.c", *objects(*PARTS), "-o", "program"])
+    cc("cc", *STRICT, f"-I{ROOT / 'include'}", "device.c", "program.c", *objects(*PARTS), "-o", "program", folder=tmp_path)
     said = subprocess.run([tmp_path / "program"], capture_output=True, text=True).stdout
     assert said == f"0 0 0 0 {SATURATED:x} {SATURATED:x}"
 
@@ -253,7 +244,7 @@ int main(void)
     return 0;
 }
 """)
-    build(tmp_path, [*SANITIZED, "device.c", "program.c", *objects(*PARTS), "-o", "program"])
+    cc("cc", *SANITIZED, "device.c", "program.c", *objects(*PARTS), "-o", "program", folder=tmp_path)
     assert subprocess.run([tmp_path / "program"], capture_output=True, text=True).stdout == "0 123456789 -54321 1000000 77"
 
 
@@ -321,7 +312,7 @@ def test_functions_are_the_same_bits_in_c(tmp_path):
     text = "\n".join([*head, *lines, "int main(void)", "{", *calls, "return 0;", "}", ""])
     (tmp_path / "functions.c").write_text(text)
     for compiler in [one for one in ("gcc", "clang") if shutil.which(one)]:
-        build(tmp_path, [*SANITIZED, "functions.c", "-o", "functions"], compiler)
+        cc(compiler, *SANITIZED, "functions.c", "-o", "functions", folder=tmp_path)
         assert subprocess.run([tmp_path / "functions"], capture_output=True, text=True).stdout.splitlines() == wanted, compiler
 
 
@@ -340,10 +331,10 @@ def test_its_files_are_free_of_warnings_and_its_test_says_ok(name, tmp_path):
     report = " ".join(texts[0]["own_report.txt"].split())
     assert "means within" in report and "2 bits more than they used" in report
     for compiler in [one for one in ("gcc", "clang") if shutil.which(one)]:
-        build(tmp_path / "one", [*SANITIZED, "own.c", "own_test.c", *objects(*PARTS), "-o", "trial"], compiler)
+        cc(compiler, *SANITIZED, "own.c", "own_test.c", *objects(*PARTS), "-o", "trial", folder=tmp_path / "one")
         assert subprocess.run([tmp_path / "one" / "trial"], capture_output=True, text=True).stdout.endswith("OK\n"), compiler
-    build(tmp_path / "one", ["-std=c++17", "-Wall", "-Wextra", "-Wpedantic", "-Werror", f"-I{ROOT / 'include'}", "-fsyntax-only",
-                             "-x", "c++", "-include", "own.h", os.devnull], "g++")
+    cc("g++", "-std=c++17", "-Wall", "-Wextra", "-Wpedantic", "-Werror", f"-I{ROOT / 'include'}", "-fsyntax-only", "-x", "c++", "-include",
+       "own.h", os.devnull, folder=tmp_path / "one")
 
 
 @pytest.mark.parametrize("arguments, said", [

@@ -8,7 +8,6 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-import models
 from kalmanq import Model, Quantity
 from kalmanq.errors import ModelError
 from kalmanq.model import builders, model_file
@@ -126,40 +125,9 @@ def test_a_start_that_is_in_part_unknown(tmp_path):
     path.write_text('[model]\nA=[[1.0,1.0],[0.0,1.0]]\nH=[1.0,0.0]\nQ=[1.0,1.0]\nR=1.0\nP0=[4.0,"unknown"]\n')
     model = model_file.read(path)
     assert model.unknown.tolist() == [False, True] and model.P0[0, 0] == 4
-    assert models.textbook  # the module is found beside this one
 
 
 # ------------------------------------------------------------------------------ builders, and numbers of any length
-
-BUILT = {
-    "level": "drift = 1\nnoise = 1\n", "trend": "drift = [1, 1]\nnoise = 1\n", "season": "seasons = 4\ndrift = 1\nnoise = 1\n",
-    "trend_season": "seasons = 4\ndrift = [1, 1, 1]\nnoise = 1\n", "ar": "phi = [0.5, 0.1]\nvariance = 1\n",
-    "ma": "theta = [0.5]\nvariance = 1\n", "arma": "phi = [0.5]\ntheta = [0.5]\nvariance = 1\n",
-    "regression": "regressors = [1, 2]\ndrift = [0, 0]\nnoise = 1\n", "constant_velocity": "dt = 1\ndensity = [1, 1]\nnoise = [1, 1]\n",
-    "constant_acceleration": "dt = 1\ndensity = 1\nnoise = 1\n",
-    "random_walk": "dt = 1\ndensity = [1, 1]\nnoise = [1, 1]\n",
-    "gauss_markov": "dt = 1\ntime_constant = 9\nsigma = 1\nnoise = 1\n", "clock": "dt = 1\ndensity = [1, 1]\nnoise = 1\n",
-    "oscillator": "dt = 1\nperiod = 9\ndensity = 1\nnoise = 1\n",
-    "gaussian_process": "dt = 1\nsmoothness = 2.5\nlength = 9\nsigma = 1\nnoise = 1\n",
-    "harmonic": "dt = 1\nperiod = 12\nharmonics = 2\ndensity = 1\nnoise = 1\n",
-    "trend_harmonic": "dt = 1\nperiod = 12\nharmonics = 2\ndensity = [1, 1, 1]\nnoise = 1\n",
-    "factor": "loadings = [[1], [1]]\ntransition = [[0.5]]\nnoise = [1, 1]\n",
-}
-
-
-@pytest.mark.parametrize("builder", builders.BUILDERS)
-def test_a_builder_with_p0_needs_no_variances_before_it(builder, tmp_path):
-    path = tmp_path / "model.toml"
-    path.write_text(f'[model]\nbuilder = "{builder}"\n{BUILT[builder]}P0 = "unknown"\n')
-    assert np.all(model_file.read(path).unknown)
-
-
-def test_a_new_builder_is_in_one_table(tmp_path, monkeypatch):
-    monkeypatch.setitem(builders.BUILDERS, "slope", builders.BUILDERS["trend"])
-    path = tmp_path / "model.toml"
-    path.write_text(f'[model]\nbuilder = "slope"\n{BUILT["trend"]}P0 = [4, 9]\n')
-    assert np.array_equal(model_file.read(path).P0, np.diag([4.0, 9.0]))
-
 
 LONG = "1" * 400
 ODD = {

@@ -9,7 +9,6 @@ import math
 import re
 import subprocess
 import sys
-import warnings
 from pathlib import Path
 
 import numpy as np
@@ -18,8 +17,8 @@ from scipy.optimize import least_squares
 
 import models
 from command import kalmanq
-from kalmanq import Filter, KalmanqError, KalmanqWarning, ModelError, Quantity, Smoother
-from kalmanq.core import ffi, lib
+from test_commands import refused
+from kalmanq import KalmanqError, KalmanqWarning, ModelError, Quantity, Smoother, _core
 from kalmanq.model import model_file
 from kalmanq.nonlinear import NonlinearFilter, NonlinearModel, NonlinearSmoother, read, simulate
 from kalmanq.nonlinear.checks import findings
@@ -27,6 +26,7 @@ from kalmanq.nonlinear.jacobians import points_along, prior_points, wrong_entrie
 
 sys.path.insert(0, str(Path(__file__).parents[1] / "reference"))
 import nonlinear_models as textbook  # noqa: E402
+from shared_library import Library  # noqa: E402
 
 EXAMPLES = Path(model_file.__file__).parents[1] / "examples"
 TRACK, TRACK_DATA = EXAMPLES / "range_bearing.py", EXAMPLES / "range_bearing.csv"
@@ -398,58 +398,46 @@ def test_functions_that_should_agree_are_compared():
 # ------------------------------------------------------------------ bits
 
 
-@pytest.mark.parametrize("arithmetic, number", [("f32", "float"), ("f64", "double")])
-def test_the_words_are_those_of_direct_calls(arithmetic, number):
+@pytest.mark.parametrize("arithmetic", ["f32", "f64"])
+def test_the_words_are_those_of_direct_calls(arithmetic):
     """The calls of extended.h and sigma_points.h, written out, with numbers of one's own"""
-    model, K = textbook.RangeBearing(), lambda name: getattr(lib, f"kq_{name}_{arithmetic}")
-    z, type_ = drawn(model, 3)[1], np.float32 if arithmetic == "f32" else np.float64
-    n, m, kept = 4, 2, []
+    model, k, n = textbook.RangeBearing(), Library(_core.__file__, arithmetic), 4
+    z = drawn(model, 3)[1]
 
-    def numbers(array):
-        kept.append(np.array(np.real(array), type_, order="C"))
-        return ffi.cast(f"{number} *", kept[-1].ctypes.data)
+    def A(x, t):
+        return textbook.jacobian(lambda y: model.increment(y, t), x) + np.eye(n)
 
-    def made(what, *sizes, length):
-        item, memory = ffi.new(f"kq_{what}_{arithmetic} *"), numbers(np.zeros(length))
-        assert K(f"{what}_assign")(item, *sizes, memory, length) == 0
-        return item
+    def H(x, t):
+        return textbook.jacobian(lambda y: model.h(y, t), x)
 
-    @ffi.callback(f"void(void *, const {number} *, {number} *)")
-    def innovation(_, x, y):
-        y[0:m] = (z[t] - np.real(model.h(np.array(list(x[0:n])), t))).tolist()
-
-    @ffi.callback(f"void(void *, const {number} *, {number} *)")
-    def increment(_, x, y):
-        y[0:n] = model.increment(np.array(list(x[0:n])), t - 1).tolist()
-
+    innovation = k.callback(lambda x: z[t] - model.h(x, t), 2, n)
+    increment = k.callback(lambda x: model.increment(x, t - 1), n, n)
     for method in ("extended", "cubature"):
-        process, sensor = made("process", n, 0, length=64), made("sensor", n, m, length=64)
-        filter_, work = made("filter", n, length=64), numbers(np.zeros(512))
-        A, H = (lambda x, t: textbook.jacobian(lambda y: model.increment(y, t), x) + np.eye(n),
-                lambda x, t: textbook.jacobian(lambda y: model.h(y, t), x))
+        process, sensor, filter_ = k.made("process", n, 0), k.made("sensor", n, 2), k.made("filter", n)
+        memory, work = k.kept[-1], k.numbers(np.zeros(512))
         ours = NonlinearFilter(of(model, A=A, H=H), arithmetic, method)
-        for status in (K("process_init")(process, numbers(np.eye(n)), ffi.NULL, numbers(model.Q)),
-                       K("sensor_init_diagonal_extended")(sensor, numbers(np.zeros((m, n))), numbers(np.diag(model.R))),
-                       K("filter_init")(filter_, numbers(model.x0), numbers(model.P0))):
-            assert status == 0
+        k.call("process_init", process, k.numbers(np.eye(n)), None, k.numbers(model.Q))
+        k.call("sensor_init_diagonal_extended", sensor, k.numbers(np.zeros((2, n))), k.numbers(np.diag(model.R)))
+        k.call("filter_init", filter_, k.numbers(model.x0), k.numbers(model.P0))
+
+        def mean():
+            return np.array([k.read("mean", filter_, i) + k.read("mean_low", filter_, i) for i in range(n)])
+
         for t in range(12):
-            x = np.array([K("mean")(filter_, i) + K("mean_low")(filter_, i) for i in range(n)])
             if t:
                 ours.predict()
                 if method == "extended":
-                    assert K("process_change_transition")(process, numbers(A(x, t - 1))) == 0
-                    assert K("predict_extended")(filter_, process, numbers(model.increment(x, t - 1))) == 0
+                    k.call("process_change_transition", process, k.numbers(A(mean(), t - 1)))
+                    k.call("predict_extended", filter_, process, k.numbers(model.increment(mean(), t - 1)))
                 else:
-                    assert K("predict_sigma_points")(filter_, process, increment, ffi.NULL, 0, work) == 0
-                x = np.array([K("mean")(filter_, i) + K("mean_low")(filter_, i) for i in range(n)])
+                    k.call("predict_sigma_points", filter_, process, increment, None, 0, work)
             ours.update(z[t])
             if method == "extended":
-                assert K("sensor_change_measurement")(sensor, numbers(H(x, t))) == 0
-                assert K("update")(filter_, sensor, numbers(z[t] - np.real(model.h(x, t)))) == 0
+                k.call("sensor_change_measurement", sensor, k.numbers(H(mean(), t)))
+                k.call("update", filter_, sensor, k.numbers(z[t] - np.real(model.h(mean(), t))))
             else:
-                assert K("update_sigma_points")(filter_, sensor, innovation, ffi.NULL, 0, work) == 0
-            words = np.frombuffer(ffi.buffer(filter_.memory, ours.memory.nbytes), type_)
-            assert np.array_equal(words, ours.memory)
+                k.call("update_sigma_points", filter_, sensor, innovation, None, 0, work)
+            assert np.array_equal(memory[:len(ours.memory)], ours.memory)
 
 
 # ------------------------------------------------------------------ what is wrong is said in one line
@@ -708,12 +696,6 @@ def test_the_pages_figures_are_what_compare_says():
             assert value is None or abs(float(cell) - value) <= 0.6 * 10.0 ** -len(cell.split(".")[1])
 
 
-def refused(done, said: str, folder: Path) -> None:
-    assert done.returncode == 1 and done.stdout == "", done.stdout
-    assert said in done.stderr and done.stderr.count("\n") == 1 and done.stderr.startswith("kalmanq: "), done.stderr
-    assert not [path for path in folder.iterdir() if path.name.startswith((".", "out"))]
-
-
 def test_the_command_line_refuses_in_one_line(tmp_path):
     nile, nile_data = EXAMPLES / "nile.toml", EXAMPLES / "nile.csv"
     broken = written(tmp_path, BAD_FUNCTIONS["line 30: h: ZeroDivisionError: division by zero"])
@@ -761,15 +743,3 @@ def test_a_process_of_its_own(tmp_path):
     done = subprocess.run([sys.executable, "-m", "kalmanq.command_line", "run", path, TRACK_DATA, "--out",
                            tmp_path / "out.csv"], capture_output=True, text=True)
     refused(done, "line 30: h: ZeroDivisionError: division by zero", tmp_path)
-
-
-def test_a_linear_filter_is_what_it_was():
-    """The readings are shared with the linear package."""
-    model = models.cart()
-    z, u = models.data(model, 30, 1)
-    f = Filter(model, "f32")
-    run = f.run(z, u)
-    assert np.array_equal(run.mean[-1], f.mean) and np.array_equal(run.sigma[-1], f.sigma)
-    with warnings.catch_warnings():
-        warnings.simplefilter("error")
-        assert f.measurement()[1].shape == (1, 1)

@@ -19,7 +19,7 @@ from kalmanq.fitting.equations import Equations, likelihood_of
 from kalmanq.fitting.expectation import Records
 from kalmanq.nonlinear import NonlinearFilter, NonlinearModel, NonlinearSmoother, read, simulate
 from kalmanq.nonlinear.objective import objective
-from test_nonlinear import kalmanq, refused
+from test_commands import kalmanq, refused
 from whole import first
 
 ROWS, SEEDS = 120, (1, 2, 3)

@@ -12,7 +12,7 @@ from kalmanq import Filter, Model, Quantity, Smoother, likelihood
 from kalmanq.compiler.simulation import CompiledFilter
 from kalmanq.model import model_file
 from kalmanq.run.simulation import simulate
-from test_nonlinear import refused
+from test_commands import refused
 from whole import first
 
 SEEDS = range(40)  # five models each

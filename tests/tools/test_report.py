@@ -270,13 +270,6 @@ def test_bad_options_are_refused_before_anything_is_done(tmp_path):
     assert list(tmp_path.iterdir()) == []
 
 
-def test_a_range_that_does_not_fit_is_one_line(tmp_path):
-    data = tmp_path / "data.csv"
-    data.write_text("flow\n1000\n5000\n")
-    done = kalmanq("report", MODEL, data, "-o", tmp_path / "out.html", "--arith", "q31")
-    refused(done, "row 3: flow = 5000", tmp_path)
-
-
 # ------------------------------------------------------------------------------ the verdict
 
 

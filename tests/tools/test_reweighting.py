@@ -2,11 +2,17 @@
 
 from __future__ import annotations
 
+import ctypes
+import sys
+from pathlib import Path
+
 import numpy as np
 import pytest
 
-from kalmanq import KalmanqError, Model, Quantity, ReweightedSmoother, Smoother
-from kalmanq.core import ffi, lib, require
+from kalmanq import KalmanqError, Model, Quantity, ReweightedSmoother, Smoother, _core
+
+sys.path.insert(0, str(Path(__file__).parents[1] / "reference"))
+from shared_library import Library  # noqa: E402
 
 ARITHMETICS = ["f32", "f64", "q31"]
 
@@ -25,33 +31,25 @@ def walk_with_a_jump(seed, rows=120, at=60, size=30.0):
 
 def by_hand(model, z, nu, passes, first):
     """The comment of kq_smooth_reweighted, call by call."""
-    number = lambda value: ffi.new("double[]", list(np.ravel(value)))
-    process, target, sensor = (ffi.new(f"kq_{name}_f64 *") for name in ("process", "process", "sensor"))
-    filter_, history = ffi.new("kq_filter_f64 *"), ffi.new("kq_history_f64 *")
-    length = int(lib.kq_length_f64(lib.KQ_OBJECT_HISTORY, 1, 1, len(z), 0))
-    memory = [ffi.new("double[]", size) for size in (64, 64, 64, 64, length)]
-    require(lib.kq_process_assign_f64(process, 1, 0, memory[0], 64), "process")
-    require(lib.kq_process_assign_f64(target, 1, 0, memory[1], 64), "target")
-    require(lib.kq_sensor_assign_f64(sensor, 1, 1, memory[2], 64), "sensor")
-    require(lib.kq_filter_assign_f64(filter_, 1, memory[3], 64), "filter")
-    require(lib.kq_history_assign_f64(history, 1, memory[4], length), "history")
-    A, H = number(model.A), number(model.H)
-    require(lib.kq_process_init_f64(process, A, ffi.NULL, number(model.Q)), "process")
-    require(lib.kq_sensor_init_f64(sensor, H, number(model.R)), "sensor")
-    q = number(np.full(len(z) - 1, first))
+    k = Library(_core.__file__, "f64")
+    process, target, sensor = k.made("process", 1, 0), k.made("process", 1, 0), k.made("sensor", 1, 1)
+    filter_, history, view = k.made("filter", 1), k.made("history", 1), k.made("filter", 1)
+    k.call("process_init", process, k.numbers(model.A), None, k.numbers(model.Q))
+    k.call("sensor_init", sensor, k.numbers(model.H), k.numbers(model.R))
+    q = k.numbers(np.full(len(z) - 1, float(first)))
     for _ in range(passes):
-        require(lib.kq_filter_init_f64(filter_, number(model.x0), number(model.P0)), "start")
-        require(lib.kq_attach_f64(filter_, ffi.addressof(history[0], "attached")), "history")
-        for t, value in enumerate(z):
+        k.call("filter_init", filter_, k.numbers(model.x0), k.numbers(model.P0))
+        k.call("attach", filter_, history)  # `attached` comes first
+        for t in range(len(z)):
             if t:
-                require(lib.kq_process_scale_noise_f64(target, process, q[t - 1]), "scale")
-                require(lib.kq_predict_f64(filter_, target, ffi.NULL), "predict")
-            require(lib.kq_update_f64(filter_, sensor, number(value)), "update")
-        require(lib.kq_smooth_reweighted_f64(history, target, process, nu, q), "smooth")
-    view, means = ffi.new("kq_filter_f64 *"), []
+                k.call("process_scale_noise", target, process, ctypes.c_double(q[t - 1]))
+                k.call("predict", filter_, target, None)
+            k.call("update", filter_, sensor, k.numbers(z[t:t + 1]))
+        k.call("smooth_reweighted", history, target, process, ctypes.c_double(nu), q)
+    means = []
     for t in range(len(z)):
-        require(lib.kq_smoothed_f64(history, t, view), "smoothed")
-        means.append(lib.kq_mean_f64(view, 0))
+        k.call("smoothed", history, t, view)
+        means.append(k.read("mean", view, 0))
     return np.array(means)
 
 

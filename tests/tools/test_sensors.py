@@ -17,7 +17,6 @@ from firmware_here import Firmware
 from whole import WHOLE, first
 
 from kalmanq import Filter, KalmanqError, Smoother
-from kalmanq.core import arithmetic_of, ffi, require
 from kalmanq.data import joining, tables
 from kalmanq.model import model_file
 
@@ -326,61 +325,6 @@ def test_a_proven_form_has_no_delays(tmp_path):
     done = kalmanq("compile", path, "--form", "covariance", "-o", tmp_path / "walk.c")
     assert done.returncode == 1 and "sensors: imu has a delay of 0.1: a proven form takes all in time; leave out --form" in done.stderr
     assert not (tmp_path / "walk.c").exists()
-
-
-def on_the_chip(model, T, log, delay):
-    """The calls of a firmware, by the C core: a step at each instant that something measures, at its own dt; what the receiver
-    told `delay` later is of the state so many steps ago.  Mean and sigma at the end"""
-    a = arithmetic_of(T)
-    of, n, late = model.continuous, model.n, round(delay * 1e6)
-    kept = [one.astype(a.number) for one in (of.F, of.Qc, model.x0, model.P0)]
-    F, Qc, x0, P0 = map(a.pointer, kept)
-    work, root, words, past_words = (a.empty(size) for size in (a.length("continuous", n, 0), n * (n + 1) // 2, a.length("filter", n),
-                                                                a.length("lag", n, 3, 100)))
-    process, f, past, sensors = a.struct("process"), a.struct("filter"), a.struct("lag"), []
-    require(a.function("process_assign")(process, n, 0, a.pointer(root), len(root)), "process")
-    require(a.function("filter_assign")(f, n, a.pointer(words), len(words)), "filter")
-    require(a.function("filter_init")(f, x0, P0), "x0, P0")
-    require(a.function("delay_assign")(past, n, 3, 100, a.pointer(past_words), len(past_words)), "past")
-    require(a.function("attach")(f, ffi.addressof(past[0], "attached")), "attach")
-    for rows in (slice(0, 1), slice(1, 3)):
-        H, R = (one.astype(a.number) for one in (model.H[rows], np.ascontiguousarray(model.R[rows, rows])))
-        memory, sensor = a.empty(a.length("sensor", len(H))), a.struct("sensor")
-        require(a.function("sensor_assign")(sensor, n, len(H), a.pointer(memory), len(memory)), "sensor")
-        require(a.function("sensor_init")(sensor, a.pointer(H), a.pointer(R)), "H, R")
-        sensors.append((sensor, memory, H, R))
-    rows = [[int(row[0]), *(float(cell or "nan") for cell in row[1:])] for row in list(csv.reader(log.open()))[1:]]
-    told = {row[0] - late: np.array(row[2:], a.number) for row in rows if not np.isnan(row[2]) and row[0] - late >= rows[0][0]}
-    steps, taken = sorted({row[0] for row in rows} | set(told)), 0
-    measured = {row[0]: np.array(row[1:2], a.number) for row in rows if not np.isnan(row[1])}
-    for k, now in enumerate(steps):
-        if k:
-            dt = (now - steps[k - 1]) * 1e-6
-            require(a.function("process_init_continuous")(process, F, ffi.NULL, Qc, dt, a.pointer(work), len(work)), "dt")
-            require(a.function("predict")(f, process, ffi.NULL), "predict")
-        if now in measured:
-            require(a.function("update")(f, sensors[0][0], a.pointer(measured[now])), "update")
-        if now - late in told:
-            present = int(sum(1 << c for c in range(2) if not np.isnan(told[now - late][c])))
-            ago, z = k - steps.index(now - late), np.nan_to_num(told[now - late])
-            require(a.function("update_delayed")(past, ago, sensors[1][0], a.pointer(z), present), "late")
-            taken += 1
-    assert taken >= 3 and a.function("events")(f) == 0
-    return np.array([[a.function(reading)(f, i) for i in range(n)] for reading in ("mean", "sigma")])
-
-
-@pytest.mark.parametrize("seed", range(3))
-@pytest.mark.parametrize("T, off", [("f64", 1e-9), ("f32", 1e-4)])
-def test_two_rates_with_jitter_and_a_late_receiver_on_the_chip(seed, T, off, tmp_path):
-    """400 Hz, and 10 Hz that tells 120 ms late: what the firmware knows at the end is what the host knows of the log"""
-    log, _, _ = late_log(tmp_path, seed, 0.12)
-    model = model_file.read(walk(tmp_path))
-    late = walk(tmp_path)
-    late.write_text(late.read_text().replace("R = [[0.04", "delay = 0.12\nR = [[0.04"))
-    told = json.loads(kalmanq("run", late, log, "--json").stdout)
-    sigma = np.sqrt(np.diag(told["covariance"]))
-    mean, spread = on_the_chip(model, T, log, 0.12)
-    assert np.abs((mean - told["mean"]) / sigma).max() < off and np.abs(spread / sigma - 1).max() < off
 
 
 @pytest.mark.parametrize("seed", range(3))

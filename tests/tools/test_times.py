@@ -1,4 +1,4 @@
-"""Rows at times of their own: beside the joint normal of all rows in long double, and beside regression by Gaussian processes."""
+"""Rows at times of their own: beside the joint normal of all rows in long double."""
 
 from __future__ import annotations
 
@@ -28,28 +28,12 @@ ROWS = 40
 
 
 def exact_steps(model: Model, dt: np.ndarray) -> Steps:
-    """Van Loan's matrices by their series, in long double"""
-    of, n, l = model.continuous, model.n, model.l
-    made = Steps(*(np.zeros((len(dt), *shape), LONG) for shape in ((n, n), (n, l), (n, n), (model.m, n), (model.m, model.m))))
-    for t, step in enumerate(dt):
-        whole, pushed = np.zeros((2 * n, 2 * n), LONG), np.zeros((n + l, n + l), LONG)
-        whole[:n, :n], whole[:n, n:], whole[n:, n:] = -of.F, of.Qc, of.F.T
-        pushed[:n, :n], pushed[:n, n:] = of.F, of.B
-        e, p = exponential(whole * LONG(step)), exponential(pushed * LONG(step))
-        made.A[t], made.B[t] = e[n:, n:].T, p[:n, n:]
-        made.Q[t] = made.A[t] @ e[:n, n:]
-        made.H[t], made.R[t] = model.H, model.R
-    return made
-
-
-def exponential(M: np.ndarray) -> np.ndarray:
-    made = term = np.eye(len(M), dtype=LONG)
-    for k in range(1, 40):
-        term = term @ M / (64 * k)
-        made = made + term
-    for _ in range(6):
-        made = made @ made
-    return made
+    """Van Loan's matrices by SciPy's exponential"""
+    of, n, rows = model.continuous, model.n, dt[:, None, None]
+    e = expm(np.block([[-of.F, of.Qc], [np.zeros((n, n)), of.F.T]]) * rows)
+    pushed = expm(np.block([[of.F, of.B], [np.zeros((model.l, n + model.l))]]) * rows)
+    A = e[:, n:, n:].swapaxes(1, 2)
+    return Steps(A, pushed[:, :n, n:], A @ e[:, :n, n:], *(np.tile(one, (len(dt), 1, 1)) for one in (model.H, model.R)))
 
 
 def random_record(seed: int, rounded: bool = False):
@@ -100,7 +84,7 @@ def test_irregular_times_beside_the_joint_normal(seed, arithmetic, most):
         assert likelihood(model, [z], [u], times=[times]) == pytest.approx(float(right.log_likelihood), rel=1e-12)
 
 
-# ------------------------------------------------------------------------------ Gaussian processes
+# ------------------------------------------------------------------------------ dates, weeks and a page
 
 WEEKS = """
 [model]
@@ -148,48 +132,6 @@ def test_the_page_s_log_with_time_stamps(tmp_path):
     assert told["taken"] == 281 and f"NIS {told['nis_per_measurement']:.3f} a measurement" in page
     done = kalmanq("compile", folder / "examples" / "co2.toml", "--tunable", "-o", tmp_path / "co2.c")
     assert done.returncode == 0 and "int co2_move(co2_filter *f, float dt);" in (tmp_path / "co2.h").read_text()
-
-
-MATERN = {3: (lambda r: (1 + r) * np.exp(-r), """
-[model]
-F = [[0.0, 1.0], [{-a*a!r}, {-2*a!r}]]
-Qc = [0.0, {4*a**3*v!r}]
-dt = 0.1
-H = [1.0, 0.0]
-R = {R!r}
-P0 = [{v!r}, {v*a*a!r}]
-"""), 5: (lambda r: (1 + r + r * r / 3) * np.exp(-r), """
-[model]
-F = [[0.0, 1.0, 0.0], [0.0, 0.0, 1.0], [{-a**3!r}, {-3*a*a!r}, {-3*a!r}]]
-Qc = [0.0, 0.0, {16/3*a**5*v!r}]
-dt = 0.1
-H = [1.0, 0.0, 0.0]
-R = {R!r}
-P0 = [[{v!r}, 0.0, {-v*a*a/3!r}], [0.0, {v*a*a/3!r}, 0.0], [{-v*a*a/3!r}, 0.0, {v*a**4!r}]]
-""")}
-
-
-@pytest.mark.parametrize("seed", first(1, range(3)))
-@pytest.mark.parametrize("order", MATERN)
-def test_a_model_file_of_a_matern_kernel_is_the_dense_regression(order, seed, tmp_path):
-    """Rows without a measurement are where it is asked: mean, deviation, likelihood"""
-    kernel, text = MATERN[order]
-    draw = np.random.default_rng(seed)
-    v, R, a = draw.uniform(0.5, 2), draw.uniform(0.01, 0.2), float(np.sqrt(order) / draw.uniform(0.3, 2))
-    path = tmp_path / "matern.toml"
-    path.write_text(eval(f'f"""{text}"""', {"a": a, "v": v, "R": R}))
-    times = np.sort(draw.uniform(0, 10, 150))
-    y = np.sin(2 * times) + draw.normal(0, 0.3, 150)
-    y[draw.random(150) < 0.3] = np.nan
-    there = ~np.isnan(y)
-    K = v * kernel(a * np.abs(times[:, None] - times))
-    noisy = K[np.ix_(there, there)] + R * np.eye(there.sum())
-    gain = np.linalg.solve(noisy, K[there]).T
-    mean, sigma = gain @ y[there], np.sqrt(np.diag(K - gain @ K[there]))
-    value = -(y[there] @ np.linalg.solve(noisy, y[there]) + np.linalg.slogdet(2 * np.pi * noisy)[1]) / 2
-    run = Smoother(model_file.read(path)).run(y, times=times)
-    assert np.abs(run.smoothed[:, 0] - mean).max() < 1e-8 and np.abs(run.smoothed_sigma[:, 0] - sigma).max() < 1e-8
-    assert abs(run.log_likelihood.sum() - value) < 1e-8 * abs(value)
 
 
 # ------------------------------------------------------------------------------ fits
@@ -320,7 +262,8 @@ def dense(name: str, times: np.ndarray, z: np.ndarray, values: np.ndarray) -> fl
     if name == "temperature":
         K = values[1] ** 2 * np.exp(-apart / values[0])
     elif name == "process":
-        K = values[1] ** 2 * MATERN[3][0](np.sqrt(3) * apart / values[0])
+        r = np.sqrt(3) * apart / values[0]
+        K = values[1] ** 2 * (1 + r) * np.exp(-r)
     else:
         w = 2 * np.pi / values[0]
         F, q, P, K = np.array([[0, 1], [-w * w, -2 * values[1] * w]]), np.diag([0, values[2]]), np.eye(2), np.zeros_like(apart)

@@ -3,8 +3,6 @@
 from __future__ import annotations
 
 import re
-import subprocess
-import sys
 import warnings
 from pathlib import Path
 
@@ -17,8 +15,6 @@ from kalmanq import Filter, KalmanqError, KalmanqWarning, LagSmoother, InstantSm
 from kalmanq.data.rows import Rows
 from kalmanq.run.checks import findings
 from kalmanq.run.streamed import StreamedSmoother
-from test_commands import EXAMPLES, kalmanq as command
-from whole import WHOLE
 
 ROOT = Path(__file__).resolve().parents[2]
 NILE = ROOT / "tools" / "kalmanq" / "examples" / "nile.csv"
@@ -133,15 +129,6 @@ def test_nile_with_an_unknown_start():
         assert abs(np.sum(run.log_likelihood) - -633.46456) < 10 * limit
         assert np.isfinite(total) and np.all(np.isfinite(run.smoothed))
     assert abs(run.smoothed[0, 0] - 1111.7) < 0.1
-
-
-def test_em_reaches_the_nile_s_likelihood():
-    model = kalmanq.Model([[1]], [1], 1e4, 1e4, x0=[0], P0=[1e7])
-    estimate = kalmanq.Estimation(model, [nile()]).run(3000, 1e-10)
-    assert estimate.converged
-    assert abs(estimate.model.R[0, 0] / 15099.69 - 1) < 1e-5
-    assert abs(estimate.model.Q[0, 0] / 1468.50 - 1) < 1e-4
-    assert np.all(np.diff(estimate.course) > -1e-9)
 
 
 @pytest.mark.parametrize("arithmetic", ARITHMETICS)
@@ -316,24 +303,6 @@ def test_a_streamed_smoother_is_the_smoother_to_the_bit(arithmetic, make, block,
     for name, column in exact.columns().items():
         assert np.array_equal(np.concatenate([one[name] for one in columns]), column, equal_nan=True), name
     assert made[-1].events == exact.events
-
-
-@WHOLE
-@pytest.mark.skipif(not sys.platform.startswith("linux"), reason="asks Linux for the peak")
-def test_smoothing_takes_no_more_memory_of_more_rows(tmp_path):
-    model = EXAMPLES / "trend.toml"
-    peaks = []
-    for rows in (150_000, 450_000):
-        data = tmp_path / "z.csv"
-        assert command("simulate", model, "-n", rows, "--out", data).returncode == 0
-        program = ("import resource, sys; from kalmanq.command_line import app\n"
-                   "try: app(sys.argv[1:])\n"
-                   "finally: print(resource.getrusage(resource.RUSAGE_SELF).ru_maxrss, file=sys.stderr)")
-        done = subprocess.run([sys.executable, "-c", program, "run", str(model), str(data), "--smooth", "--out",
-                               str(tmp_path / "out.csv")], capture_output=True, text=True)
-        assert done.returncode == 0, done.stderr
-        peaks.append(int(done.stderr.split()[-1]))  # kB
-    assert peaks[1] < 1.2 * peaks[0] and peaks[1] < 400_000, peaks
 
 
 def test_ranges_that_are_there_in_part_may_be_left_out():
