@@ -2,43 +2,19 @@
  * The steps for sizes that the compiler knows: the same bits as those for run-time sizes, and the
  * same errors.
  */
-/* src/ has these, too */
-#define score_of score_of_number
-#define score_number number_of_score
-#include "models.h"
-#undef score_of
-#undef score_number
-
-#define num src_num
-#define reading src_reading
-#if defined(KQ_TEST_F32)
-#include "fixed_size/kq_fixed_f32.h"
-#define OF(list, ...) list(f32, float, __VA_ARGS__)
-#define FIXED_PREDICT kq_fixed_predict_f32
-#elif defined(KQ_TEST_Q31)
-#include "fixed_size/kq_fixed_q31.h"
-#define OF(list, ...) list(q31, int32_t, __VA_ARGS__)
-#define FIXED_PREDICT kq_fixed_predict_q31
-#else
-#include "fixed_size/kq_fixed_f64.h"
-#define OF(list, ...) list(f64, double, __VA_ARGS__)
-#define FIXED_PREDICT kq_fixed_predict_f64
-#endif
-
-#undef num
-#undef reading
-
 #include "fixed.h"
 
-OF(FIXED_SIZES, 0, dense)
-OF(FIXED_SIZES, KQ_FIXED_UPPER, upper)
-OF(FIXED_SIZES, KQ_FIXED_BARE, bare)
-OF(FIXED_STEADY, 1, 1)
-OF(FIXED_STEADY, 4, 2)
+FIXED_SIZES(0, dense)
+FIXED_SIZES(KQ_FIXED_UPPER, upper)
+FIXED_SIZES(KQ_FIXED_BARE, bare)
+FIXED_STEADY(1, 1, 0, dense)
+FIXED_STEADY(1, 1, KQ_FIXED_UPPER, upper)
+FIXED_STEADY(4, 2, 0, dense)
+FIXED_STEADY(4, 2, KQ_FIXED_UPPER, upper)
 
 static kq_status predict_of_no_control(S(filter) * f, const S(process) * p, const word *u)
 {
-    return FIXED_PREDICT(f, p, u, 2, 0, 0);
+    return S(fixed_predict)(f, p, u, 2, 0, 0);
 }
 
 enum { STATES = 4, COMPONENTS = 2, STEPS = 30 };
