@@ -36,6 +36,7 @@ typedef num word, entry, score;
 #define S_INSTANT_LEN INSTANT_LEN
 #define S_DIFFUSE_LEN DIFFUSE_LEN
 #define S_SMOOTHED SMOOTHED
+#define ASSIGN_ADAPTATION(a, n, m) K(adaptation_assign)(&a, n, m, a##_memory, COUNT(a##_memory))
 
 /* What is refused as a measurement, and how */
 #define NOT_A_NUMBER KQ_ERR_NOT_FINITE

@@ -38,6 +38,7 @@ typedef int64_t score;
 #define S_INSTANT_LEN KQ_INSTANT_LEN_Q31
 #define S_DIFFUSE_LEN KQ_DIFFUSE_LEN_Q31
 #define S_SMOOTHED SMOOTHED_Q31
+#define ASSIGN_ADAPTATION(a, n, m) kq_adaptation_assign_q31(&a, n, m, a##_memory, COUNT(a##_memory), a##_root)
 
 /* What is refused as a measurement, and how */
 #define NOT_A_NUMBER KQ_ERR_RANGE

@@ -507,37 +507,29 @@ static void compare_attached(const fixed_size *size)
     }
 }
 
-static kq_status assign_adaptation(S(adaptation) *a, const fixed_size *size, int i)
-{
-#ifdef KQ_TEST_Q31
-    static kq_scaled_q31 memory[2][KQ_ADAPTATION_LEN_Q31(STATES, COMPONENTS)];
-    static int32_t root[2][KQ_ROOT_LEN_Q31(STATES)];
-    return kq_adaptation_assign_q31(a, size->n, size->m, memory[i], COUNT(memory[i]), root[i]);
-#else
-    static num memory[2][ADAPTATION_LEN(STATES, COMPONENTS)];
-    return K(adaptation_assign)(a, size->n, size->m, memory[i], COUNT(memory[i]));
-#endif
-}
+S_ADAPTATION(learns_ours, STATES, COMPONENTS);
+S_ADAPTATION(learns_theirs, STATES, COMPONENTS);
 
 TEST(an_adaptation_learns)
 {
     const S(adaptation_rule) rule = {KQ_ADAPT_BOTH, 50,          number(0.125), number(0.0625),
                                      number(16),    number(0.125), number(8)};
-    S(adaptation) a[2];
+    S(adaptation) *const a[] = {&learns_ours, &learns_theirs};
     for (int k = 0; k < COUNT(dense); k++) {
         begin(dense[k].n, dense[k].m, 0);
+        ASSERT_OK(ASSIGN_ADAPTATION(learns_ours, dense[k].n, dense[k].m));
+        ASSERT_OK(ASSIGN_ADAPTATION(learns_theirs, dense[k].n, dense[k].m));
         for (int i = 0; i < 2; i++) {
-            ASSERT_OK(assign_adaptation(&a[i], &dense[k], i));
-            ASSERT_OK(S(adaptation_init)(&a[i], &process_of.process, &sensor_of.sensor, &rule));
-            ASSERT_OK(S(attach)(&filters[i]->filter, &a[i].attached));
+            ASSERT_OK(S(adaptation_init)(a[i], &process_of.process, &sensor_of.sensor, &rule));
+            ASSERT_OK(S(attach)(&filters[i]->filter, &a[i]->attached));
         }
         compare_attached(&dense[k]);
         entry q[2], r[2];
-        for (int i = 0; i < 2; i++) ASSERT_OK(S(adaptation_scales)(&a[i], &q[i], &r[i]));
+        for (int i = 0; i < 2; i++) ASSERT_OK(S(adaptation_scales)(a[i], &q[i], &r[i]));
         TEST_ASSERT_TRUE(number_of(r[0]) != 1);
         ASSERT_SAME_BITS(r[0], r[1]);
         ASSERT_SAME_BITS(q[0], q[1]);
-        TEST_ASSERT_EQUAL_MEMORY(a[0].information, a[1].information, sizeof a[0].information);
+        TEST_ASSERT_EQUAL_MEMORY(a[0]->information, a[1]->information, sizeof a[0]->information);
     }
 }
 

@@ -18,20 +18,16 @@
 
 static process_model motion, another, three, unmade;
 static sensor_model radar, coupled, single;
-static prior_model prior, prior3;
+static prior_model prior;
 S_FILTER(track, 2);
 S_FILTER(twin, 2);
-S_FILTER(third, 2);
-S_FILTER(blank, 2);
-S_FILTER(track3, 3);
 S_ADAPTATION(tuner, 2, 2);
 S_ADAPTATION(blank_tuner, 2, 2);
-S_HISTORY(tape, 2, 2, 8, 0);
 
 static const num range[] = {1000, 1000, 1000}, measured_range[] = {1000, 1000}, drive_range[] = {100};
 static const num A[] = {1, 0.5, -0.125, 0.75}, B[] = {0.125, 0.5}, Q[] = {0.25, 0.125, 0.125, 0.5};
 static const num H[] = {1, 0, 0.5, 1}, R[] = {0.5, 0.25, 0.25, 1}, r[] = {0.5, 1};
-static const num x0[] = {1, -2, 0}, P0[] = {2, 0.5, 0.5, 1}, identity3[] = {1, 0, 0, 0, 1, 0, 0, 0, 1};
+static const num x0[] = {1, -2}, P0[] = {2, 0.5, 0.5, 1}, identity3[] = {1, 0, 0, 0, 1, 0, 0, 0, 1};
 
 static num z_value[2];
 static word z[2], u[1];
@@ -49,15 +45,6 @@ static void draw(uint32_t *seed, double size)
     set_z(a, b);
 }
 
-static kq_status assign_tuner(void)
-{
-#ifdef KQ_TEST_Q31
-    return kq_adaptation_assign_q31(&tuner, 2, 2, tuner_memory, COUNT(tuner_memory), tuner_root);
-#else
-    return K(adaptation_assign)(&tuner, 2, 2, tuner_memory, COUNT(tuner_memory));
-#endif
-}
-
 static void set_up(void)
 {
     const num push = 2;
@@ -69,13 +56,11 @@ static void set_up(void)
     put_sensor(&coupled, 2, 2, range, measured_range, H, R);
     put_independent(&single, 2, 1, range, measured_range, H, r);
     put_prior(&prior, 2, range, x0, P0);
-    put_prior(&prior3, 3, range, x0, identity3);
     set_z(1.5, -0.5);
     memcpy(u, driven(&motion.process, &push, 1), sizeof u);
     ASSERT_OK(init_filter(&track, &prior));
     ASSERT_OK(init_filter(&twin, &prior));
-    ASSERT_OK(init_filter(&track3, &prior3));
-    ASSERT_OK(assign_tuner());
+    ASSERT_OK(ASSIGN_ADAPTATION(tuner, 2, 2));
     ASSERT_OK(S(adaptation_init)(&tuner, &motion.process, &radar.sensor, &rule));
     ASSERT_OK(S(attach)(&track, &tuner.attached));
     watch_nothing();
@@ -250,6 +235,11 @@ TEST(an_attach_keeps_what_was_learnt)
     set_z(20, z_value[1]);
     ASSERT_OK(S(update_subset)(&track, &coupled.sensor, z, ALL)); /* waits for two */
     assert_learnt_nothing(&before);
+    ASSERT_OK(S(detach)(&tuner.attached));
+    ASSERT_OK(S(attach)(&twin, &tuner.attached)); /* of another filter it scales the process, too */
+    ASSERT_OK(S(forecast)(&twin, S(adaptation_process)(&tuner), u, 1, &track));
+    ASSERT_OK(S(predict)(&twin, &motion.process, u));
+    ASSERT_SAME_BITS(track_memory, twin_memory);
     ASSERT_OK(S(adaptation_init)(&tuner, &motion.process, &coupled.sensor, &rule));
     ASSERT_WITHIN(0, 1, process_scale());
     ASSERT_WITHIN(0, 1, sensor_scale());
@@ -309,147 +299,6 @@ TEST(a_step_is_a_predict_and_an_update)
         }
         TEST_ASSERT_TRUE(sensor_scale() != 1 && process_scale() != 1);
     }
-}
-
-TEST(a_detached_filter_goes_on_by_itself)
-{
-    learn_something();
-    ASSERT_OK(S(filter_copy)(&twin, &track));
-    ASSERT_OK(S(detach)(&tuner.attached));
-    const S(adaptation) before = tuner;
-    for (int t = 0; t < 3; t++) {
-        ASSERT_OK(S(step)(&track, &motion.process, u, &coupled.sensor, z));
-        ASSERT_OK(S(step)(&twin, &motion.process, u, &coupled.sensor, z));
-        ASSERT_SAME(&twin, &track, 2);
-    }
-    assert_learnt_nothing(&before);
-    ASSERT_OK_UNCHANGED(S(detach)(&tuner.attached)); /* it is */
-    /* attached again, or to another filter, it is what it had learnt that counts */
-    ASSERT_OK(S(attach)(&twin, &tuner.attached));
-    ASSERT_OK(S(forecast)(&twin, S(adaptation_process)(&tuner), u, 1, &track));
-    ASSERT_OK(S(predict)(&twin, &motion.process, u));
-    ASSERT_SAME_BITS(track_memory, twin_memory);
-    TEST_ASSERT_TRUE(fabs(log(process_scale())) > 0.1);
-    /* and a history may take its place */
-    ASSERT_OK(S(detach)(&tuner.attached));
-    ASSERT_OK(S(attach)(&twin, &tape.attached));
-}
-
-/* By kq_filter_copy or by assignment: what the copy measures teaches nothing. */
-TEST(a_copied_filter_goes_on_by_itself)
-{
-    for (int assigned = 0; assigned < 2; assigned++) {
-        learn_something();
-        ASSERT_OK(S(filter_copy)(&twin, &track));
-        ASSERT_OK(S(filter_copy)(&third, &track));
-        if (assigned) {
-            twin = track;
-            twin.memory = twin_memory;
-        }
-        const S(adaptation) before = tuner;
-        for (int t = 0; t < 3; t++) {
-            ASSERT_OK(S(update)(&twin, &coupled.sensor, z));
-            ASSERT_OK(S(update)(&third, &coupled.sensor, z));
-            ASSERT_OK(S(predict)(&twin, &motion.process, u));
-            ASSERT_OK(S(predict)(&third, &motion.process, u));
-            ASSERT_OK(S(step)(&twin, &motion.process, u, &coupled.sensor, z));
-            ASSERT_OK(S(step)(&third, &motion.process, u, &coupled.sensor, z));
-            ASSERT_SAME(&third, &twin, 2);
-        }
-        assert_learnt_nothing(&before);
-        ASSERT_OK(S(update)(&track, &coupled.sensor, z)); /* the filter itself has lost nothing */
-        TEST_ASSERT_TRUE(memcmp(before.information, tuner.information, sizeof before.information) != 0);
-    }
-}
-
-/* It may then be gone, or assigned anew: the filter does not go to it any more. */
-TEST(what_is_assigned_anew_is_not_attached)
-{
-    ASSERT_OK(assign_tuner());
-    for (int t = 0; t < 3; t++) {
-        ASSERT_OK(S(update)(&track, &radar.sensor, z));
-        ASSERT_OK(S(update)(&twin, &radar.sensor, z));
-        ASSERT_OK(S(predict)(&track, &motion.process, u));
-        ASSERT_OK(S(predict)(&twin, &motion.process, u));
-        ASSERT_OK(S(step)(&track, &motion.process, u, &radar.sensor, z));
-        ASSERT_OK(S(step)(&twin, &motion.process, u, &radar.sensor, z));
-    }
-    ASSERT_SAME(&twin, &track, 2);
-    ASSERT_OK(S(adaptation_init)(&tuner, &motion.process, &radar.sensor, &rule));
-    ASSERT_OK(S(attach)(&track, &tuner.attached));
-    ASSERT_OK(init_filter(&track, &prior));
-    const S(adaptation) kept = tuner;
-    memset(&tuner, 0xa5, sizeof tuner);
-    ASSERT_OK(S(update)(&track, &radar.sensor, z));
-    tuner = kept;
-}
-
-/* It has a filter until it is detached or assigned anew; f may have been initialised meanwhile. */
-TEST(an_adaptation_has_one_filter)
-{
-    WATCH(twin);
-    learn_something();
-    const double learnt = process_scale();
-    ASSERT_REFUSED(KQ_ERR_RECORDING, S(attach)(&twin, &tuner.attached));
-    ASSERT_OK(S(attach)(&track, &tuner.attached)); /* to its own once more */
-    ASSERT_OK(init_filter(&track, &prior));
-    ASSERT_REFUSED(KQ_ERR_RECORDING, S(attach)(&twin, &tuner.attached));
-    ASSERT_OK(S(attach)(&track, &tuner.attached));
-    ASSERT_OK(S(detach)(&tuner.attached));
-    ASSERT_OK(S(attach)(&twin, &tuner.attached));
-    TEST_ASSERT_TRUE(learnt != 1 && process_scale() == learnt);
-    ASSERT_OK(assign_tuner());
-    ASSERT_OK(S(adaptation_init)(&tuner, &motion.process, &radar.sensor, &rule));
-    ASSERT_OK(S(attach)(&track, &tuner.attached));
-}
-
-/* status.h: a history, a lag and a point take each other's place, whose recording has ended then. */
-TEST(what_records_takes_the_place_of_what_records)
-{
-    S_LAG(lag, 2, 2, 2);
-    S_INSTANT(point, 2, 2);
-    S_HISTORY(later, 2, 2, 4, 0);
-    S(filter) view;
-    ASSERT_OK(S(attach)(&twin, &tape.attached));
-    ASSERT_OK(S(attach)(&twin, &lag.attached));
-    ASSERT_OK(S(predict)(&twin, &motion.process, u));
-    TEST_ASSERT_EQUAL_UINT(1, S(history_steps)(&tape));
-    TEST_ASSERT_EQUAL_UINT(1, S(lag_steps)(&lag));
-    ASSERT_OK(S(attach)(&twin, &point.attached));
-    TEST_ASSERT_EQUAL_UINT(0, S(lag_steps)(&lag));
-    ASSERT_OK(S(attach)(&twin, &later.attached));
-    TEST_ASSERT_EQUAL_INT(KQ_ERR_HISTORY_EMPTY, S(instant_smooth)(&point, &view));
-    ASSERT_OK(S(attach)(&twin, &tape.attached));
-    ASSERT_OK(S(predict)(&twin, &motion.process, u));
-    TEST_ASSERT_EQUAL_UINT(1, S(history_steps)(&later));
-    TEST_ASSERT_EQUAL_UINT(2, S(history_steps)(&tape));
-    ASSERT_OK(S(detach)(&tape.attached));
-}
-
-TEST(refusals_of_attach)
-{
-    S_LAG(lag, 2, 2, 2);
-    S_INSTANT(point, 2, 2);
-    S_DIFFUSE(start, 2, 0);
-    S_ADAPTATION(other, 2, 2);
-    ASSERT_OK(S(adaptation_init)(&other, &motion.process, &radar.sensor, &rule));
-    WATCH(other), WATCH(other_memory), WATCH(track3), WATCH(blank), WATCH(tape), WATCH(twin);
-    ASSERT_REFUSED(KQ_ERR_RECORDING, S(attach)(&track, &other.attached));
-    ASSERT_REFUSED(KQ_ERR_RECORDING, S(attach)(&track, &tape.attached));
-    ASSERT_REFUSED(KQ_ERR_RECORDING, S(attach)(&track, &lag.attached));
-    ASSERT_REFUSED(KQ_ERR_RECORDING, S(attach)(&track, &point.attached));
-    ASSERT_OK(S(attach)(&twin, &tape.attached));
-    ASSERT_REFUSED(KQ_ERR_RECORDING, S(attach)(&twin, &other.attached));
-    ASSERT_OK(S(detach)(&tape.attached));
-    ASSERT_OK(S(attach)(&twin, &lag.attached));
-    ASSERT_REFUSED(KQ_ERR_RECORDING, S(attach)(&twin, &other.attached));
-    ASSERT_OK(S(detach)(&lag.attached));
-    ASSERT_OK(S(attach)(&twin, &point.attached));
-    ASSERT_REFUSED(KQ_ERR_RECORDING, S(attach)(&twin, &other.attached));
-    ASSERT_OK(init_start(&start, &twin, &prior, 1));
-    ASSERT_REFUSED(KQ_ERR_NOT_READY, S(attach)(&twin, &other.attached));
-    ASSERT_OK(init_start(&start, &twin, &prior, 0));
-    ASSERT_OK(S(attach)(&twin, &other.attached)); /* nothing was unknown */
 }
 
 /* The models that it refers to have become others */

@@ -578,6 +578,10 @@ TEST(attaching_refuses)
         ASSERT_REFUSED(KQ_ERR_MISMATCH, S(attach)(&track3, objects[k]));
         ASSERT_REFUSED(KQ_ERR_NOT_READY, S(attach)(&track, unready[k]));
         ASSERT_REFUSED(KQ_ERR_NOT_READY, S(detach)(unready[k]));
+        unready[k]->hooks = objects[k]->hooks; /* assigned, it seems; without sizes */
+        const kq_status status = S(attach)(&track, unready[k]);
+        TEST_ASSERT_TRUE(status == KQ_ERR_SIZE || status == KQ_ERR_MEMORY || status == KQ_ERR_NOT_READY);
+        unready[k]->hooks = NULL;
     }
     ASSERT_REFUSED(KQ_ERR_NULL, S(attach)(&track, NULL));
     ASSERT_REFUSED(KQ_ERR_NULL, S(detach)(NULL));
