@@ -8,7 +8,7 @@
  * Models are made of numbers and of declared ranges, at which floating point does not look:
  *     put_process, put_sensor, put_independent, put_prior      (the arrays must stay)
  *     init_filter(f, &prior), init_start(s, f, &prior, unknown)
- *     change_transition(&process, n, A), change_measurement(&sensor, n, m, H)
+ *     change_transition(&process, n, A), change_measurement(&sensor, n, m, H), init_lean(&sensor, r)
  *     measured(s, z), driven(p, u, steps)                      the words of numbers, until the next call
  *     moved_by(&process, d)                                    an increment of the mean
  *     number(a), score_of(a), score_number(score)              a parameter, a factor; a score and back

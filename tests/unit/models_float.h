@@ -96,6 +96,12 @@ static inline void put_independent(sensor_model *s, int n, int m, const num *ran
     CALL(K(sensor_init_diagonal)(&s->sensor, H, r));
 }
 
+/* r: the variances that the model was made of */
+static inline kq_status init_lean(sensor_model *s, const num *r)
+{
+    return K(sensor_init_lean)(&s->sensor, s->sensor.measurement, r);
+}
+
 /* The model's process becomes that of `source` with its noise times q. */
 static inline kq_status scale_noise(process_model *m, process_model *source, num q)
 {

@@ -76,6 +76,13 @@ static inline void put_independent(sensor_model *s, int n, int m, const double *
     ASSERT_OK(kq_sensor_init_diagonal_q31(&s->sensor, &s->table, NULL));
 }
 
+/* Of the variances that the model was made of */
+static inline kq_status init_lean(sensor_model *s, const double *r)
+{
+    (void)r;
+    return kq_sensor_init_lean_q31(&s->sensor, &s->table, NULL);
+}
+
 /* The model's process becomes that of `source` with its noise times q. */
 static inline kq_status scale_noise(process_model *m, process_model *source, kq_scaled_q31 q)
 {

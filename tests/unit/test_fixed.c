@@ -617,7 +617,7 @@ TEST_FLOAT(a_lean_sensor_is_left_to_the_library)
         if (dense[k].m != 2) continue;
         for (int sharp = 0; sharp < 2; sharp++) {
             begin(dense[k].n, 2, 0);
-            ASSERT_OK(S(sensor_init_lean)(&sensor_of.sensor, H, noises[sharp]));
+            ASSERT_OK(init_lean(&sensor_of, noises[sharp]));
             step_both(&dense[k], NULL, z);
             TEST_ASSERT_EQUAL_UINT(sharp ? KQ_EVENT_LOW_NOISE : 0, S(events)(&ours.filter));
         }

@@ -442,27 +442,11 @@ TEST_Q31(refusals_of_what_cannot_be_scaled)
     ASSERT_REFUSED(KQ_ERR_COEFFICIENT, try_init());
 }
 
-TEST_Q31(refusals_of_assign)
-{
-    static kq_scaled_q31 words[KQ_ADAPTATION_LEN_Q31(2, 2)];
-    static int32_t root[KQ_ROOT_LEN_Q31(2)];
-    kq_adaptation_q31 a = {.states = 0};
-    const size_t length = COUNT(words);
-    WATCH(a);
-    ASSERT_REFUSED_SIZE_OR_MEMORY(kq_adaptation_init_q31(&a, &motion.process, &radar.sensor, &rule));
-    ASSERT_REFUSED(KQ_ERR_NULL, kq_adaptation_assign_q31(NULL, 2, 2, words, length, root));
-    ASSERT_REFUSED(KQ_ERR_NULL, kq_adaptation_assign_q31(&a, 2, 2, NULL, length, root));
-    ASSERT_REFUSED(KQ_ERR_NULL, kq_adaptation_assign_q31(&a, 2, 2, words, length, NULL));
-    ASSERT_REFUSED(KQ_ERR_SIZE, kq_adaptation_assign_q31(&a, 17, 2, words, length, root));
-    ASSERT_REFUSED(KQ_ERR_SIZE, kq_adaptation_assign_q31(&a, 2, 0, words, length, root));
-    ASSERT_REFUSED(KQ_ERR_MEMORY, kq_adaptation_assign_q31(&a, 2, 2, words, length - 1, root));
-    ASSERT_OK(kq_adaptation_assign_q31(&a, 2, 2, words, length, root));
-    ASSERT_REFUSED(KQ_ERR_NOT_READY, kq_attach_q31(&track, &a.attached));
-    ASSERT_OK(kq_adaptation_init_q31(&a, &motion.process, &radar.sensor, &rule));
-}
-
 TEST_Q31(an_adaptation_has_the_formats_and_sizes_of_its_models)
 {
+    kq_adaptation_q31 none = {.states = 0};
+    WATCH(none);
+    ASSERT_REFUSED_SIZE_OR_MEMORY(kq_adaptation_init_q31(&none, &motion.process, &radar.sensor, &rule));
     static const double fine_range[] = {1000, 1}, I[] = {1, 0, 0, 1};
     put_process(&another, 2, 0, fine_range, NULL, I, NULL, Q);
     ASSERT_REFUSED(KQ_ERR_MISMATCH, kq_adaptation_init_q31(&tuner, &another.process, &radar.sensor, &rule));
