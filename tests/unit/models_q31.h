@@ -160,12 +160,12 @@ static inline double measured_value(const kq_sensor_q31 *s, int32_t a, int c)
     return ldexp(a, -s->measurement_format[c].fraction);
 }
 
-/* One control a step; at most DRIVEN steps */
+/* All controls of each step; at most DRIVEN of them */
 static inline const int32_t *driven(const kq_process_q31 *p, const double *u, int steps)
 {
     enum { DRIVEN = 16 };
     static int32_t words[DRIVEN];
-    for (int t = 0; u && t < steps; t++) words[t] = *words_of(u + t, 1, p->control_format);
+    for (int k = 0; u && k < steps * p->controls; k++) words[k] = *words_of(u + k, 1, p->control_format + k % p->controls);
     return u ? words : NULL;
 }
 

@@ -388,39 +388,6 @@ TEST(no_output_is_written_beyond_its_end)
     }
 }
 
-/* 16 independent scalars seen through a rotation, two predicts and an update. */
-TEST(sixteen_states_work)
-{
-    FILTER(many, 16);
-    PROCESS(large, 16, 0);
-    SENSOR(wide, 16, 16);
-    static double a[16], q[16], p[16], x[16];
-    static num big_H[256];
-    for (int i = 0; i < 16; i++) {
-        a[i] = 0.25 * (i % 5) - 0.5, q[i] = 0.5 + 0.125 * i, p[i] = 1 + 0.5 * i, x[i] = i - 7.5;
-    }
-    for (int i = 0; i < 16; i++) big_x[i] = N(rotated(x, i));
-    put_rotated(big_P, p);
-    ASSERT_OK(K(filter_init)(&many, big_x, big_P));
-    put_rotated(big_A, a);
-    put_rotated(big_P, q);
-    ASSERT_OK(K(process_init)(&large, big_A, NULL, big_P));
-    for (int step = 0; step < 2; step++) {
-        ASSERT_OK(K(predict)(&many, &large, NULL));
-        for (int i = 0; i < 16; i++) x[i] *= a[i], p[i] = a[i] * a[i] * p[i] + q[i];
-    }
-    put_identity(big_P, 16, 2);
-    for (int k = 0; k < 256; k++) big_H[k] = hadamard(k / 16, k % 16);
-    ASSERT_OK(K(sensor_init)(&wide, big_H, big_P));
-    memset(big_x, 0, sizeof big_x);
-    ASSERT_OK(K(update)(&many, &wide, big_x));
-    for (int i = 0; i < 16; i++) x[i] *= 2 / (2 + p[i]), p[i] *= 2 / (2 + p[i]);
-    ASSERT_OK(K(covariance)(&many, big_P));
-    put_rotated(big_A, p);
-    for (int i = 0; i < 16; i++) ASSERT_CLOSE(rotated(x, i), K(mean)(&many, i), 4);
-    for (int k = 0; k < 256; k++) ASSERT_CLOSE(big_A[k], big_P[k], 4);
-}
-
 /* --------------------------------------------------------------- the end of the numbers */
 
 /* Whatever it was, what is read is a number, and there is an event. */

@@ -315,7 +315,7 @@ TEST(change_transition_refuses_numbers_that_are_not_finite)
 
 /* --------------------------------------------------------------------------- all sizes */
 
-static num big_A[256], big_B[256], big_Q[256];
+static num big_A[256], big_Q[256];
 
 TEST(no_size_writes_outside_its_memory)
 {
@@ -333,35 +333,6 @@ TEST(no_size_writes_outside_its_memory)
         ASSERT_OK(K(process_change_transition)(&p, big_Q));
         assert_guards(room, length, COUNT(room));
     }
-}
-
-/* 16 states, 16 controls, everything dense: A = T diag(a) T, B = T, Q = T diag(q) T. */
-TEST(sixteen_states_and_sixteen_controls_work)
-{
-    PROCESS(large, 16, 16);
-    FILTER(many, 16);
-    static double a[16], q[16], drive[16];
-    static num x0[16], zero[256], u[16];
-    for (int i = 0; i < 16; i++) {
-        a[i] = 0.25 * (i % 5) - 0.5;
-        q[i] = 0.5 + 0.125 * i;
-        drive[i] = i - 7.5;
-        x0[i] = N(1 + i);
-        u[i] = N(drive[i]);
-    }
-    put_rotated(big_A, a);
-    put_rotated(big_Q, q);
-    for (int k = 0; k < 256; k++) big_B[k] = hadamard(k / 16, k % 16);
-    ASSERT_OK(K(process_init)(&large, big_A, big_B, big_Q));
-    ASSERT_OK(K(filter_init)(&many, x0, zero));
-    ASSERT_OK(K(predict)(&many, &large, u));
-    for (int i = 0; i < 16; i++) {
-        double mean = rotated(drive, i);
-        for (int k = 0; k < 16; k++) mean += (double)big_A[i * 16 + k] * (double)x0[k];
-        ASSERT_CLOSE(mean, K(mean)(&many, i), 20);
-    }
-    ASSERT_OK(K(covariance)(&many, zero));
-    for (int k = 0; k < 256; k++) ASSERT_CLOSE(big_Q[k], zero[k], 2);
 }
 
 /* A sum of r squares whose entries are rounded is indefinite by rounding: it is accepted. */

@@ -250,34 +250,6 @@ TEST(no_size_writes_outside_its_memory)
     }
 }
 
-/* 16 correlated components of 16 states: H = T, R = T diag(r) T.  H'z are then independent
-   measurements of the states. */
-TEST(sixteen_correlated_components_work)
-{
-    SENSOR(large, 16, 16);
-    FILTER(many, 16);
-    static double variances[16], values[16];
-    static num measured[16], x[16], P[256];
-    for (int i = 0; i < 16; i++) {
-        variances[i] = 0.5 + 0.25 * i;
-        values[i] = i - 7.5;
-        x[i] = N(0.5 * i);
-    }
-    for (int k = 0; k < 256; k++) big_H[k] = hadamard(k / 16, k % 16);
-    for (int c = 0; c < 16; c++) measured[c] = N(rotated(values, c));
-    put_rotated(big_R, variances);
-    put_identity(P, 16, 1);
-    ASSERT_OK(K(sensor_init)(&large, big_H, big_R));
-    ASSERT_OK(K(filter_init)(&many, x, P));
-    ASSERT_OK(K(update)(&many, &large, measured));
-    TEST_ASSERT_EQUAL_INT(16, K(taken)(&many));
-    for (int i = 0; i < 16; i++) {
-        const double gain = 1 / (1 + variances[i]);
-        ASSERT_CLOSE(0.5 * i + gain * (values[i] - 0.5 * i), K(mean)(&many, i), 10);
-        ASSERT_CLOSE(sqrt(1 - gain), K(sigma)(&many, i), 1);
-    }
-}
-
 /* ------------------------------------------------------------------- check */
 
 static kq_status check_radar(void) { return K(sensor_check)(&radar); }
