@@ -1,8 +1,7 @@
-/* The scales of the noises learnt on line, in floating point: the formulas, all sizes, ends of the numbers
+/* The scales of the noises learnt on line, in floating point: the formulas, ends of the numbers
    (test_learning.c has what holds in q31 as well). */
 #include "adaptation_textbook.h"
 #include "reading.h"
-#include "sizes.h"
 #include "unchanged.h"
 
 #define ALL UINT32_MAX
@@ -198,43 +197,6 @@ TEST(no_noise_stays_none)
     TEST_ASSERT_EQUAL_MEMORY(motion_memory, p->noise_root, sizeof motion_memory);
     TEST_ASSERT_TRUE(K(adaptation_sensor)(&tuner)->noise[0] == radar.noise[0]);
     TEST_ASSERT_TRUE(K(adaptation_sensor)(&tuner)->noise[1] == sensor_scale_of(&tuner));
-}
-
-TEST(an_adaptation_works_at_every_size)
-{
-    enum { MOST_WORDS = GUARDED(ADAPTATION_LEN(16, 16)) };
-    static num room[MOST_WORDS], words[FILTER_LEN(16)], roots[KQ_PROCESS_LEN(16)];
-    static num noises[KQ_SENSOR_LEN(16)], I[256], full[256], x[16], seen[16];
-    K(filter) f;
-    K(process) p;
-    K(sensor) s;
-    K(adaptation) a;
-    for (int k = 0; k < 256; k++) full[k] = k % 17 ? N(0.0625) : 1;
-    for (int n = 1; n <= 16; n++) {
-        const int m = 17 - n;
-        const size_t length = (size_t)ADAPTATION_LEN(n, m);
-        num R_m[256], H_m[256];
-        put_identity(I, n, 1);
-        for (int k = 0; k < m * m; k++) R_m[k] = k % (m + 1) ? N(0.0625) : 1;
-        for (int k = 0; k < m * n; k++) H_m[k] = full[k];
-        ASSERT_OK(K(filter_assign)(&f, n, words, COUNT(words)));
-        ASSERT_OK(K(process_assign)(&p, n, 0, roots, COUNT(roots)));
-        ASSERT_OK(K(sensor_assign)(&s, n, m, noises, COUNT(noises)));
-        ASSERT_OK(K(adaptation_assign)(&a, n, m, guard(room, COUNT(room)), length));
-        ASSERT_OK(K(filter_init)(&f, x, I));
-        ASSERT_OK(K(process_init)(&p, I, NULL, I));
-        ASSERT_OK(K(sensor_init)(&s, H_m, R_m));
-        ASSERT_OK(K(adaptation_init)(&a, &p, &s, &rule));
-        ASSERT_OK(K(attach)(&f, &a.attached));
-        for (int t = 0; t < 20; t++) {
-            for (int c = 0; c < m; c++) seen[c] = N(t % 3 - 1 + 0.25 * c);
-            ASSERT_OK(K(update_subset)(&f, &s, seen, t % 4 ? ALL : 0x5555));
-            ASSERT_OK(K(predict)(&f, &p, NULL));
-        }
-        TEST_ASSERT_TRUE(sensor_scale_of(&a) != 1);
-        TEST_ASSERT_TRUE(process_scale_of(&a) != 1);
-        assert_guards(room, length, COUNT(room));
-    }
 }
 
 /* ------------------------------------------------------------------------------ refusals */

@@ -1,6 +1,5 @@
 /* The filter: init, predict, and all that can be read from it.  The update has its own file. */
 #include "reading.h"
-#include "sizes.h"
 #include "textbook.h"
 #include "turned.h"
 #include "unchanged.h"
@@ -320,72 +319,6 @@ TEST(gain_is_a_pseudo_inverse_for_redundant_noise_free_sensors)
     ASSERT_OK(K(gain)(&track, &radar, out));
     ASSERT_CLOSE((2 + 0.25) / 2.75, out[0] + out[1], 2);
     ASSERT_CLOSE((0.5 + 0.5) / 2.75, out[2] + out[3], 2);
-}
-
-/* --------------------------------------------------------------------------- all sizes */
-
-static num big_A[256], big_P[256], big_x[16];
-
-static void use_every_function(K(filter) * f, int n)
-{
-    static num process_words[KQ_PROCESS_LEN(16)], sensor_words[KQ_SENSOR_LEN(16)];
-    static num results[256], measured[16];
-    K(process) p;
-    K(sensor) s;
-    ASSERT_OK(K(process_assign)(&p, n, 0, process_words, COUNT(process_words)));
-    ASSERT_OK(K(process_init)(&p, big_A, NULL, big_P));
-    ASSERT_OK(K(sensor_assign)(&s, n, n, sensor_words, COUNT(sensor_words)));
-    ASSERT_OK(K(sensor_init)(&s, big_A, big_P));
-    ASSERT_OK(K(filter_init)(f, big_x, big_P));
-    ASSERT_OK(K(predict)(f, &p, NULL));
-    ASSERT_OK(K(update)(f, &s, measured));
-    ASSERT_OK(K(update_subset)(f, &s, measured, 1));
-    ASSERT_OK(K(step)(f, &p, NULL, &s, measured));
-    ASSERT_OK(K(measurement)(f, &s, measured, results));
-    ASSERT_OK(K(gain)(f, &s, results));
-    ASSERT_OK(K(covariance)(f, results));
-}
-
-TEST(no_size_writes_outside_its_memory)
-{
-    static num room[GUARDED(FILTER_LEN(16))];
-    for (int n = 1; n <= 16; n++) {
-        const size_t length = (size_t)FILTER_LEN(n);
-        K(filter) f;
-        put_identity(big_A, n, 1);
-        put_identity(big_P, n, 1);
-        if (n > 1) big_P[1] = big_P[n] = 0.5;
-        ASSERT_OK(K(filter_assign)(&f, n, guard(room, COUNT(room)), length));
-        assert_guards(room, 0, COUNT(room));
-        use_every_function(&f, n);
-        assert_guards(room, length, COUNT(room));
-    }
-}
-
-TEST(no_output_is_written_beyond_its_end)
-{
-    static num room[GUARDED(256)], sensor_words[KQ_SENSOR_LEN(16)], memory[FILTER_LEN(16)];
-    for (int n = 1; n <= 16; n++) {
-        const int m = 17 - n;
-        K(filter) f;
-        K(sensor) s;
-        ASSERT_OK(K(filter_assign)(&f, n, memory, COUNT(memory)));
-        ASSERT_OK(K(sensor_assign)(&s, n, m, sensor_words, COUNT(sensor_words)));
-        put_identity(big_P, n, 1);
-        ASSERT_OK(K(filter_init)(&f, big_x, big_P));
-        put_identity(big_P, m, 1);
-        ASSERT_OK(K(sensor_init)(&s, big_A, big_P));
-        ASSERT_OK(K(covariance)(&f, guard(room, COUNT(room))));
-        assert_guards(room, (size_t)(n * n), COUNT(room));
-        ASSERT_OK(K(gain)(&f, &s, guard(room, COUNT(room))));
-        assert_guards(room, (size_t)(n * m), COUNT(room));
-        ASSERT_OK(K(measurement)(&f, &s, guard(room, COUNT(room)), NULL));
-        assert_guards(room, (size_t)m, COUNT(room));
-        ASSERT_OK(K(measurement)(&f, &s, NULL, guard(room, COUNT(room))));
-        assert_guards(room, (size_t)(m * m), COUNT(room));
-        ASSERT_OK(K(innovation)(&f, &s, big_x, guard(room, COUNT(room))));
-        assert_guards(room, (size_t)m, COUNT(room));
-    }
 }
 
 /* --------------------------------------------------------------- the end of the numbers */

@@ -1,4 +1,4 @@
-/* The process: its sizes, its checks, the root of its noise. */
+/* The process: its checks, the root of its noise. */
 #include "reading.h"
 #include "sizes.h"
 #include "textbook.h"
@@ -316,24 +316,6 @@ TEST(change_transition_refuses_numbers_that_are_not_finite)
 /* --------------------------------------------------------------------------- all sizes */
 
 static num big_A[256], big_Q[256];
-
-TEST(no_size_writes_outside_its_memory)
-{
-    static num room[GUARDED(KQ_PROCESS_LEN(16))];
-    for (int n = 1; n <= 16; n++) {
-        const size_t length = (size_t)KQ_PROCESS_LEN(n);
-        K(process) p;
-        put_identity(big_A, n, 1);
-        put_identity(big_Q, n, 0.25);
-        ASSERT_OK(K(process_assign)(&p, n, 0, guard(room, COUNT(room)), length));
-        assert_guards(room, 0, COUNT(room));
-        ASSERT_OK(K(process_init)(&p, big_A, NULL, big_Q));
-        assert_guards(room, length, COUNT(room));
-        ASSERT_OK(K(process_init_factor)(&p, big_A, NULL, big_Q, n));
-        ASSERT_OK(K(process_change_transition)(&p, big_Q));
-        assert_guards(room, length, COUNT(room));
-    }
-}
 
 /* A sum of r squares whose entries are rounded is indefinite by rounding: it is accepted. */
 TEST(sixteen_states_take_a_noise_of_low_rank)

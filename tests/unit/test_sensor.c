@@ -1,6 +1,5 @@
-/* The sensor: its sizes, its checks, what it makes of the noise. */
+/* The sensor: its checks, what it makes of the noise. */
 #include "reading.h"
-#include "sizes.h"
 #include "textbook.h"
 #include "turned.h"
 #include "unchanged.h"
@@ -222,32 +221,6 @@ static kq_status change(void) { return K(sensor_change_measurement)(&radar, H); 
 TEST(change_measurement_refuses_numbers_that_are_not_finite)
 {
     assert_entries_must_be_finite(H, 4, change);
-}
-
-/* --------------------------------------------------------------------------- all sizes */
-
-static num big_H[256], big_R[256];
-
-TEST(no_size_writes_outside_its_memory)
-{
-    static num room[GUARDED(KQ_SENSOR_LEN(16))];
-    static num variances[16];
-    for (int m = 1; m <= 16; m++) {
-        const size_t length = (size_t)KQ_SENSOR_LEN(m), diagonal = (size_t)m;
-        K(sensor) s;
-        put_identity(big_H, 16, 1);
-        put_identity(big_R, m, 2);
-        if (m > 1) big_R[1] = big_R[m] = 0.5;
-        for (int c = 0; c < m; c++) variances[c] = N(1 + c);
-        ASSERT_OK(K(sensor_assign)(&s, 16, m, guard(room, COUNT(room)), length));
-        assert_guards(room, 0, COUNT(room));
-        ASSERT_OK(K(sensor_init)(&s, big_H, big_R));
-        ASSERT_OK(K(sensor_change_measurement)(&s, big_H));
-        assert_guards(room, length, COUNT(room));
-        ASSERT_OK(K(sensor_assign)(&s, 16, m, guard(room, COUNT(room)), diagonal));
-        ASSERT_OK(K(sensor_init_diagonal)(&s, big_H, variances));
-        assert_guards(room, diagonal, COUNT(room));
-    }
 }
 
 /* ------------------------------------------------------------------- check */

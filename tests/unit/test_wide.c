@@ -188,49 +188,5 @@ TEST(what_is_independent_stays_so_bit_for_bit)
     for (int i = 0; i < 16; i++) ASSERT_ALIKE(y[i].mean[LAST - KEPT], shown_mean(&view, &prior, i), 4);
 }
 
-/* ------------------------------------------------------------------------------ all sizes */
-
-/* Three steps, one change of process, one measurement a step, and all that can be read */
-static void record(S(history) *h, int n)
-{
-    static num I[256], x0[16], range[16];
-    static process_model p[2];
-    static sensor_model s;
-    static word memory[S_FILTER_LEN(16)];
-    static entry extra[256 + 2 * GUARD];
-    S(filter) f;
-    const num seen = 0;
-    put_identity(I, n, 1);
-    for (int i = 0; i < n; i++) range[i] = 100;
-    for (int k = 0; k < 2; k++) put_process(&p[k], n, 0, range, NULL, I, NULL, I);
-    put_sensor(&s, n, 1, range, range, I, I);
-    put_prior(&prior, n, range, x0, I);
-    ASSERT_OK(S(filter_assign)(&f, n, memory, COUNT(memory)));
-    ASSERT_OK(init_filter(&f, &prior));
-    ASSERT_OK(S(attach)(&f, &h->attached));
-    ASSERT_OK(S(update)(&f, &s.sensor, measured(&s.sensor, &seen)));
-    for (int k = 0; k < 2; k++) ASSERT_OK(S(step)(&f, &p[k].process, NULL, &s.sensor, measured(&s.sensor, &seen)));
-    TEST_ASSERT_EQUAL_HEX(0, S(events)(&f));
-    for (int t = 0; t < 4; t++) {
-        const S(smooth_extras) extras = {t == 1 ? extra + GUARD : NULL, NULL, t == 2 ? extra + GUARD : NULL};
-        memset(extra, GUARD_BYTE, sizeof extra);
-        if (t < 3) ASSERT_OK(S(smooth_step)(h, NULL, &extras));
-        else ASSERT_OK(S(covariance)(S_SMOOTHED(h, 0), extra + GUARD));
-        assert_guard_bytes(extra, sizeof extra, GUARD * sizeof(entry), t ? (size_t)(n * n) * sizeof(entry) : 0);
-    }
-}
-
-TEST(no_size_of_a_history_writes_outside_its_memory)
-{
-    for (int n = 1; n <= 16; n++) {
-        const kq_length length = S_HISTORY_LEN(n, 1, 3, 1);
-        S(history) h;
-        ASSERT_OK(S(history_assign)(&h, n, guarded(), (size_t)length));
-        assert_guarded(0);
-        record(&h, n);
-        assert_guarded(length);
-    }
-}
-
 SUITE(wide, set_up)
 #include "wide.tests"
