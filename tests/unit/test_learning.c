@@ -1,4 +1,4 @@
-/* The scales of the noises learnt on line, in all arithmetics: bounds, the scaled models, and what is attached. */
+/* The scales of the noises learnt on line, in all arithmetics: the formulas, bounds, the scaled models. */
 #include "adaptation_textbook.h"
 #include "models.h"
 #include "unchanged.h"
@@ -8,11 +8,15 @@
 
 #ifdef KQ_TEST_Q31
 #define FAR 900
+#define FARTHEST 999
 #define EPS_OF_SCALES 0x1p-29
+#define ROUNDING_OF_NOISE 0x1p-29
 #define FOLLOWED 200
 #else
 #define FAR 1e4
+#define FARTHEST (NUM_MAX / 4)
 #define EPS_OF_SCALES EPS
+#define ROUNDING_OF_NOISE 0
 #define FOLLOWED 200
 #endif
 
@@ -169,6 +173,48 @@ TEST(steps_and_limits_are_kept)
     }
     ASSERT_WITHIN(0, 0.125, sensor_scale());
     TEST_ASSERT_TRUE(moved > 10);
+}
+
+/* 5 sigma or all the sigmas there are: the scales do not know. */
+TEST(an_outlier_counts_as_four_sigma)
+{
+    const double outliers[] = {30, FAR < 1000 ? FAR : 1000, FARTHEST};
+    entry found[COUNT(outliers)][2];
+    for (int k = 0; k < COUNT(outliers); k++) {
+        uint32_t seed = 2;
+        ASSERT_OK(init_filter(&track, &prior));
+        ASSERT_OK(S(adaptation_init)(&tuner, &motion.process, &radar.sensor, &rule));
+        ASSERT_OK(S(attach)(&track, &tuner.attached));
+        for (int t = 0; t < 10; t++) {
+            draw(&seed, 2);
+            ASSERT_OK(S(update_subset)(&track, &radar.sensor, z, 1));
+            ASSERT_OK(S(predict)(&track, &motion.process, u));
+        }
+        set_z(outliers[k], 0);
+        ASSERT_OK(S(update_subset)(&track, &radar.sensor, z, 1));
+        ASSERT_OK(S(adaptation_scales)(&tuner, &found[k][0], &found[k][1]));
+    }
+    ASSERT_SAME_BITS(found[0], found[1]);
+    ASSERT_SAME_BITS(found[0], found[2]);
+}
+
+TEST(no_noise_stays_none)
+{
+    static const num zero[] = {0, 0, 0, 0}, sharp[] = {0, 1};
+    uint32_t seed = 9;
+    put_process(&motion, 2, 1, range, drive_range, A, B, zero);
+    put_independent(&radar, 2, 2, range, measured_range, H, sharp);
+    ASSERT_OK(S(adaptation_init)(&tuner, &motion.process, &radar.sensor, &rule));
+    for (int t = 0; t < STEPS; t++) {
+        draw(&seed, 2);
+        ASSERT_OK(S(update_subset)(&track, &radar.sensor, z, ALL));
+        ASSERT_OK(S(predict)(&track, &motion.process, u));
+    }
+    TEST_ASSERT_TRUE(sensor_scale() != 1);
+    const entry *scaled = S(adaptation_sensor)(&tuner)->noise, *given = radar.sensor.noise;
+    TEST_ASSERT_EQUAL_MEMORY(motion.process.noise_root, S(adaptation_process)(&tuner)->noise_root, S_ROOT_LEN(2) * sizeof(word));
+    TEST_ASSERT_TRUE(number_of(scaled[0]) == number_of(given[0]));
+    ASSERT_WITHIN(ROUNDING_OF_NOISE * sensor_scale(), sensor_scale(), number_of(scaled[1]) / number_of(given[1]));
 }
 
 static void learn_something(void)
@@ -352,6 +398,70 @@ static void put_textbook(scale_textbook *t, const num *noise_covariance)
     t->waiting = 2;
 }
 
+/* With q e^h from the beginning on: the textbook's score of its last measurement, of one component,
+   and *log_likelihood of it but for a constant */
+static double score_at(double h, int last, double *log_likelihood)
+{
+    scale_textbook book;
+    uint32_t seed = 3;
+    put_textbook(&book, R);
+    book.q = exp(h);
+    for (int t = 0; t <= last; t++) {
+        double J[3] = {0, 0, 0};
+        draw(&seed, 2);
+        const double seen[] = {(double)z_value[0] / 4, 0};
+        const double S = book.P[0] + book.R[0], e = seen[0] - book.x[0];
+        *log_likelihood = -(log(S) + e * e / S) / 2;
+        (void)textbook_measure(&book, seen, 1, J);
+        textbook_predict(&book);
+    }
+    return book.g[0];
+}
+
+/* A double of 32 bits (AVR) is too short for differences. */
+TEST(the_formulas_are_those_of_likelihood)
+{
+    const double h = DBL_MANT_DIG > 24 ? 1e-4 : 0.0625;
+    const double tolerance = DBL_MANT_DIG > 24 ? 1e-7 : 1e-2;
+    for (int last = 0; last < 20; last++) {
+        double here, above, below;
+        const double score = score_at(0, last, &here);
+        (void)score_at(h, last, &above);
+        (void)score_at(-h, last, &below);
+        ASSERT_WITHIN(tolerance, (above - below) / (2 * h), score);
+    }
+}
+
+/* A plant with Q and R 4 times and a quarter of what is said */
+TEST(the_scales_of_a_plant_are_found)
+{
+    static const num one[] = {1}, none[] = {0};
+    static process_model walk;
+    static sensor_model gauge;
+    static prior_model start;
+    S_FILTER(level, 1);
+    S_ADAPTATION(finder, 1, 1);
+    uint32_t seed = 5;
+    num x = 0;
+    entry q, s;
+    rule.memory = 400;
+    put_process(&walk, 1, 0, range, NULL, one, NULL, one);
+    put_sensor(&gauge, 1, 1, range, range, one, one);
+    put_prior(&start, 1, range, none, one);
+    ASSERT_OK(init_filter(&level, &start));
+    ASSERT_OK(S(adaptation_init)(&finder, &walk.process, &gauge.sensor, &rule));
+    ASSERT_OK(S(attach)(&level, &finder.attached));
+    for (int t = 0; t < 1500; t++) {
+        const num seen = x + noise(&seed) * 2;
+        ASSERT_OK(S(update_subset)(&level, &gauge.sensor, measured(&gauge.sensor, &seen), ALL));
+        ASSERT_OK(S(predict)(&level, &walk.process, NULL));
+        x += noise(&seed) / 2;
+    }
+    ASSERT_OK(S(adaptation_scales)(&finder, &q, &s));
+    ASSERT_WITHIN(0.4, log(0.25), log(number_of(q)));
+    ASSERT_WITHIN(0.25, log(4), log(number_of(s)));
+}
+
 static void follow_the_textbook(const S(sensor) *s, const num *noise_covariance, kq_adapted scales)
 {
     scale_textbook book;
@@ -429,6 +539,16 @@ TEST(refusals_of_a_rule)
     ASSERT_OK(try_init());
 }
 
+TEST(an_adaptation_has_the_sizes_of_its_models)
+{
+    S(adaptation) none = {.states = 0}, short_one = tuner;
+    short_one.length--;
+    WATCH(none), WATCH(short_one);
+    ASSERT_REFUSED_SIZE_OR_MEMORY(S(adaptation_init)(&none, &motion.process, &radar.sensor, &rule));
+    ASSERT_REFUSED(KQ_ERR_MEMORY, S(adaptation_init)(&short_one, &motion.process, &radar.sensor, &rule));
+    ASSERT_REFUSED(KQ_ERR_MISMATCH, S(adaptation_init)(&tuner, &motion.process, &single.sensor, &rule));
+}
+
 #ifdef KQ_TEST_Q31
 static kq_scaled_q31 power(int k) { return (kq_scaled_q31){INT32_C(1) << 30, k - 30}; }
 
@@ -442,15 +562,11 @@ TEST_Q31(refusals_of_what_cannot_be_scaled)
     ASSERT_REFUSED(KQ_ERR_COEFFICIENT, try_init());
 }
 
-TEST_Q31(an_adaptation_has_the_formats_and_sizes_of_its_models)
+TEST_Q31(an_adaptation_has_the_formats_of_its_models)
 {
-    kq_adaptation_q31 none = {.states = 0};
-    WATCH(none);
-    ASSERT_REFUSED_SIZE_OR_MEMORY(kq_adaptation_init_q31(&none, &motion.process, &radar.sensor, &rule));
     static const double fine_range[] = {1000, 1}, I[] = {1, 0, 0, 1};
     put_process(&another, 2, 0, fine_range, NULL, I, NULL, Q);
     ASSERT_REFUSED(KQ_ERR_MISMATCH, kq_adaptation_init_q31(&tuner, &another.process, &radar.sensor, &rule));
-    ASSERT_REFUSED(KQ_ERR_MISMATCH, kq_adaptation_init_q31(&tuner, &motion.process, &single.sensor, &rule));
 }
 
 /* States that nothing measures and nothing moves, for as long as it takes their slopes to vanish;
@@ -476,6 +592,39 @@ TEST_Q31(ends_of_the_numbers_are_safe)
         TEST_ASSERT_TRUE(process_scale() >= 0.0625 && process_scale() <= 16);
         TEST_ASSERT_TRUE(sensor_scale() >= 0x1p-40 && sensor_scale() <= 0x1p40);
     }
+}
+#else
+/* A noise that a scale would lead out of the numbers */
+TEST_FLOAT(refusals_of_what_cannot_be_scaled)
+{
+    static const num huge[] = {NUM_MAX / 64, NUM_MAX / 128, NUM_MAX / 128, NUM_MAX / 64};
+    static const num variances[] = {NUM_MAX / 64, NUM_MAX / 128};
+    put_sensor(&coupled, 2, 2, range, measured_range, H, huge);
+    put_independent(&radar, 2, 2, range, measured_range, H, variances);
+    ASSERT_OK(S(adaptation_init)(&tuner, &motion.process, &coupled.sensor, &rule));
+    ASSERT_OK(try_init());
+    rule.sensor_most = 128;
+    ASSERT_REFUSED(KQ_ERR_NOT_FINITE, S(adaptation_init)(&tuner, &motion.process, &coupled.sensor, &rule));
+    ASSERT_REFUSED(KQ_ERR_NOT_FINITE, try_init());
+}
+
+/* A state that grows and is not seen, until P has left the numbers */
+TEST_FLOAT(what_leaves_the_numbers_is_forgotten)
+{
+    static const num growing[] = {1, 0, 0, 1024}, seen[] = {1, 0};
+    S_ADAPTATION(other, 2, 1);
+    entry q, s;
+    ASSERT_OK(S(detach)(&tuner.attached));
+    put_process(&motion, 2, 1, range, drive_range, growing, B, Q);
+    put_independent(&single, 2, 1, range, measured_range, seen, r);
+    ASSERT_OK(S(adaptation_init)(&other, &motion.process, &single.sensor, &rule));
+    ASSERT_OK(S(attach)(&track, &other.attached));
+    for (int t = 0; t < 200; t++) {
+        ASSERT_OK(S(update_subset)(&track, &single.sensor, z, 1));
+        ASSERT_OK(S(predict)(&track, &motion.process, u));
+    }
+    ASSERT_OK(S(adaptation_scales)(&other, &q, &s));
+    TEST_ASSERT_TRUE(q > 0 && q <= 16 && s > 0 && s <= 8);
 }
 #endif
 
