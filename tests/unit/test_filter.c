@@ -191,20 +191,6 @@ TEST(a_refused_init_leaves_the_old_run_going)
 
 /* ----------------------------------------------------------------------------- predict */
 
-TEST(predict_moves_the_state)
-{
-    textbook t;
-    textbook_init(&t, 2, x0, P0);
-    for (int step = 0; step < 5; step++) {
-        textbook_predict(&t, A, NULL, NULL, 0, Q);
-        ASSERT_OK(K(predict)(&track, &motion, NULL));
-        ASSERT_TEXTBOOK(&t, &track);
-        textbook_predict(&t, A, B, u, 1, Q);
-        ASSERT_OK(K(predict)(&track, &motion, u));
-        ASSERT_TEXTBOOK(&t, &track);
-    }
-}
-
 TEST(predict_takes_a_dense_transition)
 {
     FILTER(three, 3);
@@ -217,18 +203,6 @@ TEST(predict_takes_a_dense_transition)
         ASSERT_OK(K(predict)(&three, &motion3, NULL));
         ASSERT_TEXTBOOK(&t, &three);
     }
-}
-
-TEST(predict_takes_several_controls)
-{
-    PROCESS(driven, 2, 3);
-    static const num b[] = {1, 0.5, -2, 0.25, 0, 4}, inputs[] = {3, -1, 0.5};
-    textbook t;
-    ASSERT_OK(K(process_init)(&driven, A, b, Q));
-    textbook_init(&t, 2, x0, P0);
-    textbook_predict(&t, A, b, inputs, 3, Q);
-    ASSERT_OK(K(predict)(&track, &driven, inputs));
-    ASSERT_TEXTBOOK(&t, &track);
 }
 
 TEST(predict_does_not_read_a_control_that_the_process_has_not)

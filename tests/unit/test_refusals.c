@@ -93,8 +93,11 @@ static const way of_measurement[] = {
     {NULL, KQ_ERR_NULL},         {bad_z[0], NOT_A_NUMBER}, {bad_z[1], NOT_A_NUMBER}, {bad_z[2], NOT_A_NUMBER},
     {bad_z[3], NOT_A_NUMBER},    {bad_z[4], NOT_A_NUMBER}, {bad_z[5], NOT_A_NUMBER}, {bad_z[6], NOT_A_NUMBER},
     {bad_z[7], NOT_A_NUMBER},    END};
-/* An increment has no range: in q31 what is no word is refused. */
+#ifdef KQ_TEST_Q31 /* An increment has no range: what is no word is refused. */
 static const way of_increment[] = {{NULL, KQ_ERR_NULL}, {bad_z[6], NOT_A_NUMBER}, {bad_z[7], NOT_A_NUMBER}, END};
+#else
+#define of_increment of_measurement
+#endif
 static const way of_control[] = {{&bad_u[0], NOT_A_NUMBER}, {&bad_u[1], NOT_A_NUMBER}, {&bad_u[2], NOT_A_NUMBER},
                                  {&bad_u[3], NOT_A_NUMBER}, END};
 static const way of_states[] = {{&bad_states[0], KQ_ERR_SIZE}, {&bad_states[1], KQ_ERR_SIZE},
@@ -395,6 +398,9 @@ static const row calls[] = {
     ROW(move, {&track, of_source}, {z, of_increment}),
     ROW(predict_extended, A_FILTER, {&other.process, of_process}, {z, of_increment}),
     ROW(update, A_FILTER, {&differs, of_sensor}, {z, of_increment}),
+    ROW(update_robust, A_FILTER, {&differs, of_sensor}, {z, of_increment}, {&losses[0], of_losses[0]}),
+    ROW(update_robust, A_FILTER, {&differs, of_sensor}, {z, of_increment}, {&losses[1], of_losses[1]}),
+    ROW(update_robust, A_FILTER, {&differs, of_sensor}, {z, of_increment}, {&losses[2], of_losses[2]}),
     ROW(update, A_FILTER, {&lean.sensor, of_sensor}, A_MEASUREMENT),
     ROW(lag_assign, AN_OUTPUT(&lag), {&states, of_states}, {&one, of_measurements}, {&count, of_lag}, AN_OUTPUT(lag_memory),
         {&lag_length, of_lag_length}),
