@@ -34,7 +34,7 @@ static kq_status assign_instant(void)
 
 static kq_status assign_tuner(void)
 {
-    const S(adaptation_rule) rule = {KQ_ADAPT_BOTH, 50, number(0.125), number(0.0625), number(16), number(0.125), number(8)};
+    const S(adaptation_rule) rule = usual_rule();
     ASSERT_OK(ASSIGN_ADAPTATION(tuner, 2, 2));
     return S(adaptation_init)(&tuner, &motion.process, &radar.sensor, &rule);
 }

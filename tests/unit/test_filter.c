@@ -40,14 +40,6 @@ static void set_up(void)
 
 /* ------------------------------------------------------------------------------ assign */
 
-TEST(assign_does_what_the_macro_does)
-{
-    FILTER(declared, 2);
-    TEST_ASSERT_EQUAL_INT(FILTER_LEN(2), COUNT(declared_memory));
-    ASSERT_OK(K(filter_init)(&declared, x0, P0));
-    ASSERT_SAME_FILTER(&track, &declared, 2);
-}
-
 TEST(assign_takes_more_memory_than_it_needs)
 {
     K(filter) f;

@@ -512,8 +512,7 @@ S_ADAPTATION(learns_theirs, STATES, COMPONENTS);
 
 TEST(an_adaptation_learns)
 {
-    const S(adaptation_rule) rule = {KQ_ADAPT_BOTH, 50,          number(0.125), number(0.0625),
-                                     number(16),    number(0.125), number(8)};
+    const S(adaptation_rule) rule = usual_rule();
     S(adaptation) *const a[] = {&learns_ours, &learns_theirs};
     for (int k = 0; k < COUNT(dense); k++) {
         begin(dense[k].n, dense[k].m, 0);

@@ -287,8 +287,7 @@ TEST(robust_updates_take_it)
 /* What is learnt from is taken: by a lean sensor, too. */
 TEST(an_adaptation_takes_it)
 {
-    const S(adaptation_rule) rule = {KQ_ADAPT_BOTH, 50,            number(0.125), number(0.0625),
-                                     number(16),    number(0.125), number(8)};
+    const S(adaptation_rule) rule = usual_rule();
     uint32_t seed = 1;
     r[1] = N(SHARP);
     put_sensors(H);

@@ -52,7 +52,7 @@ static void draw(uint32_t *seed, double size)
 static void set_up(void)
 {
     const num push = 2;
-    rule = (S(adaptation_rule)){KQ_ADAPT_BOTH, 50, number(0.125), number(0.0625), number(16), number(0.125), number(8)};
+    rule = usual_rule();
     put_process(&motion, 2, 1, range, drive_range, A, B, Q);
     put_process(&another, 2, 1, range, drive_range, A, B, P0);
     put_process(&three, 3, 0, range, NULL, identity3, NULL, identity3);

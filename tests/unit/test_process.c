@@ -50,19 +50,6 @@ static void assert_noise(const K(process) * p, const num *expected)
 
 /* ------------------------------------------------------------------------------ assign */
 
-TEST(assign_does_what_the_macro_does)
-{
-    PROCESS(declared, 2, 1);
-    static const num u[] = {4};
-    num mean[2];
-    predict_from_certainty(&motion, u);
-    for (int i = 0; i < 2; i++) mean[i] = K(mean)(&track, i);
-    TEST_ASSERT_EQUAL_INT(3, COUNT(declared_memory));
-    ASSERT_OK(K(process_init)(&declared, A, B, Q));
-    predict_from_certainty(&declared, u);
-    for (int i = 0; i < 2; i++) ASSERT_CLOSE(mean[i], K(mean)(&track, i), 0);
-}
-
 TEST(assign_takes_more_memory_than_it_needs)
 {
     static num memory[KQ_PROCESS_LEN(2) + 1];

@@ -554,7 +554,7 @@ static void set_up(void)
             bad_losses[l][k].limit = score_of(-k);
         }
     }
-    rule = (S(adaptation_rule)){KQ_ADAPT_BOTH, 50, number(0.125), number(0.0625), number(16), number(0.125), number(8)};
+    rule = usual_rule();
     ASSERT_OK(S(filter_assign)(&twin, 2, twin_memory, COUNT(twin_memory)));
     ASSERT_OK(init_filter(&track, &prior));
     ASSERT_OK(init_filter(&twin, &prior));

@@ -43,19 +43,6 @@ static void assert_model(const K(sensor) * s, const num *h, const num *C)
 
 /* ------------------------------------------------------------------------------ assign */
 
-TEST(assign_does_what_the_macro_does)
-{
-    SENSOR(declared, 2, 2);
-    SENSOR_DIAGONAL(narrow, 2, 2);
-    TEST_ASSERT_EQUAL_INT(3, COUNT(declared_memory));
-    TEST_ASSERT_EQUAL_INT(2, COUNT(narrow_memory));
-    ASSERT_OK(K(sensor_init)(&declared, H, R));
-    assert_model(&declared, H, R);
-    put_covariance(R, 0.5, 0, 0, 2);
-    ASSERT_OK(K(sensor_init_diagonal)(&narrow, H, r));
-    assert_model(&narrow, H, R);
-}
-
 TEST(assign_takes_more_memory_than_it_needs)
 {
     K(sensor) s;

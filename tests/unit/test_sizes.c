@@ -72,6 +72,32 @@ static void run(int steps)
     }
 }
 
+/* The macros that declare an object with its memory: as long as assign asks for (test_lengths.c) */
+TEST(declared_objects_have_their_lengths)
+{
+    S_FILTER(track, 3);
+    S_HISTORY(tape, 3, 2, 4, 1);
+    S_LAG(past, 3, 2, 4);
+    S_INSTANT(instant, 3, 2);
+    S_DIFFUSE(start, 3, 2);
+    S_FREEZE(lazy, 3, 2);
+    S_STEADY(steady, 3, 2);
+    S_CONSISTENCY(recent, 2, 5);
+    TEST_ASSERT_TRUE(COUNT(track_memory) == S_FILTER_LEN(3) && track.states == 3);
+    TEST_ASSERT_TRUE(COUNT(tape_memory) == S_HISTORY_LEN(3, 2, 4, 1) && tape.length == COUNT(tape_memory));
+    TEST_ASSERT_TRUE(COUNT(past_memory) == S_LAG_LEN(3, 2, 4) && COUNT(instant_memory) == S_INSTANT_LEN(3, 2));
+    TEST_ASSERT_TRUE(COUNT(start_memory) == S_DIFFUSE_LEN(3, 2) && COUNT(recent_memory) == S_CONSISTENCY_LEN(2, 5));
+    TEST_ASSERT_TRUE(COUNT(lazy_memory) == S_FREEZE_LEN(3) && COUNT(steady_memory) == S_STEADY_LEN(3));
+    (void)past, (void)instant, (void)start, (void)lazy, (void)lazy_gain, (void)steady, (void)recent;
+#ifndef KQ_TEST_Q31
+    PROCESS(process, 3, 1);
+    SENSOR(full, 3, 2);
+    SENSOR_DIAGONAL(narrow, 3, 2);
+    TEST_ASSERT_TRUE(COUNT(process_memory) == 6 && process.states == 3 && process.controls == 1);
+    TEST_ASSERT_TRUE(COUNT(full_memory) == 3 && COUNT(narrow_memory) == 2 && full.components == 2 && narrow.states == 3);
+#endif
+}
+
 /* ----------------------------------------------------------------------------- what is answered */
 
 TEST(a_filter_writes_within_its_memory)
@@ -215,7 +241,7 @@ TEST(a_start_writes_within_its_memory)
 
 TEST(an_adaptation_learns_within_its_memory)
 {
-    const S(adaptation_rule) rule = {KQ_ADAPT_BOTH, 50, number(0.125), number(0.0625), number(16), number(0.125), number(8)};
+    const S(adaptation_rule) rule = usual_rule();
     for (int size = 1; size <= 16; size++) {
         const size_t length = (size_t)S(length)(KQ_OBJECT_ADAPTATION, size, 17 - size, 0, 0);
         S(adaptation) a;

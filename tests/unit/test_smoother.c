@@ -450,26 +450,6 @@ TEST(measurement_noise_refuses)
 
 /* ------------------------------------------------------------------- assign and attach */
 
-TEST(assign_does_what_the_macro_does)
-{
-    S_HISTORY(declared, 2, MOST, STEPS, 0);
-    TEST_ASSERT_EQUAL_UINT(S_HISTORY_LEN(2, MOST, STEPS, 0), COUNT(declared_memory));
-    ASSERT_OK(S(attach)(&track, &declared.attached));
-    run(&track);
-    ASSERT_OK(S(smooth)(&declared));
-    ASSERT_OK(S(detach)(&tape.attached));
-    ASSERT_OK(S(attach)(&twin, &tape.attached));
-    run(&twin);
-    ASSERT_OK(S(smooth)(&tape));
-    assert_means(0);
-    for (size_t t = 0; t < STEPS; t++) {
-        reading a, b;
-        read_smoothed_at(&a, &tape, t, &prior, 2);
-        read_smoothed_at(&b, &declared, t, &prior, 2);
-        ASSERT_SAME_BITS(a, b);
-    }
-}
-
 /* At least the workspace and one step. */
 TEST(assign_refuses_short_memory)
 {
