@@ -202,6 +202,16 @@ static size_t flow_length = KQ_CONTINUOUS_LEN(2, 1), short_flow = KQ_CONTINUOUS_
 static const way of_flow_length[] = {{&short_flow, KQ_ERR_MEMORY}, END};
 static const way of_time[] = {{&no_times[0], KQ_ERR_RANGE}, {&no_times[1], KQ_ERR_RANGE},
                               {&no_times[2], KQ_ERR_NOT_FINITE}, {&no_times[3], KQ_ERR_NOT_FINITE}, END};
+#ifdef KQ_TEST_F32
+KQ_EM_F32(em, 2, 2, 1);
+KQ_EM_F32(blank_em, 2, 2, 1);
+#else
+KQ_EM_F64(em, 2, 2, 1);
+KQ_EM_F64(blank_em, 2, 2, 1);
+#endif
+static size_t em_length = COUNT(em_memory), short_em = COUNT(em_memory) - 1;
+static const way of_em_length[] = {{&short_em, KQ_ERR_MEMORY}, {&short_memory, KQ_ERR_MEMORY}, END};
+static const way of_em[] = {{NULL, KQ_ERR_NULL}, {&blank_em, KQ_ERR_NOT_READY}, END};
 static num drift_words[KQ_CORRELATED_LEN(2, 1, 2)];
 static K(process) drift, short_drift, drift_of_one;
 static num shared[] = {0.125, -0.125, 0.25, 0.0625}, no_noise[4], too_much[] = {2, 0, 0, 0}, wide_shared[] = {NUM_MAX, 0, 0, 0};
@@ -311,6 +321,10 @@ CALL_OF(smooth_reweighted, a[0], a[1], a[2], a[5], *(entry *)a[3], a[4])
 CALL_OF(least_squares_init, a[0], a[1], *(entry *)a[2])
 CALL_OF(steady_solve, a[0], a[1], a[2], *(size_t *)a[3], a[4])
 CALL_OF(adaptation_assign, a[0], *(int *)a[1], *(int *)a[2], a[3], *(size_t *)a[4])
+CALL_OF(em_assign, a[0], *(int *)a[1], *(int *)a[2], a[3], *(size_t *)a[4])
+CALL_OF(em_advance, a[0])
+CALL_OF(em_maximise, a[0])
+CALL_OF(em_iterate, a[0])
 static kq_status linearise_of(void *const *a)
 {
     return S(linearise)(a[0], a[1] ? rates : NULL, NULL, *(int *)a[2], (kq_sigma_points)first_rule, a[3], a[4], a[5]);
@@ -461,6 +475,7 @@ static const row calls[] = {
     ROW(steady_solve, A_PROCESS, A_SENSOR, AN_OUTPUT(solved), {&solve_length, of_solve_length}, AN_OUTPUT(&solution)),
     ROW(adaptation_assign, AN_OUTPUT(&tuner), {&states, of_states}, {&states, of_states}, AN_OUTPUT(tuner_memory),
         {&tuner_length, of_tuner_length}),
+    ROW(em_assign, AN_OUTPUT(&em), {&states, of_states}, {&states, of_states}, AN_OUTPUT(em_memory), {&em_length, of_em_length}),
     ROW(process_assign, AN_OUTPUT(&other.process), {&states, of_states}, A_COUNT, AN_OUTPUT(other.words),
         {&model_length, of_model_length}),
     ROW(process_init, {&other.process, of_assigned_process}, AN_OUTPUT(A), AN_OUTPUT(B), AN_OUTPUT(Q)),
@@ -488,6 +503,11 @@ static const row calls[] = {
     ROW(sensor_linearise, {&sharp.sensor, of_sharp}, A_SENSOR, AN_OUTPUT(H), AN_OUTPUT(out), AN_OUTPUT(of_noise)),
 #endif
 };
+
+#ifndef KQ_TEST_Q31
+static const row calls_of_em[] = {ROW(em_advance, {&blank_em, of_em}), ROW(em_maximise, {&blank_em, of_em}),
+                                  ROW(em_iterate, {&blank_em, of_em})};
+#endif
 
 /* Of a tape that has been smoothed, or of which a step has */
 static const row records[] = {ROW(consistency_record, {&recent, of_recent}, {&track, of_source})};
@@ -633,6 +653,10 @@ TEST(every_call_refuses)
         assert_rows(&calls[r], 1, 1);
     }
 }
+
+#ifndef KQ_TEST_Q31
+TEST_FLOAT(em_refuses) { ASSERT_ROWS(calls_of_em, 0); }
+#endif
 
 TEST(recording_refuses)
 {
