@@ -324,6 +324,20 @@ static void freeze_steps(int count)
     }
 }
 
+static void settle(void)
+{
+    freeze_steps(60);
+    TEST_ASSERT_EQUAL_INT(1, S(freeze_is_active)(&lazy));
+}
+
+static void assert_next_step(int is_frozen, UNITY_LINE_TYPE line)
+{
+    freeze_steps(1);
+    UNITY_TEST_ASSERT_EQUAL_INT(is_frozen, S(freeze_is_active)(&lazy), line, NULL);
+}
+
+#define ASSERT_NEXT_STEP(is_frozen) assert_next_step(is_frozen, __LINE__)
+
 static void assert_near(UNITY_LINE_TYPE line)
 {
     reading now, full;
@@ -360,8 +374,7 @@ TEST(before_that_it_is_the_full_filter)
 
 TEST(the_root_rests_while_it_is_settled)
 {
-    freeze_steps(60);
-    TEST_ASSERT_EQUAL_INT(1, S(freeze_is_active)(&lazy));
+    settle();
     watch(track_memory + S_FILTER_LEN(N) - S_ROOT_LEN(N), S_ROOT_LEN(N) * sizeof(word));
     WATCH(track.last), WATCH(track.run);
     draw_step();
@@ -370,7 +383,7 @@ TEST(the_root_rests_while_it_is_settled)
 
 TEST(a_missing_measurement_unsettles_it)
 {
-    freeze_steps(60);
+    settle();
     for (int t = 0; t < 3; t++) {
         draw_step();
         ASSERT_OK(S(predict)(&track, &motion.process, u));
@@ -381,24 +394,20 @@ TEST(a_missing_measurement_unsettles_it)
     freeze_steps(2);
     TEST_ASSERT_EQUAL_INT(0, S(freeze_is_active)(&lazy));
     ASSERT_NEAR();
-    freeze_steps(60);
-    TEST_ASSERT_EQUAL_INT(1, S(freeze_is_active)(&lazy));
+    settle();
 }
 
 TEST(another_model_unsettles_it)
 {
     static const num slow[] = {0.75, 0, 0, 0.5};
-    freeze_steps(60);
+    settle();
     ASSERT_OK(change_transition(&motion, N, slow));
-    freeze_steps(1);
-    TEST_ASSERT_EQUAL_INT(0, S(freeze_is_active)(&lazy));
-    freeze_steps(60);
-    TEST_ASSERT_EQUAL_INT(1, S(freeze_is_active)(&lazy));
+    ASSERT_NEXT_STEP(0);
+    settle();
     ASSERT_NEAR();
     ASSERT_OK(change_measurement(&radar, N, M, slow));
-    freeze_steps(1);
-    TEST_ASSERT_EQUAL_INT(0, S(freeze_is_active)(&lazy));
-    freeze_steps(60);
+    ASSERT_NEXT_STEP(0);
+    settle();
     ASSERT_NEAR();
 }
 
@@ -406,23 +415,17 @@ TEST(another_model_unsettles_it)
 TEST(new_numbers_of_the_process_unsettle_it)
 {
     static const num noisy[] = {3, 0, 0, 3};
-    freeze_steps(60);
-    TEST_ASSERT_EQUAL_INT(1, S(freeze_is_active)(&lazy));
+    settle();
     put_motion(noisy);
-    freeze_steps(1);
-    TEST_ASSERT_EQUAL_INT(0, S(freeze_is_active)(&lazy));
-    freeze_steps(60);
-    TEST_ASSERT_EQUAL_INT(1, S(freeze_is_active)(&lazy));
+    ASSERT_NEXT_STEP(0);
+    settle();
     ASSERT_NEAR();
     A[0] = 0.75;
     ASSERT_OK(change_transition(&motion, N, A));
-    freeze_steps(1);
-    TEST_ASSERT_EQUAL_INT(0, S(freeze_is_active)(&lazy));
-    freeze_steps(60);
-    TEST_ASSERT_EQUAL_INT(1, S(freeze_is_active)(&lazy));
+    ASSERT_NEXT_STEP(0);
+    settle();
     put_motion(noisy); /* as it was */
-    freeze_steps(1);
-    TEST_ASSERT_EQUAL_INT(1, S(freeze_is_active)(&lazy));
+    ASSERT_NEXT_STEP(1);
     ASSERT_NEAR();
 }
 
@@ -430,39 +433,33 @@ TEST(new_numbers_of_the_process_unsettle_it)
 TEST(new_numbers_of_the_sensor_are_told_by_a_release)
 {
     static const num noisy[] = {5, 0, 0, 5};
-    freeze_steps(60);
+    settle();
     put_sensor(&radar, N, M, range, measured_range, H, noisy);
-    freeze_steps(1);
-    TEST_ASSERT_EQUAL_INT(1, S(freeze_is_active)(&lazy));
+    ASSERT_NEXT_STEP(1);
     ASSERT_OK(S(freeze_release)(&lazy));
-    freeze_steps(1);
-    TEST_ASSERT_EQUAL_INT(0, S(freeze_is_active)(&lazy));
-    freeze_steps(60);
-    TEST_ASSERT_EQUAL_INT(1, S(freeze_is_active)(&lazy));
+    ASSERT_NEXT_STEP(0);
+    settle();
     ASSERT_NEAR();
 }
 
 TEST(the_full_filter_may_go_on_at_any_time)
 {
-    freeze_steps(60);
+    settle();
     draw_step();
     ASSERT_OK(S(update)(&track, &radar.sensor, z)); /* one more measurement at the same instant */
     ASSERT_OK(S(update)(&other, &radar.sensor, z));
     ASSERT_NEAR();
-    freeze_steps(1);
-    TEST_ASSERT_EQUAL_INT(0, S(freeze_is_active)(&lazy));
+    ASSERT_NEXT_STEP(0);
     ASSERT_NEAR();
-    freeze_steps(60);
-    TEST_ASSERT_EQUAL_INT(1, S(freeze_is_active)(&lazy));
+    settle();
     ASSERT_OK(S(freeze_release)(&lazy));
-    freeze_steps(1);
-    TEST_ASSERT_EQUAL_INT(0, S(freeze_is_active)(&lazy));
+    ASSERT_NEXT_STEP(0);
 }
 
 /* It gets every step; then the settling begins anew. */
 TEST(a_history_takes_its_place)
 {
-    freeze_steps(60);
+    settle();
     ASSERT_OK(S(detach)(&lazy.attached));
     ASSERT_OK(S(attach)(&track, &tape.attached));
     freeze_steps(60);
@@ -471,8 +468,7 @@ TEST(a_history_takes_its_place)
     ASSERT_OK(S(detach)(&tape.attached));
     ASSERT_OK(S(attach)(&track, &lazy.attached));
     TEST_ASSERT_EQUAL_INT(0, S(freeze_is_active)(&lazy));
-    freeze_steps(60);
-    TEST_ASSERT_EQUAL_INT(1, S(freeze_is_active)(&lazy));
+    settle();
     ASSERT_NEAR();
 }
 
