@@ -122,6 +122,7 @@ static const way of_quantile[] = {{&bad_quantile, KQ_ERR_RANGE}, END};
 static const way of_recent[] = {{NULL, KQ_ERR_NULL}, {&blank_recent, KQ_ERR_NOT_READY}, END};
 static const way of_filter_length[] = {{&short_filter, KQ_ERR_MEMORY}, {&short_memory, KQ_ERR_MEMORY}, END};
 static const way of_history_length[] = {{&short_history, KQ_ERR_MEMORY}, {&short_memory, KQ_ERR_MEMORY}, END};
+static const way of_other_filter[] = {{NULL, KQ_ERR_NULL}, {&track3, KQ_ERR_MISMATCH}, END};
 static const way of_start_length[] = {{&short_start, KQ_ERR_MEMORY}, {&short_memory, KQ_ERR_MEMORY}, END};
 static const way of_history[] = {{NULL, KQ_ERR_NULL}, {&unused, KQ_ERR_HISTORY_EMPTY}, END};
 static const way of_step[] = {{&too_many, KQ_ERR_SIZE}, {&below_0, KQ_ERR_SIZE}, END};
@@ -168,11 +169,11 @@ static num skew[] = {1, 0.5, 0, 1}, indefinite[] = {1, 2, 2, 1}, negative_varian
     {bad_numbers[0] + k, KQ_ERR_NOT_FINITE}, {bad_numbers[1] + k, KQ_ERR_NOT_FINITE},              \
     {bad_numbers[2] + k, KQ_ERR_NOT_FINITE}
 #define NO_COVARIANCE {skew, KQ_ERR_NOT_SYMMETRIC}, {indefinite, KQ_ERR_NOT_SEMIDEFINITE}
+static const way of_vector[] = {{NULL, KQ_ERR_NULL}, NOT_FINITE_FROM(2), END};
 static const way of_matrix[] = {{NULL, KQ_ERR_NULL}, NOT_FINITE_FROM(0), END};
 static const way of_covariance[] = {{NULL, KQ_ERR_NULL}, NOT_FINITE_FROM(0), NO_COVARIANCE, END};
 #ifdef KQ_TEST_Q31 /* the root has its own array, and of the target nothing is looked at */
 static num tiny_variance[] = {1, 0x1p-1074};
-static const way of_vector[] = {{NULL, KQ_ERR_NULL}, NOT_FINITE_FROM(2), END};
 static const way of_variances[] = {{NULL, KQ_ERR_NULL}, NOT_FINITE_FROM(2), {negative_variance, KQ_ERR_NOT_SEMIDEFINITE},
                                    {tiny_variance, KQ_ERR_COEFFICIENT}, END};
 static kq_format_q31 no_formats[2][2] = {{{1, 0}, {1, KQ_FRACTION_MIN_Q31 - 1}}, {{1, 0}, {1, KQ_FRACTION_MAX_Q31 + 1}}};
@@ -180,6 +181,7 @@ static const way of_formats[] = {{NULL, KQ_ERR_NULL}, {no_formats[0], KQ_ERR_SIZ
 static const way of_vector_formats[] = {{NULL, KQ_ERR_NULL}, END};
 static int32_t root_words[S_ROOT_LEN(2)];
 static sensor_model diagonal, negative;
+static const way of_prior_table[] = {{NULL, KQ_ERR_NULL}, {&prior3.table, KQ_ERR_MISMATCH}, END};
 static const way of_diagonal_table[] = {{NULL, KQ_ERR_NULL}, {&coupled.table, KQ_ERR_TABLE}, {&negative.table, KQ_ERR_TABLE}, END};
 static size_t tuner_length = KQ_ADAPTATION_LEN_Q31(2, 2), short_tuner = KQ_ADAPTATION_LEN_Q31(2, 2) - 1;
 static const way of_scaled[] = {{NULL, KQ_ERR_NULL}, {&motion.process, KQ_ERR_MISMATCH}, END};
@@ -303,6 +305,7 @@ CALL_OF(least_squares_add, a[0], a[1], a[2], a[3], *(size_t *)a[4])
 CALL_OF(least_squares_init, a[0], a[1], *(entry *)a[2], a[3])
 CALL_OF(process_scale_noise, a[0], a[1], a[3], *(entry *)a[2])
 CALL_OF(adaptation_assign, a[0], *(int *)a[1], *(int *)a[2], a[3], *(size_t *)a[4], a[5])
+CALL_OF(diffuse_init, a[0], a[1], a[2], 0, NULL)
 CALL_OF(process_init, a[0], a[1], NULL)
 CALL_OF(process_change_transition, a[0], a[1], NULL)
 CALL_OF(sensor_init, a[0], a[1], NULL)
@@ -322,6 +325,7 @@ CALL_OF(least_squares_init, a[0], a[1], *(entry *)a[2])
 CALL_OF(steady_solve, a[0], a[1], a[2], *(size_t *)a[3], a[4])
 CALL_OF(adaptation_assign, a[0], *(int *)a[1], *(int *)a[2], a[3], *(size_t *)a[4])
 CALL_OF(em_assign, a[0], *(int *)a[1], *(int *)a[2], a[3], *(size_t *)a[4])
+CALL_OF(diffuse_init, a[0], a[1], a[2], a[3], 0)
 CALL_OF(em_advance, a[0])
 CALL_OF(em_maximise, a[0])
 CALL_OF(em_iterate, a[0])
@@ -455,6 +459,7 @@ static const row calls[] = {
 #ifdef KQ_TEST_Q31
     ROW(adaptation_assign, AN_OUTPUT(&tuner), {&states, of_states}, {&states, of_states}, AN_OUTPUT(tuner_memory),
         {&tuner_length, of_tuner_length}, AN_OUTPUT(tuner_root)),
+    ROW(diffuse_init, AN_OUTPUT(&start), {&twin, of_other_filter}, {&prior.table, of_prior_table}),
     ROW(process_init, AN_OUTPUT(&other.process), AN_OUTPUT(&other.table)),
     ROW(process_change_transition, {&other.process, of_source_process}, AN_OUTPUT(other.transition)),
     ROW(sensor_init, AN_OUTPUT(&coupled.sensor), AN_OUTPUT(&coupled.table)),
@@ -475,6 +480,7 @@ static const row calls[] = {
     ROW(steady_solve, A_PROCESS, A_SENSOR, AN_OUTPUT(solved), {&solve_length, of_solve_length}, AN_OUTPUT(&solution)),
     ROW(adaptation_assign, AN_OUTPUT(&tuner), {&states, of_states}, {&states, of_states}, AN_OUTPUT(tuner_memory),
         {&tuner_length, of_tuner_length}),
+    ROW(diffuse_init, AN_OUTPUT(&start), {&twin, of_other_filter}, {x0, of_vector}, {P0, of_covariance}),
     ROW(em_assign, AN_OUTPUT(&em), {&states, of_states}, {&states, of_states}, AN_OUTPUT(em_memory), {&em_length, of_em_length}),
     ROW(process_assign, AN_OUTPUT(&other.process), {&states, of_states}, A_COUNT, AN_OUTPUT(other.words),
         {&model_length, of_model_length}),
