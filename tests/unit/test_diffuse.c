@@ -634,6 +634,9 @@ TEST(attach_and_smooth_refuse)
 {
     num P[4];
     K(history) short_one = tape;
+    short_one.states = 0;
+    ASSERT_REFUSED(KQ_ERR_SIZE, K(attach)(&track, &short_one.attached));
+    short_one = tape;
     short_one.memory = NULL;
     ASSERT_REFUSED(KQ_ERR_MEMORY, K(attach)(&track, &short_one.attached));
     short_one.memory = tape_memory;
