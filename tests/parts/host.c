@@ -1,21 +1,21 @@
 /*
- * The host's side of the tests on small parts: the model, the measurements, and the same filter in
- * double.
+ * The host's side of the tests on small parts: the model, the measurements, and the textbook's filter and smoother
+ * (tests/unit/textbook.h).
  *   host voltages                     what lies at the ADC, in millivolts
  *   host tables f32|q31 N WHAT        the model and the measurements as C for program.c
  *   host check f32|q31 N WHAT LIMIT <LOG
- *                                     the log of program.c against the filter in double; prints the
+ *                                     the log of program.c against the textbook; prints the
  *                                     stack that it says beside LIMIT bytes
  * A voltage that rises, in counts of a 10-bit ADC: its level (n = 1), or level and slope (n = 2).
  * The prior knows nothing, the first measurement is a reference without noise: that is where the
  * stack is deepest.  Where WHAT begins with "lean" the prior knows the supply, and there is no reference.
  */
-#include <kalmanq/kalmanq.h>
-#include <kalmanq/prepare.h>
-#include <math.h>
 #include <stdio.h>
 #include <stdlib.h>
-#include <string.h>
+
+#include "kalmanq/prepare.h"
+#define KQ_TEST_F64
+#include "textbook.h"
 
 enum { STATES = 2, STEPS = 45, FULL_SCALE = 1023, SUPPLY = 5000 };
 
@@ -27,10 +27,6 @@ typedef struct {
     double A[STATES * STATES], Q[STATES * STATES], P0[STATES * STATES], H[STATES], R;
     kq_format_q31 state[STATES], measured;
 } model;
-
-typedef struct {
-    double x[STATES], P[STATES * STATES];
-} estimate;
 
 static void need(int is_so, const char *what)
 {
@@ -145,82 +141,6 @@ static void print_tables(const model *M, int is_float)
     print_floats("R", &M->R, 1);
 }
 
-/* ------------------------------------------------------------------ in double */
-
-static void times(double *C, const double *A, const double *B, int n, int is_transposed)
-{
-    for (int i = 0; i < n; i++) {
-        for (int j = 0; j < n; j++) {
-            double sum = 0;
-            for (int k = 0; k < n; k++) {
-                sum += A[i * n + k] * (is_transposed ? B[j * n + k] : B[k * n + j]);
-            }
-            C[i * n + j] = sum;
-        }
-    }
-}
-
-static estimate predicted(const estimate *e, const model *M)
-{
-    const int n = M->n;
-    estimate next = {{0}, {0}};
-    double AP[STATES * STATES];
-    for (int i = 0; i < n; i++) {
-        for (int k = 0; k < n; k++) next.x[i] += M->A[i * n + k] * e->x[k];
-    }
-    times(AP, M->A, e->P, n, 0);
-    times(next.P, AP, M->A, n, 1);
-    for (int k = 0; k < n * n; k++) next.P[k] += M->Q[k];
-    return next;
-}
-
-static estimate updated(const estimate *e, const model *M, double R, double z)
-{
-    const int n = M->n;
-    estimate next = *e;
-    double F[STATES] = {0}, s = R, innovation = z;
-    for (int k = 0; k < n; k++) {
-        for (int i = 0; i < n; i++) F[i] += e->P[i * n + k] * M->H[k];
-    }
-    for (int k = 0; k < n; k++) {
-        s += M->H[k] * F[k];
-        innovation -= M->H[k] * e->x[k];
-    }
-    for (int i = 0; i < n; i++) {
-        next.x[i] += F[i] / s * innovation;
-        for (int j = 0; j < n; j++) next.P[i * n + j] -= F[i] * F[j] / s;
-    }
-    return next;
-}
-
-/* Rauch, Tung and Striebel: `last` is the smoothed estimate of the next step. */
-static estimate smoothed(const estimate *filtered, const estimate *ahead, const estimate *last,
-                         const model *M)
-{
-    const int n = M->n;
-    double PA[STATES * STATES], inverse[STATES * STATES], C[STATES * STATES];
-    double change[STATES * STATES], CD[STATES * STATES];
-    estimate result = *filtered;
-    const double *P = ahead->P;
-    if (n == 1) {
-        inverse[0] = 1 / P[0];
-    } else {
-        const double determinant = P[0] * P[3] - P[1] * P[2];
-        const double adjugate[] = {P[3], -P[1], -P[2], P[0]};
-        for (int k = 0; k < n * n; k++) inverse[k] = adjugate[k] / determinant;
-    }
-    times(PA, filtered->P, M->A, n, 1);
-    times(C, PA, inverse, n, 0);
-    for (int k = 0; k < n * n; k++) change[k] = last->P[k] - ahead->P[k];
-    times(CD, C, change, n, 0);
-    times(change, CD, C, n, 1);
-    for (int k = 0; k < n * n; k++) result.P[k] += change[k];
-    for (int i = 0; i < n; i++) {
-        for (int k = 0; k < n; k++) result.x[i] += C[i * n + k] * (last->x[k] - ahead->x[k]);
-    }
-    return result;
-}
-
 /* ------------------------------------------------------------------ the log */
 
 static double value_of(unsigned long word, const model *M, int i, int is_float)
@@ -234,7 +154,7 @@ static double value_of(unsigned long word, const model *M, int i, int is_float)
 }
 
 /* The larger error of a line's means and sigmas, in sigma */
-static double error_of(const estimate *e, const model *M, int is_float)
+static double error_of(const textbook *e, const model *M, int is_float)
 {
     double worst = 0;
     for (int i = 0; i < M->n; i++) {
@@ -251,25 +171,27 @@ static double error_of(const estimate *e, const model *M, int is_float)
 
 static void check(const model *M, int is_float, unsigned long limit)
 {
-    static estimate filtered[STEPS], ahead[STEPS], last;
+    static const double nothing[STATES];
+    static textbook filtered[STEPS], ahead[STEPS], now;
     double filter_error = 0, smoother_error = 0;
     unsigned long stack = 0, word = 0;
     char kind[8];
-    estimate now = {{0}, {0}};
-    memcpy(now.P, M->P0, sizeof now.P);
+    textbook_init(&now, M->n, nothing, M->P0);
     for (int t = 0; t < STEPS; t++) {
         need(scanf("%7s %lx", kind, &word) == 2 && !strcmp(kind, "step"), "a step is missing");
         need(word == (unsigned long)count_of(t), "the ADC has measured something else");
-        if (t) now = ahead[t] = predicted(&now, M);
-        filtered[t] = now = updated(&now, M, t || M->is_lean ? M->R : 0, (double)word);
+        const double measured = (double)word, variance = t || M->is_lean ? M->R : 0;
+        if (t) textbook_predict(&now, M->A, NULL, NULL, 0, M->Q), ahead[t] = now;
+        textbook_update(&now, M->H, &variance, &measured, 1);
+        filtered[t] = now;
         filter_error = fmax(filter_error, error_of(&now, M, is_float));
     }
-    last = now;
     need(scanf("%7s", kind) == 1, "the end is missing");
     for (int t = STEPS - 1; !strcmp(kind, "past"); t--) {
         need(t >= 0, "too much of the past");
-        if (t < STEPS - 1) last = smoothed(filtered + t, ahead + t + 1, &last, M);
-        smoother_error = fmax(smoother_error, error_of(&last, M, is_float));
+        double lag_one[STATES * STATES];
+        if (t < STEPS - 1) textbook_smooth(&filtered[t], &ahead[t + 1], &filtered[t + 1], M->A, lag_one);
+        smoother_error = fmax(smoother_error, error_of(&filtered[t], M, is_float));
         need(scanf("%7s", kind) == 1 && (t > 0 || strcmp(kind, "past")), "the end is missing");
     }
     need(!strcmp(kind, "stack") && scanf("%lx", &stack) == 1, "the stack is missing");

@@ -1,6 +1,6 @@
 #!/bin/sh
 # part.sh PART T N WHAT HOST WORK LIBRARY [TABLE]: links program.c for a small part with its real memory, runs it on
-# the emulator, and compares what it prints with the filter in double.
+# the emulator, and compares what it prints with the textbook.
 #   PART   atmega328p or m0-4k (tests/target/cores.sh);  T: f32 or q31;  N: states
 #   WHAT   step; smooth: with a smoother over the whole run; lean, lean_smooth: of constant tables and a lean
 #          sensor

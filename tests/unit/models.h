@@ -8,7 +8,8 @@
  * Models are made of numbers and of declared ranges, at which floating point does not look:
  *     put_process, put_sensor, put_independent, put_prior      (the arrays must stay)
  *     init_filter(f, &prior), init_start(s, f, &prior, unknown)
- *     change_transition(&process, n, A), change_measurement(&sensor, n, m, H)
+ *     change_transition(&process, n, A), change_measurement(&sensor, n, m, H), init_lean(&sensor, r)
+ *     ASSIGN_ADAPTATION(a, n, m), usual_rule()                  of a declared adaptation
  *     measured(s, z), driven(p, u, steps)                      the words of numbers, until the next call
  *     moved_by(&process, d)                                    an increment of the mean
  *     number(a), score_of(a), score_number(score)              a parameter, a factor; a score and back
@@ -47,6 +48,12 @@ static void (*volatile before_call)(void) = do_nothing;
 /* Equal but for rounding; size: the size of the numbers that it came from. */
 #define ASSERT_ALIKE(expected, actual, size)                                                       \
     assert_within(ROUNDING *(double)(size), (double)(expected), (double)(actual), __LINE__)
+
+/* What most adaptations of tests learn by: both scales, a memory of 50 */
+static inline S(adaptation_rule) usual_rule(void)
+{
+    return (S(adaptation_rule)){KQ_ADAPT_BOTH, 50, number(0.125), number(0.0625), number(16), number(0.125), number(8)};
+}
 
 /* The mean with its low part */
 static inline double whole(const reading *r, int i) { return (double)r->mean[i] + (double)r->low[i]; }

@@ -36,6 +36,7 @@ typedef num word, entry, score;
 #define S_INSTANT_LEN INSTANT_LEN
 #define S_DIFFUSE_LEN DIFFUSE_LEN
 #define S_SMOOTHED SMOOTHED
+#define ASSIGN_ADAPTATION(a, n, m) K(adaptation_assign)(&a, n, m, a##_memory, COUNT(a##_memory))
 
 /* What is refused as a measurement, and how */
 #define NOT_A_NUMBER KQ_ERR_NOT_FINITE
@@ -93,6 +94,12 @@ static inline void put_independent(sensor_model *s, int n, int m, const num *ran
     (void)range, (void)measured_range;
     ASSERT_OK(K(sensor_assign)(&s->sensor, n, m, s->words, COUNT(s->words)));
     CALL(K(sensor_init_diagonal)(&s->sensor, H, r));
+}
+
+/* r: the variances that the model was made of */
+static inline kq_status init_lean(sensor_model *s, const num *r)
+{
+    return K(sensor_init_lean)(&s->sensor, s->sensor.measurement, r);
 }
 
 /* The model's process becomes that of `source` with its noise times q. */

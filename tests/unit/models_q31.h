@@ -38,6 +38,7 @@ typedef int64_t score;
 #define S_INSTANT_LEN KQ_INSTANT_LEN_Q31
 #define S_DIFFUSE_LEN KQ_DIFFUSE_LEN_Q31
 #define S_SMOOTHED SMOOTHED_Q31
+#define ASSIGN_ADAPTATION(a, n, m) kq_adaptation_assign_q31(&a, n, m, a##_memory, COUNT(a##_memory), a##_root)
 
 /* What is refused as a measurement, and how */
 #define NOT_A_NUMBER KQ_ERR_RANGE
@@ -73,6 +74,13 @@ static inline void put_independent(sensor_model *s, int n, int m, const double *
     s->table.correlated = 0;
     ASSERT_OK(kq_noise_prepare_diagonal_q31(s->noise, r, m, s->measurement_format));
     ASSERT_OK(kq_sensor_init_diagonal_q31(&s->sensor, &s->table, NULL));
+}
+
+/* Of the variances that the model was made of */
+static inline kq_status init_lean(sensor_model *s, const double *r)
+{
+    (void)r;
+    return kq_sensor_init_lean_q31(&s->sensor, &s->table, NULL);
 }
 
 /* The model's process becomes that of `source` with its noise times q. */
@@ -152,12 +160,12 @@ static inline double measured_value(const kq_sensor_q31 *s, int32_t a, int c)
     return ldexp(a, -s->measurement_format[c].fraction);
 }
 
-/* One control a step; at most DRIVEN steps */
+/* All controls of each step; at most DRIVEN of them */
 static inline const int32_t *driven(const kq_process_q31 *p, const double *u, int steps)
 {
     enum { DRIVEN = 16 };
     static int32_t words[DRIVEN];
-    for (int t = 0; u && t < steps; t++) words[t] = *words_of(u + t, 1, p->control_format);
+    for (int k = 0; u && k < steps * p->controls; k++) words[k] = *words_of(u + k, 1, p->control_format + k % p->controls);
     return u ? words : NULL;
 }
 

@@ -17,22 +17,6 @@ typedef struct {
     unsigned events;
 } reading;
 
-static inline void read_filter(reading *r, const K(filter) * f, int n)
-{
-    memset(r, 0, sizeof *r);
-    for (int i = 0; i < n; i++) {
-        r->mean[i] = K(mean)(f, i);
-        r->low[i] = K(mean_low)(f, i);
-        r->sigma[i] = K(sigma)(f, i);
-    }
-    ASSERT_OK(K(covariance)(f, r->P));
-    r->nis = K(nis)(f);
-    r->last = K(log_likelihood_last)(f);
-    r->run = K(log_likelihood)(f);
-    r->taken = K(taken)(f);
-    r->events = K(events)(f);
-}
-
 /* What a smoother shows: mean, low, sigma and P. */
 static inline void read_view(reading *r, const K(filter) * view, int n)
 {
@@ -43,6 +27,16 @@ static inline void read_view(reading *r, const K(filter) * view, int n)
         r->sigma[i] = K(sigma)(view, i);
     }
     ASSERT_OK(K(covariance)(view, r->P));
+}
+
+static inline void read_filter(reading *r, const K(filter) * f, int n)
+{
+    read_view(r, f, n);
+    r->nis = K(nis)(f);
+    r->last = K(log_likelihood_last)(f);
+    r->run = K(log_likelihood)(f);
+    r->taken = K(taken)(f);
+    r->events = K(events)(f);
 }
 
 static inline void read_smoothed(reading *r, const K(history) * h, size_t t, int n)

@@ -2,7 +2,6 @@
 #define MAX 16
 
 #include "models.h"
-#include "sizes.h"
 #include "unchanged.h"
 
 #ifdef KQ_TEST_Q31
@@ -319,40 +318,6 @@ TEST(the_bounds_are_those_of_chi_square)
         const double error = quantiles[k].error + ALLOWED(4. / 64);
         ASSERT_WITHIN(error * quantiles[k].low, quantiles[k].low, score_number(low));
         ASSERT_WITHIN(error * quantiles[k].high, quantiles[k].high, score_number(high));
-    }
-}
-
-/* One component, one update; 16 components; nothing is written outside */
-TEST(sizes_may_be_the_smallest_and_the_largest)
-{
-    enum { GUARD = 4 };
-    static word room[S_CONSISTENCY_LEN(16, 3) + 2 * GUARD], memory[S_FILTER_LEN(16)];
-    static num identity[256], ones[16], zeros[16], ranges[16];
-    static sensor_model all;
-    S(consistency) c;
-    S(filter) f;
-    score a, b, d, e;
-    for (int m = 1; m <= 16; m += 15) {
-        const int window = m == 1 ? 1 : 3;
-        const size_t length = (size_t)S_CONSISTENCY_LEN(m, window);
-        memset(room, GUARD_BYTE, sizeof room);
-        put_identity(identity, m, 1);
-        for (int i = 0; i < m; i++) ones[i] = 1, ranges[i] = 1000;
-        put_prior(&prior, m, ranges, zeros, identity);
-        put_independent(&all, m, m, ranges, ranges, identity, ones);
-        ASSERT_OK(S(filter_assign)(&f, m, memory, COUNT(memory)));
-        ASSERT_OK(init_filter(&f, &prior));
-        ASSERT_OK(S(consistency_assign)(&c, m, (size_t)window, room + GUARD, length));
-        for (int t = 0; t < 2 * window + 1; t++) {
-            const word *seen = measured(&all.sensor, ones);
-            ASSERT_OK(S(consistency_watch)(&c, &f, &all.sensor, seen, ALL));
-            ASSERT_OK(S(update)(&f, &all.sensor, seen));
-            ASSERT_OK(S(consistency_record)(&c, &f));
-        }
-        TEST_ASSERT_EQUAL_INT(window, S(consistency_count)(&c));
-        ASSERT_OK(S(consistency_nis)(&c, score_of(2), &a, &b, &d));
-        ASSERT_OK(S(consistency_innovation)(&c, m - 1, score_of(2), &a, &b, &d, &e));
-        assert_guard_bytes(room, sizeof room, GUARD * sizeof(word), length * sizeof(word));
     }
 }
 

@@ -233,16 +233,6 @@ TEST(an_init_refuses_as_the_plain_one)
     ASSERT_REFUSED(KQ_ERR_NOT_READY, K(update)(&track, &blank_sensor, H));
 }
 
-TEST(an_innovation_needs_a_loss_that_is_one)
-{
-    const num d[] = {1, 2};
-    const K(sensor) *differs = of_innovations(&radar);
-    ASSERT_REFUSED(KQ_ERR_NULL, K(update_robust)(&track, differs, d, 3, NULL));
-    ASSERT_REFUSED(KQ_ERR_RANGE, update_huber(&track, differs, d, 3, 0, NULL));
-    ASSERT_REFUSED(KQ_ERR_RANGE, update_student(&track, differs, d, 3, 0, NULL));
-    ASSERT_REFUSED(KQ_ERR_RANGE, update_jump(&track, differs, d, 3, 0.5));
-}
-
 /* What is no filter's and no process's number of states is not read. */
 TEST(an_increment_has_no_more_entries_than_both_have_states)
 {
@@ -266,20 +256,6 @@ TEST(a_mean_that_is_moved_beyond_the_numbers_is_held_at_once)
     ASSERT_OK(K(innovation)(&track, &radar.sensor, z, e_then));
     ASSERT_OK(K(update)(&track, of_innovations(&radar), e_then));
     TEST_ASSERT_TRUE(K(sigma)(&track, 0) < 8);
-}
-
-static num given[2];
-static kq_status give_increment(void) { return K(predict_extended)(&track, &changing, given); }
-static kq_status give_innovation(void) { return K(update)(&track, of_innovations(&radar), given); }
-static kq_status give_move(void) { return K(move)(&track, given); }
-
-TEST(numbers_must_be_finite)
-{
-    begin_plane(&target); /* polar is initialised */
-    given[0] = 1, given[1] = 2;
-    assert_entries_must_be_finite(given, 2, give_increment);
-    assert_entries_must_be_finite(given, 2, give_innovation);
-    assert_entries_must_be_finite(given, 2, give_move);
 }
 
 TEST(what_learns_from_the_mean_or_moves_it_is_refused)

@@ -1,6 +1,5 @@
 /* Steps of nonlinear models in q31: Jacobians that no mean could go through, and what is refused (test_linearised.c). */
 #include "q31.h"
-#include "losses_q31.h"
 #include "unchanged.h"
 
 #define STEPS 20
@@ -154,12 +153,13 @@ TEST(a_range_error_names_the_row)
 
 TEST(an_innovation_beyond_its_range_is_refused)
 {
+    kq_loss_q31 huber = {.kind = &kq_loss_huber_q31, .parameter = {1 << 30, -30}};
     int32_t d[] = {1, 2}, e[] = {0, radar.measurement_format[1].range};
     ASSERT_OK(kq_update_q31(&track, &differs, e));
     ASSERT_OK(kq_filter_init_q31(&track, &start.table, NULL));
     e[1]++;
     ASSERT_REFUSED(KQ_ERR_RANGE, kq_update_q31(&track, &differs, e));
-    ASSERT_REFUSED(KQ_ERR_RANGE, huber_q31(&track, &differs, e, 3, (kq_scaled_q31){1 << 30, -30}, NULL));
+    ASSERT_REFUSED(KQ_ERR_RANGE, kq_update_robust_q31(&track, &differs, e, 3, &huber));
     ASSERT_OK(kq_update_subset_q31(&track, &differs, e, 1));
     ASSERT_OK(kq_attach_q31(&track, &tape.attached));
     ASSERT_REFUSED(KQ_ERR_RECORDING, kq_predict_extended_q31(&track, &motion.process, d));

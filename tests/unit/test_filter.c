@@ -1,6 +1,5 @@
 /* The filter: init, predict, and all that can be read from it.  The update has its own file. */
 #include "reading.h"
-#include "sizes.h"
 #include "textbook.h"
 #include "turned.h"
 #include "unchanged.h"
@@ -40,14 +39,6 @@ static void set_up(void)
 }
 
 /* ------------------------------------------------------------------------------ assign */
-
-TEST(assign_does_what_the_macro_does)
-{
-    FILTER(declared, 2);
-    TEST_ASSERT_EQUAL_INT(FILTER_LEN(2), COUNT(declared_memory));
-    ASSERT_OK(K(filter_init)(&declared, x0, P0));
-    ASSERT_SAME_FILTER(&track, &declared, 2);
-}
 
 TEST(assign_takes_more_memory_than_it_needs)
 {
@@ -192,20 +183,6 @@ TEST(a_refused_init_leaves_the_old_run_going)
 
 /* ----------------------------------------------------------------------------- predict */
 
-TEST(predict_moves_the_state)
-{
-    textbook t;
-    textbook_init(&t, 2, x0, P0);
-    for (int step = 0; step < 5; step++) {
-        textbook_predict(&t, A, NULL, NULL, 0, Q);
-        ASSERT_OK(K(predict)(&track, &motion, NULL));
-        ASSERT_TEXTBOOK(&t, &track);
-        textbook_predict(&t, A, B, u, 1, Q);
-        ASSERT_OK(K(predict)(&track, &motion, u));
-        ASSERT_TEXTBOOK(&t, &track);
-    }
-}
-
 TEST(predict_takes_a_dense_transition)
 {
     FILTER(three, 3);
@@ -218,18 +195,6 @@ TEST(predict_takes_a_dense_transition)
         ASSERT_OK(K(predict)(&three, &motion3, NULL));
         ASSERT_TEXTBOOK(&t, &three);
     }
-}
-
-TEST(predict_takes_several_controls)
-{
-    PROCESS(driven, 2, 3);
-    static const num b[] = {1, 0.5, -2, 0.25, 0, 4}, inputs[] = {3, -1, 0.5};
-    textbook t;
-    ASSERT_OK(K(process_init)(&driven, A, b, Q));
-    textbook_init(&t, 2, x0, P0);
-    textbook_predict(&t, A, b, inputs, 3, Q);
-    ASSERT_OK(K(predict)(&track, &driven, inputs));
-    ASSERT_TEXTBOOK(&t, &track);
 }
 
 TEST(predict_does_not_read_a_control_that_the_process_has_not)
@@ -320,105 +285,6 @@ TEST(gain_is_a_pseudo_inverse_for_redundant_noise_free_sensors)
     ASSERT_OK(K(gain)(&track, &radar, out));
     ASSERT_CLOSE((2 + 0.25) / 2.75, out[0] + out[1], 2);
     ASSERT_CLOSE((0.5 + 0.5) / 2.75, out[2] + out[3], 2);
-}
-
-/* --------------------------------------------------------------------------- all sizes */
-
-static num big_A[256], big_P[256], big_x[16];
-
-static void use_every_function(K(filter) * f, int n)
-{
-    static num process_words[KQ_PROCESS_LEN(16)], sensor_words[KQ_SENSOR_LEN(16)];
-    static num results[256], measured[16];
-    K(process) p;
-    K(sensor) s;
-    ASSERT_OK(K(process_assign)(&p, n, 0, process_words, COUNT(process_words)));
-    ASSERT_OK(K(process_init)(&p, big_A, NULL, big_P));
-    ASSERT_OK(K(sensor_assign)(&s, n, n, sensor_words, COUNT(sensor_words)));
-    ASSERT_OK(K(sensor_init)(&s, big_A, big_P));
-    ASSERT_OK(K(filter_init)(f, big_x, big_P));
-    ASSERT_OK(K(predict)(f, &p, NULL));
-    ASSERT_OK(K(update)(f, &s, measured));
-    ASSERT_OK(K(update_subset)(f, &s, measured, 1));
-    ASSERT_OK(K(step)(f, &p, NULL, &s, measured));
-    ASSERT_OK(K(measurement)(f, &s, measured, results));
-    ASSERT_OK(K(gain)(f, &s, results));
-    ASSERT_OK(K(covariance)(f, results));
-}
-
-TEST(no_size_writes_outside_its_memory)
-{
-    static num room[GUARDED(FILTER_LEN(16))];
-    for (int n = 1; n <= 16; n++) {
-        const size_t length = (size_t)FILTER_LEN(n);
-        K(filter) f;
-        put_identity(big_A, n, 1);
-        put_identity(big_P, n, 1);
-        if (n > 1) big_P[1] = big_P[n] = 0.5;
-        ASSERT_OK(K(filter_assign)(&f, n, guard(room, COUNT(room)), length));
-        assert_guards(room, 0, COUNT(room));
-        use_every_function(&f, n);
-        assert_guards(room, length, COUNT(room));
-    }
-}
-
-TEST(no_output_is_written_beyond_its_end)
-{
-    static num room[GUARDED(256)], sensor_words[KQ_SENSOR_LEN(16)], memory[FILTER_LEN(16)];
-    for (int n = 1; n <= 16; n++) {
-        const int m = 17 - n;
-        K(filter) f;
-        K(sensor) s;
-        ASSERT_OK(K(filter_assign)(&f, n, memory, COUNT(memory)));
-        ASSERT_OK(K(sensor_assign)(&s, n, m, sensor_words, COUNT(sensor_words)));
-        put_identity(big_P, n, 1);
-        ASSERT_OK(K(filter_init)(&f, big_x, big_P));
-        put_identity(big_P, m, 1);
-        ASSERT_OK(K(sensor_init)(&s, big_A, big_P));
-        ASSERT_OK(K(covariance)(&f, guard(room, COUNT(room))));
-        assert_guards(room, (size_t)(n * n), COUNT(room));
-        ASSERT_OK(K(gain)(&f, &s, guard(room, COUNT(room))));
-        assert_guards(room, (size_t)(n * m), COUNT(room));
-        ASSERT_OK(K(measurement)(&f, &s, guard(room, COUNT(room)), NULL));
-        assert_guards(room, (size_t)m, COUNT(room));
-        ASSERT_OK(K(measurement)(&f, &s, NULL, guard(room, COUNT(room))));
-        assert_guards(room, (size_t)(m * m), COUNT(room));
-        ASSERT_OK(K(innovation)(&f, &s, big_x, guard(room, COUNT(room))));
-        assert_guards(room, (size_t)m, COUNT(room));
-    }
-}
-
-/* 16 independent scalars seen through a rotation, two predicts and an update. */
-TEST(sixteen_states_work)
-{
-    FILTER(many, 16);
-    PROCESS(large, 16, 0);
-    SENSOR(wide, 16, 16);
-    static double a[16], q[16], p[16], x[16];
-    static num big_H[256];
-    for (int i = 0; i < 16; i++) {
-        a[i] = 0.25 * (i % 5) - 0.5, q[i] = 0.5 + 0.125 * i, p[i] = 1 + 0.5 * i, x[i] = i - 7.5;
-    }
-    for (int i = 0; i < 16; i++) big_x[i] = N(rotated(x, i));
-    put_rotated(big_P, p);
-    ASSERT_OK(K(filter_init)(&many, big_x, big_P));
-    put_rotated(big_A, a);
-    put_rotated(big_P, q);
-    ASSERT_OK(K(process_init)(&large, big_A, NULL, big_P));
-    for (int step = 0; step < 2; step++) {
-        ASSERT_OK(K(predict)(&many, &large, NULL));
-        for (int i = 0; i < 16; i++) x[i] *= a[i], p[i] = a[i] * a[i] * p[i] + q[i];
-    }
-    put_identity(big_P, 16, 2);
-    for (int k = 0; k < 256; k++) big_H[k] = hadamard(k / 16, k % 16);
-    ASSERT_OK(K(sensor_init)(&wide, big_H, big_P));
-    memset(big_x, 0, sizeof big_x);
-    ASSERT_OK(K(update)(&many, &wide, big_x));
-    for (int i = 0; i < 16; i++) x[i] *= 2 / (2 + p[i]), p[i] *= 2 / (2 + p[i]);
-    ASSERT_OK(K(covariance)(&many, big_P));
-    put_rotated(big_A, p);
-    for (int i = 0; i < 16; i++) ASSERT_CLOSE(rotated(x, i), K(mean)(&many, i), 4);
-    for (int k = 0; k < 256; k++) ASSERT_CLOSE(big_A[k], big_P[k], 4);
 }
 
 /* --------------------------------------------------------------- the end of the numbers */

@@ -2,43 +2,19 @@
  * The steps for sizes that the compiler knows: the same bits as those for run-time sizes, and the
  * same errors.
  */
-/* src/ has these, too */
-#define score_of score_of_number
-#define score_number number_of_score
-#include "models.h"
-#undef score_of
-#undef score_number
-
-#define num src_num
-#define reading src_reading
-#if defined(KQ_TEST_F32)
-#include "fixed_size/kq_fixed_f32.h"
-#define OF(list, ...) list(f32, float, __VA_ARGS__)
-#define FIXED_PREDICT kq_fixed_predict_f32
-#elif defined(KQ_TEST_Q31)
-#include "fixed_size/kq_fixed_q31.h"
-#define OF(list, ...) list(q31, int32_t, __VA_ARGS__)
-#define FIXED_PREDICT kq_fixed_predict_q31
-#else
-#include "fixed_size/kq_fixed_f64.h"
-#define OF(list, ...) list(f64, double, __VA_ARGS__)
-#define FIXED_PREDICT kq_fixed_predict_f64
-#endif
-
-#undef num
-#undef reading
-
 #include "fixed.h"
 
-OF(FIXED_SIZES, 0, dense)
-OF(FIXED_SIZES, KQ_FIXED_UPPER, upper)
-OF(FIXED_SIZES, KQ_FIXED_BARE, bare)
-OF(FIXED_STEADY, 1, 1)
-OF(FIXED_STEADY, 4, 2)
+FIXED_SIZES(0, dense)
+FIXED_SIZES(KQ_FIXED_UPPER, upper)
+FIXED_SIZES(KQ_FIXED_BARE, bare)
+FIXED_STEADY(1, 1, 0, dense)
+FIXED_STEADY(1, 1, KQ_FIXED_UPPER, upper)
+FIXED_STEADY(4, 2, 0, dense)
+FIXED_STEADY(4, 2, KQ_FIXED_UPPER, upper)
 
 static kq_status predict_of_no_control(S(filter) * f, const S(process) * p, const word *u)
 {
-    return FIXED_PREDICT(f, p, u, 2, 0, 0);
+    return S(fixed_predict)(f, p, u, 2, 0, 0);
 }
 
 enum { STATES = 4, COMPONENTS = 2, STEPS = 30 };
@@ -531,37 +507,28 @@ static void compare_attached(const fixed_size *size)
     }
 }
 
-static kq_status assign_adaptation(S(adaptation) *a, const fixed_size *size, int i)
-{
-#ifdef KQ_TEST_Q31
-    static kq_scaled_q31 memory[2][KQ_ADAPTATION_LEN_Q31(STATES, COMPONENTS)];
-    static int32_t root[2][KQ_ROOT_LEN_Q31(STATES)];
-    return kq_adaptation_assign_q31(a, size->n, size->m, memory[i], COUNT(memory[i]), root[i]);
-#else
-    static num memory[2][ADAPTATION_LEN(STATES, COMPONENTS)];
-    return K(adaptation_assign)(a, size->n, size->m, memory[i], COUNT(memory[i]));
-#endif
-}
+S_ADAPTATION(learns_ours, STATES, COMPONENTS);
+S_ADAPTATION(learns_theirs, STATES, COMPONENTS);
 
 TEST(an_adaptation_learns)
 {
-    const S(adaptation_rule) rule = {KQ_ADAPT_BOTH, 50,          number(0.125), number(0.0625),
-                                     number(16),    number(0.125), number(8)};
-    S(adaptation) a[2];
+    const S(adaptation_rule) rule = usual_rule();
+    S(adaptation) *const a[] = {&learns_ours, &learns_theirs};
     for (int k = 0; k < COUNT(dense); k++) {
         begin(dense[k].n, dense[k].m, 0);
+        ASSERT_OK(ASSIGN_ADAPTATION(learns_ours, dense[k].n, dense[k].m));
+        ASSERT_OK(ASSIGN_ADAPTATION(learns_theirs, dense[k].n, dense[k].m));
         for (int i = 0; i < 2; i++) {
-            ASSERT_OK(assign_adaptation(&a[i], &dense[k], i));
-            ASSERT_OK(S(adaptation_init)(&a[i], &process_of.process, &sensor_of.sensor, &rule));
-            ASSERT_OK(S(attach)(&filters[i]->filter, &a[i].attached));
+            ASSERT_OK(S(adaptation_init)(a[i], &process_of.process, &sensor_of.sensor, &rule));
+            ASSERT_OK(S(attach)(&filters[i]->filter, &a[i]->attached));
         }
         compare_attached(&dense[k]);
         entry q[2], r[2];
-        for (int i = 0; i < 2; i++) ASSERT_OK(S(adaptation_scales)(&a[i], &q[i], &r[i]));
+        for (int i = 0; i < 2; i++) ASSERT_OK(S(adaptation_scales)(a[i], &q[i], &r[i]));
         TEST_ASSERT_TRUE(number_of(r[0]) != 1);
         ASSERT_SAME_BITS(r[0], r[1]);
         ASSERT_SAME_BITS(q[0], q[1]);
-        TEST_ASSERT_EQUAL_MEMORY(a[0].information, a[1].information, sizeof a[0].information);
+        TEST_ASSERT_EQUAL_MEMORY(a[0]->information, a[1]->information, sizeof a[0]->information);
     }
 }
 
@@ -649,7 +616,7 @@ TEST_FLOAT(a_lean_sensor_is_left_to_the_library)
         if (dense[k].m != 2) continue;
         for (int sharp = 0; sharp < 2; sharp++) {
             begin(dense[k].n, 2, 0);
-            ASSERT_OK(S(sensor_init_lean)(&sensor_of.sensor, H, noises[sharp]));
+            ASSERT_OK(init_lean(&sensor_of, noises[sharp]));
             step_both(&dense[k], NULL, z);
             TEST_ASSERT_EQUAL_UINT(sharp ? KQ_EVENT_LOW_NOISE : 0, S(events)(&ours.filter));
         }

@@ -1,210 +1,110 @@
 /* The smoother's step for compile-time sizes: the bits of kq_smooth_step, and what it hands on to it. */
-#include <string.h>
+#define MAX 6
+#include "fixed.h"
 
-#if defined(KQ_TEST_F32)
-#include "fixed_size/kq_fixed_f32.h"
-#define K(name) kq_##name##_f32
-#define STEP_LEN KQ_PRIVATE_HISTORY_STEP_LEN_F32
-#elif defined(KQ_TEST_F64)
-#include "fixed_size/kq_fixed_f64.h"
-#define K(name) kq_##name##_f64
-#define STEP_LEN KQ_PRIVATE_HISTORY_STEP_LEN_F64
-#else
-#include "fixed_size/kq_fixed_q31.h"
-#include "kalmanq/prepare.h"
-#define K(name) kq_##name##_q31
-#define STEP_LEN KQ_PRIVATE_HISTORY_STEP_LEN_Q31
-#endif
-
-#include "suite.h"
-
-enum { MOST = 6, STEPS = 9, COMPONENTS = 2 };
-
-#define ASSERT_OK(call) TEST_ASSERT_EQUAL_INT(KQ_OK, call)
+enum { STEPS = 9, COMPONENTS = 2 };
 
 /* ------------------------------------------------------------------ models */
 
 /* What is left of its diagonal in A: nothing; everything; nothing, and no diagonal in half the rows */
 enum { UPPER, DENSE, HOLES, SHAPES };
 
-static double A_entry(int shape, int i, int j)
+static num A_entry(int shape, int i, int j)
 {
-    if (shape == HOLES && i % 2 == 0) return j > i + 1 ? 0.5 : 0;
-    if (i == j) return 0.9375;
-    return j > i ? 0.25 / (j - i) : shape == DENSE ? -0.0625 * (i - j) : 0;
+    if (shape == HOLES && i % 2 == 0) return j > i + 1 ? N(0.5) : 0;
+    if (i == j) return N(0.9375);
+    return j > i ? N(0.25) / N(j - i) : shape == DENSE ? N(-0.0625) * N(i - j) : 0;
 }
 
-static double Q_entry(int i, int j) { return i == j ? 0.5 + 0.125 * i : 0.0625; }
-static double H_entry(int c, int j) { return j == c ? 1 : j > c ? 0.25 * (j - c) : 0; }
-static double z_of(int step, int c) { return (step * 7 + c * 5) % 11 - 4.5; }
+static num Q_entry(int i, int j) { return i == j ? N(0.5 + 0.125 * i) : N(0.0625); }
+static num z_of(int step, int c) { return N((step * 7 + c * 5) % 11 - 4.5); }
 
-#if defined(KQ_TEST_F32) || defined(KQ_TEST_F64)
+static process_model first, second;
+static sensor_model eye;
+static prior_model prior;
+static const num range[] = {100, 100, 100, 100, 100, 100};
 
-typedef struct {
-    num A[MOST * MOST], Q[MOST * MOST], memory[KQ_PROCESS_LEN(MOST)];
-    process p;
-} moving;
-
-static num H[COMPONENTS * MOST], R[COMPONENTS], noise[COMPONENTS];
-static sensor eye;
-
-static void put_process(moving *m, int n, int shape)
+static void put_moving(process_model *m, int n, int shape)
 {
-    for (int k = 0; k < n * n; k++) {
-        m->A[k] = (num)A_entry(shape, k / n, k % n);
-        m->Q[k] = (num)Q_entry(k / n, k % n);
+    static num A[2][MAX * MAX], Q[MAX * MAX];
+    num *a = A[m == &second];
+    for (int k = 0; k < n * n; k++) a[k] = A_entry(shape, k / n, k % n), Q[k] = Q_entry(k / n, k % n);
+    put_process(m, n, 0, range, NULL, a, NULL, Q);
+}
+
+static void put_eye(int n, int m)
+{
+    static const num r[] = {0.5, 0.5};
+    static num H[COMPONENTS * MAX];
+    for (int k = 0; k < m * n; k++) {
+        const int c = k / n, j = k % n;
+        H[k] = j == c ? 1 : j > c ? N(0.25) * N(j - c) : 0;
     }
-    ASSERT_OK(K(process_assign)(&m->p, n, 0, m->memory, KQ_PROCESS_LEN(MOST)));
-    ASSERT_OK(K(process_init)(&m->p, m->A, NULL, m->Q));
+    put_independent(&eye, n, m, range, range, H, r);
 }
 
-static int put_sensor(int n)
+static void put_start(int n)
 {
-    const int m = n < COMPONENTS ? n : COMPONENTS;
-    for (int k = 0; k < m * n; k++) H[k] = (num)H_entry(k / n, k % n);
-    for (int c = 0; c < m; c++) R[c] = (num)0.5;
-    ASSERT_OK(K(sensor_assign)(&eye, n, m, noise, COMPONENTS));
-    ASSERT_OK(K(sensor_init_diagonal)(&eye, H, R));
-    return m;
-}
-
-static void put_filter(filter *f, num *memory, int n)
-{
-    num x0[MOST], P0[MOST * MOST];
-    for (int k = 0; k < n; k++) x0[k] = (num)k;
-    for (int k = 0; k < n * n; k++) P0[k] = (num)(4 * Q_entry(k / n, k % n));
-    ASSERT_OK(K(filter_assign)(f, n, memory, (size_t)FILTER_LEN(MOST)));
-    ASSERT_OK(K(filter_init)(f, x0, P0));
-}
-
-static void put_measurement(num *z, int step, int m)
-{
-    for (int c = 0; c < m; c++) z[c] = (num)z_of(step, c);
-}
-
-#else
-
-typedef struct {
-    kq_scaled_q31 A[MOST * MOST];
-    int32_t G[KQ_ROOT_LEN_Q31(MOST)];
-    kq_process_table_q31 table;
-    process p;
-} moving;
-
-static kq_format_q31 format[MOST], measured[COMPONENTS];
-static kq_scaled_q31 H[COMPONENTS * MOST], R[KQ_TRIANGLE(COMPONENTS)];
-static sensor eye;
-
-static void put_process(moving *m, int n, int shape)
-{
-    double A[MOST * MOST], Q[MOST * MOST];
-    for (int k = 0; k < n; k++) ASSERT_OK(kq_format_prepare_q31(&format[k], KQ_FRACTION_BEST_Q31, 100, NULL));
-    for (int k = 0; k < n * n; k++) {
-        A[k] = A_entry(shape, k / n, k % n);
-        Q[k] = Q_entry(k / n, k % n);
-    }
-    ASSERT_OK(kq_matrix_prepare_q31(m->A, A, n, n, format, format));
-    ASSERT_OK(kq_root_prepare_q31(m->G, Q, n, format));
-    m->table = (kq_process_table_q31){
-        .states = n, .state_format = format, .transition = m->A, .noise_root = m->G};
-    ASSERT_OK(kq_process_init_q31(&m->p, &m->table, NULL));
-}
-
-static int put_sensor(int n)
-{
-    static kq_sensor_table_q31 table;
-    double rows[COMPONENTS * MOST], covariance[COMPONENTS * COMPONENTS] = {0};
-    const int m = n < COMPONENTS ? n : COMPONENTS;
-    for (int k = 0; k < m * n; k++) rows[k] = H_entry(k / n, k % n);
-    for (int c = 0; c < m; c++) {
-        covariance[c * m + c] = 0.5;
-        ASSERT_OK(kq_format_prepare_q31(&measured[c], KQ_FRACTION_BEST_Q31, 100, NULL));
-    }
-    ASSERT_OK(kq_matrix_prepare_q31(H, rows, m, n, measured, format));
-    ASSERT_OK(kq_noise_prepare_q31(R, covariance, m, measured));
-    table = (kq_sensor_table_q31){.states = n,
-                                  .components = m,
-                                  .correlated = 1,
-                                  .state_format = format,
-                                  .measurement_format = measured,
-                                  .measurement = H,
-                                  .noise = R};
-    ASSERT_OK(kq_sensor_init_q31(&eye, &table, NULL));
-    return m;
-}
-
-static void put_filter(filter *f, num *memory, int n)
-{
-    double x0[MOST], P0[MOST * MOST];
-    int32_t mean[MOST], root[KQ_ROOT_LEN_Q31(MOST)];
-    for (int k = 0; k < n; k++) x0[k] = k;
+    static num x0[MAX], P0[MAX * MAX];
+    for (int k = 0; k < n; k++) x0[k] = N(k);
     for (int k = 0; k < n * n; k++) P0[k] = 4 * Q_entry(k / n, k % n);
-    ASSERT_OK(kq_vector_prepare_q31(mean, x0, n, format, NULL));
-    ASSERT_OK(kq_root_prepare_q31(root, P0, n, format));
-    const kq_prior_table_q31 prior = {n, format, mean, root};
-    ASSERT_OK(K(filter_assign)(f, n, memory, (size_t)FILTER_LEN(MOST)));
-    ASSERT_OK(kq_filter_init_q31(f, &prior, NULL));
+    put_prior(&prior, n, range, x0, P0);
 }
-
-static void put_measurement(num *z, int step, int m)
-{
-    double values[COMPONENTS];
-    for (int c = 0; c < m; c++) values[c] = z_of(step, c);
-    ASSERT_OK(kq_vector_prepare_q31(z, values, m, measured, NULL));
-}
-
-#endif
 
 /* ------------------------------------------------------------------ tapes */
 
 enum { TAPE = 4096 };
 
-static moving first, second;
-static filter expected_filter, filter_now;
-static num expected_state[512], state_now[512], expected_tape[TAPE], tape_now[TAPE];
-static history expected, now;
+/* A filter and what it is recorded on */
+typedef struct {
+    S(filter) filter;
+    S(history) history;
+    word state[S_FILTER_LEN(MAX)], tape[TAPE];
+} recording;
 
-static void record(history *h, num *tape, filter *f, num *state, int n, int m)
+static recording expected, now;
+
+static void record(recording *r, int n)
 {
-    num z[COMPONENTS];
-    memset(tape, 0, TAPE * sizeof *tape);
-    put_filter(f, state, n);
-    ASSERT_OK(K(history_assign)(h, n, tape, TAPE));
-    ASSERT_OK(K(attach)(f, &h->attached));
+    memset(r->tape, 0, sizeof r->tape);
+    ASSERT_OK(S(filter_assign)(&r->filter, n, r->state, COUNT(r->state)));
+    ASSERT_OK(init_filter(&r->filter, &prior));
+    ASSERT_OK(S(history_assign)(&r->history, n, r->tape, TAPE));
+    ASSERT_OK(S(attach)(&r->filter, &r->history.attached));
     for (int step = 0; step < STEPS; step++) {
-        const process *p = step % 4 == 3 ? &second.p : &first.p;
-        if (step) ASSERT_OK(K(predict)(f, p, NULL));
-        put_measurement(z, step, m);
-        if (step % 5 != 2) ASSERT_OK(K(update)(f, &eye, z));
-        else ASSERT_OK(K(update_subset)(f, &eye, z, 1));
+        const num values[] = {z_of(step, 0), z_of(step, 1)};
+        const word *z = measured(&eye.sensor, values);
+        if (step) ASSERT_OK(S(predict)(&r->filter, step % 4 == 3 ? &second.process : &first.process, NULL));
+        if (step % 5 != 2) ASSERT_OK(S(update)(&r->filter, &eye.sensor, z));
+        else ASSERT_OK(S(update_subset)(&r->filter, &eye.sensor, z, 1));
     }
 }
 
 /* Two tapes of one run */
 static void put(int n, int shape, int other)
 {
-    put_process(&first, n, shape);
-    put_process(&second, n, other);
-    const int m = put_sensor(n);
-    record(&expected, expected_tape, &expected_filter, expected_state, n, m);
-    record(&now, tape_now, &filter_now, state_now, n, m);
+    put_moving(&first, n, shape);
+    put_moving(&second, n, other);
+    put_eye(n, n < COMPONENTS ? n : COMPONENTS);
+    put_start(n);
+    record(&expected, n);
+    record(&now, n);
 }
 
 /* All that the tapes hold but for the workspace, of which a step keeps a part only */
 static void assert_same(int n)
 {
     const size_t from = HISTORY_WORKSPACE_LEN(n);
-    const size_t bytes = (TAPE - from) * sizeof(num);
-    TEST_ASSERT_EQUAL_MEMORY(expected_tape + from, tape_now + from, bytes);
-    TEST_ASSERT_EQUAL_UINT32(expected.step, now.step);
-    TEST_ASSERT_EQUAL_UINT(expected.records, now.records);
-    TEST_ASSERT_TRUE(expected.used == now.used && expected.process == now.process);
+    TEST_ASSERT_EQUAL_MEMORY(expected.tape + from, now.tape + from, (TAPE - from) * sizeof(word));
+    TEST_ASSERT_EQUAL_UINT32(expected.history.step, now.history.step);
+    TEST_ASSERT_EQUAL_UINT(expected.history.records, now.history.records);
+    TEST_ASSERT_TRUE(expected.history.used == now.history.used && expected.history.process == now.history.process);
 }
 
 #define AT(n, call, options)                                                                       \
     case n: return call(h, p, extras, n, options);
 #define AT_ANY(name, call, options)                                                                \
-    static int name(history *h, const process *p, const smooth_extras *extras, int n)              \
+    static int name(S(history) *h, const S(process) *p, const S(smooth_extras) *extras, int n)     \
     {                                                                                              \
         switch (n) {                                                                               \
             AT(1, call, options) AT(2, call, options) AT(3, call, options) AT(4, call, options)    \
@@ -217,31 +117,31 @@ AT_ANY(alone_dense, fixed_smooth_step, 0)
 
 /* What is unrolled takes seconds to compile: beyond three states a step is alone's, handed on as the library does. */
 #define AT_SMALL(name, alone, options)                                                             \
-    static int name(history *h, const process *p, const smooth_extras *extras, int n)              \
+    static int name(S(history) *h, const S(process) *p, const S(smooth_extras) *extras, int n)     \
     {                                                                                              \
         switch (n) {                                                                               \
-            AT(1, K(fixed_smooth_step), options)                                                   \
-            AT(2, K(fixed_smooth_step), options)                                                   \
-            AT(3, K(fixed_smooth_step), options)                                                   \
+            AT(1, S(fixed_smooth_step), options)                                                   \
+            AT(2, S(fixed_smooth_step), options)                                                   \
+            AT(3, S(fixed_smooth_step), options)                                                   \
         }                                                                                          \
-        return alone(h, p, extras, n) == KQ_OK ? KQ_OK : (int)K(smooth_step)(h, p, extras);        \
+        return alone(h, p, extras, n) == KQ_OK ? KQ_OK : (int)S(smooth_step)(h, p, extras);        \
     }
 AT_SMALL(step_upper, alone_upper, KQ_FIXED_UPPER)
 AT_SMALL(step_dense, alone_dense, 0)
 
-typedef int step_function(history *h, const process *p, const smooth_extras *extras, int n);
+typedef int step_function(S(history) *h, const S(process) *p, const S(smooth_extras) *extras, int n);
 
 static void same_bits(step_function *step, int n)
 {
     for (int t = STEPS - 1; t >= 0; t--) {
         /* the process as recorded, or named */
-        const process *p = t % 2 || t == STEPS - 1 ? NULL : (t + 1) % 4 == 3 ? &second.p : &first.p;
-        ASSERT_OK(K(smooth_step)(&expected, p, NULL));
-        ASSERT_OK(step(&now, p, NULL, n));
+        const S(process) *p = t % 2 || t == STEPS - 1 ? NULL : (t + 1) % 4 == 3 ? &second.process : &first.process;
+        ASSERT_OK(S(smooth_step)(&expected.history, p, NULL));
+        ASSERT_OK(step(&now.history, p, NULL, n));
         assert_same(n);
     }
-    const int done = K(smooth_step)(&expected, NULL, NULL);
-    TEST_ASSERT_EQUAL_INT(done, step(&now, NULL, NULL, n));
+    const int done = S(smooth_step)(&expected.history, NULL, NULL);
+    TEST_ASSERT_EQUAL_INT(done, step(&now.history, NULL, NULL, n));
     TEST_ASSERT_NOT_EQUAL(KQ_OK, done);
 }
 
@@ -249,7 +149,7 @@ static void same_bits(step_function *step, int n)
 
 TEST(test_the_bits_are_those_of_run_time_sizes)
 {
-    for (int n = 1; n <= MOST; n++) {
+    for (int n = 1; n <= MAX; n++) {
         for (int shape = 0; shape < SHAPES * SHAPES; shape++) {
             put(n, shape / SHAPES, shape % SHAPES);
             same_bits(step_upper, n);
@@ -261,41 +161,41 @@ TEST(test_the_bits_are_those_of_run_time_sizes)
 
 TEST(test_an_ordinary_step_is_not_handed_on)
 {
-    for (int n = 1; n <= MOST; n++) {
+    for (int n = 1; n <= MAX; n++) {
         put(n, UPPER, HOLES);
-        ASSERT_OK(K(smooth_step)(&now, NULL, NULL)); /* the beginning */
-        for (int t = STEPS - 2; t >= 0; t--) ASSERT_OK(alone_upper(&now, NULL, NULL, n));
+        ASSERT_OK(S(smooth_step)(&now.history, NULL, NULL)); /* the beginning */
+        for (int t = STEPS - 2; t >= 0; t--) ASSERT_OK(alone_upper(&now.history, NULL, NULL, n));
         put(n, DENSE, UPPER);
-        ASSERT_OK(K(smooth_step)(&now, NULL, NULL));
-        for (int t = STEPS - 2; t >= 0; t--) ASSERT_OK(alone_dense(&now, NULL, NULL, n));
+        ASSERT_OK(S(smooth_step)(&now.history, NULL, NULL));
+        for (int t = STEPS - 2; t >= 0; t--) ASSERT_OK(alone_dense(&now.history, NULL, NULL, n));
     }
 }
 
 /* The answer is NOT_PLAIN, and nothing has changed. */
-static void handed_on(step_function *step, const process *p, const smooth_extras *extras, int n)
+static void handed_on(step_function *step, const S(process) *p, const S(smooth_extras) *extras, int n)
 {
-    TEST_ASSERT_EQUAL_INT(NOT_PLAIN, step(&now, p, extras, n));
-    TEST_ASSERT_EQUAL_MEMORY(expected_tape, tape_now, sizeof tape_now);
-    assert_same(now.states);
+    TEST_ASSERT_EQUAL_INT(NOT_PLAIN, step(&now.history, p, extras, n));
+    TEST_ASSERT_EQUAL_MEMORY(expected.tape, now.tape, sizeof now.tape);
+    assert_same(now.history.states);
 }
 
 TEST(test_what_is_not_ordinary_is_handed_on_untouched)
 {
-    static const smooth_extras extras;
-    static process blank;
+    static const S(smooth_extras) extras;
+    static S(process) blank;
     put(3, DENSE, DENSE);
     handed_on(alone_dense, NULL, NULL, 3); /* the beginning */
-    ASSERT_OK(K(smooth_step)(&expected, NULL, NULL));
-    ASSERT_OK(K(smooth_step)(&now, NULL, NULL));
+    ASSERT_OK(S(smooth_step)(&expected.history, NULL, NULL));
+    ASSERT_OK(S(smooth_step)(&now.history, NULL, NULL));
     handed_on(alone_dense, NULL, &extras, 3);
     handed_on(alone_dense, NULL, NULL, 2);
     handed_on(alone_upper, NULL, NULL, 3); /* A is dense */
     handed_on(alone_dense, &blank, NULL, 3);
-    TEST_ASSERT_EQUAL_INT(KQ_ERR_NOT_READY, step_dense(&now, &blank, NULL, 3));
+    TEST_ASSERT_EQUAL_INT(KQ_ERR_NOT_READY, step_dense(&now.history, &blank, NULL, 3));
     handed_on(alone_dense, &blank, NULL, 3);
     TEST_ASSERT_EQUAL_INT(KQ_ERR_NULL, step_dense(NULL, NULL, NULL, 3));
-    while (now.step > 0) ASSERT_OK(K(smooth_step)(&now, NULL, NULL));
-    TEST_ASSERT_EQUAL_INT(NOT_PLAIN, alone_dense(&now, NULL, NULL, 3));
+    while (now.history.step > 0) ASSERT_OK(S(smooth_step)(&now.history, NULL, NULL));
+    TEST_ASSERT_EQUAL_INT(NOT_PLAIN, alone_dense(&now.history, NULL, NULL, 3));
 }
 
 SUITE(fixed_smoother, NULL)

@@ -23,7 +23,6 @@ static sensor_model radar;
 static prior_model prior;
 S_FILTER(track, N);
 S_FILTER(other, N);
-S_FILTER(blank, N);
 S_HISTORY(tape, N, M, RUN, 0);
 S_STEADY(steady, N, M);
 S_STEADY(blank_steady, N, M);
@@ -325,6 +324,20 @@ static void freeze_steps(int count)
     }
 }
 
+static void settle(void)
+{
+    freeze_steps(60);
+    TEST_ASSERT_EQUAL_INT(1, S(freeze_is_active)(&lazy));
+}
+
+static void assert_next_step(int is_frozen, UNITY_LINE_TYPE line)
+{
+    freeze_steps(1);
+    UNITY_TEST_ASSERT_EQUAL_INT(is_frozen, S(freeze_is_active)(&lazy), line, NULL);
+}
+
+#define ASSERT_NEXT_STEP(is_frozen) assert_next_step(is_frozen, __LINE__)
+
 static void assert_near(UNITY_LINE_TYPE line)
 {
     reading now, full;
@@ -361,8 +374,7 @@ TEST(before_that_it_is_the_full_filter)
 
 TEST(the_root_rests_while_it_is_settled)
 {
-    freeze_steps(60);
-    TEST_ASSERT_EQUAL_INT(1, S(freeze_is_active)(&lazy));
+    settle();
     watch(track_memory + S_FILTER_LEN(N) - S_ROOT_LEN(N), S_ROOT_LEN(N) * sizeof(word));
     WATCH(track.last), WATCH(track.run);
     draw_step();
@@ -371,7 +383,7 @@ TEST(the_root_rests_while_it_is_settled)
 
 TEST(a_missing_measurement_unsettles_it)
 {
-    freeze_steps(60);
+    settle();
     for (int t = 0; t < 3; t++) {
         draw_step();
         ASSERT_OK(S(predict)(&track, &motion.process, u));
@@ -382,24 +394,20 @@ TEST(a_missing_measurement_unsettles_it)
     freeze_steps(2);
     TEST_ASSERT_EQUAL_INT(0, S(freeze_is_active)(&lazy));
     ASSERT_NEAR();
-    freeze_steps(60);
-    TEST_ASSERT_EQUAL_INT(1, S(freeze_is_active)(&lazy));
+    settle();
 }
 
 TEST(another_model_unsettles_it)
 {
     static const num slow[] = {0.75, 0, 0, 0.5};
-    freeze_steps(60);
+    settle();
     ASSERT_OK(change_transition(&motion, N, slow));
-    freeze_steps(1);
-    TEST_ASSERT_EQUAL_INT(0, S(freeze_is_active)(&lazy));
-    freeze_steps(60);
-    TEST_ASSERT_EQUAL_INT(1, S(freeze_is_active)(&lazy));
+    ASSERT_NEXT_STEP(0);
+    settle();
     ASSERT_NEAR();
     ASSERT_OK(change_measurement(&radar, N, M, slow));
-    freeze_steps(1);
-    TEST_ASSERT_EQUAL_INT(0, S(freeze_is_active)(&lazy));
-    freeze_steps(60);
+    ASSERT_NEXT_STEP(0);
+    settle();
     ASSERT_NEAR();
 }
 
@@ -407,23 +415,17 @@ TEST(another_model_unsettles_it)
 TEST(new_numbers_of_the_process_unsettle_it)
 {
     static const num noisy[] = {3, 0, 0, 3};
-    freeze_steps(60);
-    TEST_ASSERT_EQUAL_INT(1, S(freeze_is_active)(&lazy));
+    settle();
     put_motion(noisy);
-    freeze_steps(1);
-    TEST_ASSERT_EQUAL_INT(0, S(freeze_is_active)(&lazy));
-    freeze_steps(60);
-    TEST_ASSERT_EQUAL_INT(1, S(freeze_is_active)(&lazy));
+    ASSERT_NEXT_STEP(0);
+    settle();
     ASSERT_NEAR();
     A[0] = 0.75;
     ASSERT_OK(change_transition(&motion, N, A));
-    freeze_steps(1);
-    TEST_ASSERT_EQUAL_INT(0, S(freeze_is_active)(&lazy));
-    freeze_steps(60);
-    TEST_ASSERT_EQUAL_INT(1, S(freeze_is_active)(&lazy));
+    ASSERT_NEXT_STEP(0);
+    settle();
     put_motion(noisy); /* as it was */
-    freeze_steps(1);
-    TEST_ASSERT_EQUAL_INT(1, S(freeze_is_active)(&lazy));
+    ASSERT_NEXT_STEP(1);
     ASSERT_NEAR();
 }
 
@@ -431,52 +433,42 @@ TEST(new_numbers_of_the_process_unsettle_it)
 TEST(new_numbers_of_the_sensor_are_told_by_a_release)
 {
     static const num noisy[] = {5, 0, 0, 5};
-    freeze_steps(60);
+    settle();
     put_sensor(&radar, N, M, range, measured_range, H, noisy);
-    freeze_steps(1);
-    TEST_ASSERT_EQUAL_INT(1, S(freeze_is_active)(&lazy));
+    ASSERT_NEXT_STEP(1);
     ASSERT_OK(S(freeze_release)(&lazy));
-    freeze_steps(1);
-    TEST_ASSERT_EQUAL_INT(0, S(freeze_is_active)(&lazy));
-    freeze_steps(60);
-    TEST_ASSERT_EQUAL_INT(1, S(freeze_is_active)(&lazy));
+    ASSERT_NEXT_STEP(0);
+    settle();
     ASSERT_NEAR();
 }
 
 TEST(the_full_filter_may_go_on_at_any_time)
 {
-    freeze_steps(60);
+    settle();
     draw_step();
     ASSERT_OK(S(update)(&track, &radar.sensor, z)); /* one more measurement at the same instant */
     ASSERT_OK(S(update)(&other, &radar.sensor, z));
     ASSERT_NEAR();
-    freeze_steps(1);
-    TEST_ASSERT_EQUAL_INT(0, S(freeze_is_active)(&lazy));
+    ASSERT_NEXT_STEP(0);
     ASSERT_NEAR();
-    freeze_steps(60);
-    TEST_ASSERT_EQUAL_INT(1, S(freeze_is_active)(&lazy));
+    settle();
     ASSERT_OK(S(freeze_release)(&lazy));
-    freeze_steps(1);
-    TEST_ASSERT_EQUAL_INT(0, S(freeze_is_active)(&lazy));
+    ASSERT_NEXT_STEP(0);
 }
 
 /* It gets every step; then the settling begins anew. */
 TEST(a_history_takes_its_place)
 {
-    freeze_steps(60);
-    WATCH(tape);
-    ASSERT_REFUSED(KQ_ERR_RECORDING, S(attach)(&track, &tape.attached));
+    settle();
     ASSERT_OK(S(detach)(&lazy.attached));
     ASSERT_OK(S(attach)(&track, &tape.attached));
-    ASSERT_REFUSED(KQ_ERR_RECORDING, S(attach)(&track, &lazy.attached));
     freeze_steps(60);
     TEST_ASSERT_EQUAL_UINT(61, S(history_steps)(&tape));
     ASSERT_OK(S(smooth)(&tape));
     ASSERT_OK(S(detach)(&tape.attached));
     ASSERT_OK(S(attach)(&track, &lazy.attached));
     TEST_ASSERT_EQUAL_INT(0, S(freeze_is_active)(&lazy));
-    freeze_steps(60);
-    TEST_ASSERT_EQUAL_INT(1, S(freeze_is_active)(&lazy));
+    settle();
     ASSERT_NEAR();
 }
 
@@ -502,100 +494,15 @@ TEST(a_step_of_the_full_filter_is_a_predict_and_an_update)
     }
 }
 
-/* By kq_filter_copy or by assignment: the full filter, while its original stays settled. */
-TEST(a_copied_filter_goes_on_by_itself)
+TEST(other_sizes_are_refused)
 {
-    S_FILTER(copy, N);
-    for (int assigned = 0; assigned < 2; assigned++) {
-        freeze_steps(60);
-        ASSERT_OK(S(filter_copy)(&other, &track));
-        ASSERT_OK(S(filter_copy)(&copy, &track));
-        if (assigned) {
-            copy = track;
-            copy.memory = copy_memory;
-        }
-        const S(freeze) before = lazy;
-        for (int t = 0; t < 5; t++) {
-            draw_step();
-            if (t % 2) ASSERT_OK(S(step)(&copy, &motion.process, u, &radar.sensor, z));
-            if (t % 2 == 0) ASSERT_OK(S(predict)(&copy, &motion.process, u));
-            if (t % 2 == 0) ASSERT_OK(S(update)(&copy, &radar.sensor, z));
-            ASSERT_OK(S(step)(&other, &motion.process, u, &radar.sensor, z));
-            ASSERT_SAME_BITS(other_memory, copy_memory);
-        }
-        TEST_ASSERT_EQUAL_INT(before.phase, lazy.phase);
-        TEST_ASSERT_EQUAL_PTR(before.process, lazy.process);
-        TEST_ASSERT_EQUAL_HEX32(before.fingerprint, lazy.fingerprint);
-        TEST_ASSERT_EQUAL_PTR(before.filter, lazy.filter);
-        freeze_steps(1);
-        TEST_ASSERT_EQUAL_INT(1, S(freeze_is_active)(&lazy));
-    }
-}
-
-TEST(a_detached_filter_is_the_full_filter)
-{
-    freeze_steps(60);
-    ASSERT_OK(S(detach)(&lazy.attached));
-    ASSERT_OK(S(detach)(&lazy.attached));
-    ASSERT_OK(S(filter_copy)(&other, &track));
-    for (int t = 0; t < 5; t++) {
-        freeze_steps(1);
-        ASSERT_SAME_BITS(other_memory, track_memory);
-    }
-    /* one that was initialised anew, too: nothing is looked at that may be gone */
-    ASSERT_OK(S(attach)(&track, &lazy.attached));
-    ASSERT_OK(init_filter(&track, &prior));
-    ASSERT_OK(init_filter(&other, &prior));
-    const S(freeze) kept = lazy;
-    memset(&lazy, 0xa5, sizeof lazy);
-    freeze_steps(5);
-    ASSERT_SAME_BITS(other_memory, track_memory);
-    lazy = kept;
-    /* and where the settling was assigned anew */
-    ASSERT_OK(S(attach)(&track, &lazy.attached));
-    ASSERT_OK(
-        S(freeze_assign)(&lazy, N, M, lazy_memory, (size_t)COUNT(lazy_memory), lazy_gain));
-    freeze_steps(60);
-    ASSERT_SAME_BITS(other_memory, track_memory);
-}
-
-/* It has a filter until it is detached or assigned anew; f may have been initialised meanwhile. */
-TEST(a_settling_has_one_filter)
-{
-    WATCH(lazy), WATCH(lazy_memory), WATCH(other);
-    freeze_steps(60);
-    ASSERT_REFUSED(KQ_ERR_RECORDING, S(attach)(&other, &lazy.attached));
-    TEST_ASSERT_EQUAL_INT(1, S(freeze_is_active)(&lazy));
-    ASSERT_OK(S(attach)(&track, &lazy.attached)); /* to its own once more: it begins again */
-    TEST_ASSERT_EQUAL_INT(0, S(freeze_is_active)(&lazy));
-    ASSERT_OK(init_filter(&track, &prior));
-    ASSERT_REFUSED(KQ_ERR_RECORDING, S(attach)(&other, &lazy.attached));
-    ASSERT_OK(S(attach)(&track, &lazy.attached));
-    ASSERT_OK(S(detach)(&lazy.attached));
-    ASSERT_OK(S(attach)(&other, &lazy.attached));
-    ASSERT_OK(S(freeze_assign)(&lazy, N, M, lazy_memory, COUNT(lazy_memory), lazy_gain));
-    ASSERT_OK(S(freeze_init)(&lazy, BITS));
-    ASSERT_OK(S(attach)(&track, &lazy.attached));
-}
-
-TEST(attach_refuses_what_is_wrong)
-{
-    S_FREEZE(second, N, M);
     S_FREEZE(wide, N + 1, M);
     S_FREEZE(tall, N, M + 1);
-    S_DIFFUSE(start, N, 0);
-    ASSERT_OK(S(freeze_init)(&second, BITS));
     ASSERT_OK(S(freeze_init)(&wide, BITS));
     ASSERT_OK(S(freeze_init)(&tall, BITS));
-    WATCH(lazy), WATCH(lazy_memory), WATCH(lazy_gain), WATCH(track), WATCH(track_memory);
-    WATCH(blank_lazy), WATCH(second), WATCH(wide), WATCH(tall), WATCH(other), WATCH(blank);
-    ASSERT_REFUSED(KQ_ERR_MISMATCH, S(attach)(&other, &wide.attached));
-    ASSERT_REFUSED(KQ_ERR_RECORDING, S(attach)(&track, &second.attached));
-    ASSERT_OK(init_start(&start, &other, &prior, 1));
-    ASSERT_REFUSED(KQ_ERR_NOT_READY, S(attach)(&other, &second.attached));
-    ASSERT_OK(init_start(&start, &other, &prior, 0));
-    ASSERT_OK(S(attach)(&other, &second.attached)); /* nothing was unknown */
     ASSERT_OK(S(detach)(&lazy.attached));
+    WATCH(track), WATCH(track_memory), WATCH(wide), WATCH(tall);
+    ASSERT_REFUSED(KQ_ERR_MISMATCH, S(attach)(&track, &wide.attached));
     ASSERT_OK(S(attach)(&track, &tall.attached)); /* for sensors of other components */
     draw_step();
     ASSERT_REFUSED(KQ_ERR_MISMATCH, S(step)(&track, &motion.process, u, &radar.sensor, z));

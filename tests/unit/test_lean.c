@@ -6,7 +6,7 @@
 enum { STEPS = 12, CHAIN_MAX = 4, AFTER = 120 };
 
 static process_model motion;
-static sensor_model full, lean, sharp, unmade;
+static sensor_model full, lean, sharp;
 static prior_model prior, known;
 S_FILTER(track, 2);
 S_FILTER(twin, 2);
@@ -30,21 +30,19 @@ static const word *z;
 #define LITTLE 0x1p-20
 #define SHARP 0x1p-40
 #define LATE 4
-static kq_status init_lean(sensor_model *s) { return kq_sensor_init_lean_q31(&s->sensor, &s->table, NULL); }
 #else
 #define COARSE (EPS > 1e-10 ? 0x1p-15 : 0x1p-47)
 #define SURELY 0.99
 #define LITTLE 0
 #define SHARP (EPS * EPS)
 #define LATE (EPS > 1e-10 ? 4 : 1)
-static kq_status init_lean(sensor_model *s) { return K(sensor_init_lean)(&s->sensor, s->sensor.measurement, r); }
 #endif
 
 static void put_sensors(const num *rows)
 {
     put_independent(&full, 2, 3, range, measured_range, rows, r);
     put_independent(&lean, 2, 3, range, measured_range, rows, r);
-    ASSERT_OK(init_lean(&lean));
+    ASSERT_OK(init_lean(&lean, r));
 }
 
 static void begin(void)
@@ -289,8 +287,7 @@ TEST(robust_updates_take_it)
 /* What is learnt from is taken: by a lean sensor, too. */
 TEST(an_adaptation_takes_it)
 {
-    const S(adaptation_rule) rule = {KQ_ADAPT_BOTH, 50,            number(0.125), number(0.0625),
-                                     number(16),    number(0.125), number(8)};
+    const S(adaptation_rule) rule = usual_rule();
     uint32_t seed = 1;
     r[1] = N(SHARP);
     put_sensors(H);
@@ -338,7 +335,7 @@ static void assert_comes_back(int n, int32_t outage, double noise_now)
     put_process(&motion, n, 0, wide, NULL, A_n, NULL, Q_n);
     put_independent(&full, n, 1, wide, wide, row, r);
     put_independent(&lean, n, 1, wide, wide, row, r);
-    ASSERT_OK(init_lean(&lean));
+    ASSERT_OK(init_lean(&lean, r));
     put_prior(&start, n, wide, mean, P_n);
     ASSERT_OK(S(filter_assign)(&full_track, n, full_memory, COUNT(full_memory)));
     ASSERT_OK(S(filter_assign)(&lean_track, n, lean_memory, COUNT(lean_memory)));
@@ -400,30 +397,6 @@ TEST_Q31(twelve_measurements_after_an_outage_they_agree)
     }
 }
 #endif
-
-TEST(bad_inputs)
-{
-    ASSERT_REFUSED(KQ_ERR_NOT_READY, S(update)(&track, &unmade.sensor, z));
-    ASSERT_REFUSED(KQ_ERR_NULL, S(update)(&track, &lean.sensor, NULL));
-    word bad[3] = {z[0], z[1], bad_word(&lean.sensor, 0)};
-    ASSERT_REFUSED(NOT_A_NUMBER, S(update)(&track, &lean.sensor, bad));
-#ifdef KQ_TEST_Q31
-    static const double correlated[] = {0.5, 0.25, 0, 0.25, 1, 0, 0, 0, 1};
-    put_sensor(&full, 2, 3, range, measured_range, H, correlated);
-    ASSERT_REFUSED(KQ_ERR_NULL, kq_sensor_init_lean_q31(NULL, &lean.table, NULL));
-    ASSERT_REFUSED(KQ_ERR_NULL, kq_sensor_init_lean_q31(&lean.sensor, NULL, NULL));
-    ASSERT_REFUSED(KQ_ERR_TABLE, kq_sensor_init_lean_q31(&lean.sensor, &full.table, NULL));
-    lean.noise[0].mantissa = -lean.noise[0].mantissa;
-    ASSERT_REFUSED(KQ_ERR_TABLE, kq_sensor_init_lean_q31(&lean.sensor, &lean.table, NULL));
-#else
-    const num negative[] = {1, -1, 1}, nan[] = {1, (num)NAN, 1};
-    ASSERT_REFUSED(KQ_ERR_NULL, K(sensor_init_lean)(NULL, H, r));
-    ASSERT_REFUSED(KQ_ERR_NULL, K(sensor_init_lean)(&lean.sensor, NULL, r));
-    ASSERT_REFUSED(KQ_ERR_NULL, K(sensor_init_lean)(&lean.sensor, H, NULL));
-    ASSERT_REFUSED(KQ_ERR_NOT_SEMIDEFINITE, K(sensor_init_lean)(&lean.sensor, H, negative));
-    ASSERT_REFUSED(KQ_ERR_NOT_FINITE, K(sensor_init_lean)(&lean.sensor, H, nan));
-#endif
-}
 
 /* ------------------------------------------------------------------ constant tables */
 

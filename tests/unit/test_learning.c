@@ -1,4 +1,4 @@
-/* The scales of the noises learnt on line, in all arithmetics: bounds, the scaled models, and what is attached. */
+/* The scales of the noises learnt on line, in all arithmetics: the formulas, bounds, the scaled models. */
 #include "adaptation_textbook.h"
 #include "models.h"
 #include "unchanged.h"
@@ -8,30 +8,30 @@
 
 #ifdef KQ_TEST_Q31
 #define FAR 900
+#define FARTHEST 999
 #define EPS_OF_SCALES 0x1p-29
+#define ROUNDING_OF_NOISE 0x1p-29
 #define FOLLOWED 200
 #else
 #define FAR 1e4
+#define FARTHEST (NUM_MAX / 4)
 #define EPS_OF_SCALES EPS
+#define ROUNDING_OF_NOISE 0
 #define FOLLOWED 200
 #endif
 
 static process_model motion, another, three, unmade;
 static sensor_model radar, coupled, single;
-static prior_model prior, prior3;
+static prior_model prior;
 S_FILTER(track, 2);
 S_FILTER(twin, 2);
-S_FILTER(third, 2);
-S_FILTER(blank, 2);
-S_FILTER(track3, 3);
 S_ADAPTATION(tuner, 2, 2);
 S_ADAPTATION(blank_tuner, 2, 2);
-S_HISTORY(tape, 2, 2, 8, 0);
 
 static const num range[] = {1000, 1000, 1000}, measured_range[] = {1000, 1000}, drive_range[] = {100};
 static const num A[] = {1, 0.5, -0.125, 0.75}, B[] = {0.125, 0.5}, Q[] = {0.25, 0.125, 0.125, 0.5};
 static const num H[] = {1, 0, 0.5, 1}, R[] = {0.5, 0.25, 0.25, 1}, r[] = {0.5, 1};
-static const num x0[] = {1, -2, 0}, P0[] = {2, 0.5, 0.5, 1}, identity3[] = {1, 0, 0, 0, 1, 0, 0, 0, 1};
+static const num x0[] = {1, -2}, P0[] = {2, 0.5, 0.5, 1}, identity3[] = {1, 0, 0, 0, 1, 0, 0, 0, 1};
 
 static num z_value[2];
 static word z[2], u[1];
@@ -49,19 +49,10 @@ static void draw(uint32_t *seed, double size)
     set_z(a, b);
 }
 
-static kq_status assign_tuner(void)
-{
-#ifdef KQ_TEST_Q31
-    return kq_adaptation_assign_q31(&tuner, 2, 2, tuner_memory, COUNT(tuner_memory), tuner_root);
-#else
-    return K(adaptation_assign)(&tuner, 2, 2, tuner_memory, COUNT(tuner_memory));
-#endif
-}
-
 static void set_up(void)
 {
     const num push = 2;
-    rule = (S(adaptation_rule)){KQ_ADAPT_BOTH, 50, number(0.125), number(0.0625), number(16), number(0.125), number(8)};
+    rule = usual_rule();
     put_process(&motion, 2, 1, range, drive_range, A, B, Q);
     put_process(&another, 2, 1, range, drive_range, A, B, P0);
     put_process(&three, 3, 0, range, NULL, identity3, NULL, identity3);
@@ -69,13 +60,11 @@ static void set_up(void)
     put_sensor(&coupled, 2, 2, range, measured_range, H, R);
     put_independent(&single, 2, 1, range, measured_range, H, r);
     put_prior(&prior, 2, range, x0, P0);
-    put_prior(&prior3, 3, range, x0, identity3);
     set_z(1.5, -0.5);
     memcpy(u, driven(&motion.process, &push, 1), sizeof u);
     ASSERT_OK(init_filter(&track, &prior));
     ASSERT_OK(init_filter(&twin, &prior));
-    ASSERT_OK(init_filter(&track3, &prior3));
-    ASSERT_OK(assign_tuner());
+    ASSERT_OK(ASSIGN_ADAPTATION(tuner, 2, 2));
     ASSERT_OK(S(adaptation_init)(&tuner, &motion.process, &radar.sensor, &rule));
     ASSERT_OK(S(attach)(&track, &tuner.attached));
     watch_nothing();
@@ -186,6 +175,48 @@ TEST(steps_and_limits_are_kept)
     TEST_ASSERT_TRUE(moved > 10);
 }
 
+/* 5 sigma or all the sigmas there are: the scales do not know. */
+TEST(an_outlier_counts_as_four_sigma)
+{
+    const double outliers[] = {30, FAR < 1000 ? FAR : 1000, FARTHEST};
+    entry found[COUNT(outliers)][2];
+    for (int k = 0; k < COUNT(outliers); k++) {
+        uint32_t seed = 2;
+        ASSERT_OK(init_filter(&track, &prior));
+        ASSERT_OK(S(adaptation_init)(&tuner, &motion.process, &radar.sensor, &rule));
+        ASSERT_OK(S(attach)(&track, &tuner.attached));
+        for (int t = 0; t < 10; t++) {
+            draw(&seed, 2);
+            ASSERT_OK(S(update_subset)(&track, &radar.sensor, z, 1));
+            ASSERT_OK(S(predict)(&track, &motion.process, u));
+        }
+        set_z(outliers[k], 0);
+        ASSERT_OK(S(update_subset)(&track, &radar.sensor, z, 1));
+        ASSERT_OK(S(adaptation_scales)(&tuner, &found[k][0], &found[k][1]));
+    }
+    ASSERT_SAME_BITS(found[0], found[1]);
+    ASSERT_SAME_BITS(found[0], found[2]);
+}
+
+TEST(no_noise_stays_none)
+{
+    static const num zero[] = {0, 0, 0, 0}, sharp[] = {0, 1};
+    uint32_t seed = 9;
+    put_process(&motion, 2, 1, range, drive_range, A, B, zero);
+    put_independent(&radar, 2, 2, range, measured_range, H, sharp);
+    ASSERT_OK(S(adaptation_init)(&tuner, &motion.process, &radar.sensor, &rule));
+    for (int t = 0; t < STEPS; t++) {
+        draw(&seed, 2);
+        ASSERT_OK(S(update_subset)(&track, &radar.sensor, z, ALL));
+        ASSERT_OK(S(predict)(&track, &motion.process, u));
+    }
+    TEST_ASSERT_TRUE(sensor_scale() != 1);
+    const entry *scaled = S(adaptation_sensor)(&tuner)->noise, *given = radar.sensor.noise;
+    TEST_ASSERT_EQUAL_MEMORY(motion.process.noise_root, S(adaptation_process)(&tuner)->noise_root, S_ROOT_LEN(2) * sizeof(word));
+    TEST_ASSERT_TRUE(number_of(scaled[0]) == number_of(given[0]));
+    ASSERT_WITHIN(ROUNDING_OF_NOISE * sensor_scale(), sensor_scale(), number_of(scaled[1]) / number_of(given[1]));
+}
+
 static void learn_something(void)
 {
     uint32_t seed = 4;
@@ -250,6 +281,11 @@ TEST(an_attach_keeps_what_was_learnt)
     set_z(20, z_value[1]);
     ASSERT_OK(S(update_subset)(&track, &coupled.sensor, z, ALL)); /* waits for two */
     assert_learnt_nothing(&before);
+    ASSERT_OK(S(detach)(&tuner.attached));
+    ASSERT_OK(S(attach)(&twin, &tuner.attached)); /* of another filter it scales the process, too */
+    ASSERT_OK(S(forecast)(&twin, S(adaptation_process)(&tuner), u, 1, &track));
+    ASSERT_OK(S(predict)(&twin, &motion.process, u));
+    ASSERT_SAME_BITS(track_memory, twin_memory);
     ASSERT_OK(S(adaptation_init)(&tuner, &motion.process, &coupled.sensor, &rule));
     ASSERT_WITHIN(0, 1, process_scale());
     ASSERT_WITHIN(0, 1, sensor_scale());
@@ -311,147 +347,6 @@ TEST(a_step_is_a_predict_and_an_update)
     }
 }
 
-TEST(a_detached_filter_goes_on_by_itself)
-{
-    learn_something();
-    ASSERT_OK(S(filter_copy)(&twin, &track));
-    ASSERT_OK(S(detach)(&tuner.attached));
-    const S(adaptation) before = tuner;
-    for (int t = 0; t < 3; t++) {
-        ASSERT_OK(S(step)(&track, &motion.process, u, &coupled.sensor, z));
-        ASSERT_OK(S(step)(&twin, &motion.process, u, &coupled.sensor, z));
-        ASSERT_SAME(&twin, &track, 2);
-    }
-    assert_learnt_nothing(&before);
-    ASSERT_OK_UNCHANGED(S(detach)(&tuner.attached)); /* it is */
-    /* attached again, or to another filter, it is what it had learnt that counts */
-    ASSERT_OK(S(attach)(&twin, &tuner.attached));
-    ASSERT_OK(S(forecast)(&twin, S(adaptation_process)(&tuner), u, 1, &track));
-    ASSERT_OK(S(predict)(&twin, &motion.process, u));
-    ASSERT_SAME_BITS(track_memory, twin_memory);
-    TEST_ASSERT_TRUE(fabs(log(process_scale())) > 0.1);
-    /* and a history may take its place */
-    ASSERT_OK(S(detach)(&tuner.attached));
-    ASSERT_OK(S(attach)(&twin, &tape.attached));
-}
-
-/* By kq_filter_copy or by assignment: what the copy measures teaches nothing. */
-TEST(a_copied_filter_goes_on_by_itself)
-{
-    for (int assigned = 0; assigned < 2; assigned++) {
-        learn_something();
-        ASSERT_OK(S(filter_copy)(&twin, &track));
-        ASSERT_OK(S(filter_copy)(&third, &track));
-        if (assigned) {
-            twin = track;
-            twin.memory = twin_memory;
-        }
-        const S(adaptation) before = tuner;
-        for (int t = 0; t < 3; t++) {
-            ASSERT_OK(S(update)(&twin, &coupled.sensor, z));
-            ASSERT_OK(S(update)(&third, &coupled.sensor, z));
-            ASSERT_OK(S(predict)(&twin, &motion.process, u));
-            ASSERT_OK(S(predict)(&third, &motion.process, u));
-            ASSERT_OK(S(step)(&twin, &motion.process, u, &coupled.sensor, z));
-            ASSERT_OK(S(step)(&third, &motion.process, u, &coupled.sensor, z));
-            ASSERT_SAME(&third, &twin, 2);
-        }
-        assert_learnt_nothing(&before);
-        ASSERT_OK(S(update)(&track, &coupled.sensor, z)); /* the filter itself has lost nothing */
-        TEST_ASSERT_TRUE(memcmp(before.information, tuner.information, sizeof before.information) != 0);
-    }
-}
-
-/* It may then be gone, or assigned anew: the filter does not go to it any more. */
-TEST(what_is_assigned_anew_is_not_attached)
-{
-    ASSERT_OK(assign_tuner());
-    for (int t = 0; t < 3; t++) {
-        ASSERT_OK(S(update)(&track, &radar.sensor, z));
-        ASSERT_OK(S(update)(&twin, &radar.sensor, z));
-        ASSERT_OK(S(predict)(&track, &motion.process, u));
-        ASSERT_OK(S(predict)(&twin, &motion.process, u));
-        ASSERT_OK(S(step)(&track, &motion.process, u, &radar.sensor, z));
-        ASSERT_OK(S(step)(&twin, &motion.process, u, &radar.sensor, z));
-    }
-    ASSERT_SAME(&twin, &track, 2);
-    ASSERT_OK(S(adaptation_init)(&tuner, &motion.process, &radar.sensor, &rule));
-    ASSERT_OK(S(attach)(&track, &tuner.attached));
-    ASSERT_OK(init_filter(&track, &prior));
-    const S(adaptation) kept = tuner;
-    memset(&tuner, 0xa5, sizeof tuner);
-    ASSERT_OK(S(update)(&track, &radar.sensor, z));
-    tuner = kept;
-}
-
-/* It has a filter until it is detached or assigned anew; f may have been initialised meanwhile. */
-TEST(an_adaptation_has_one_filter)
-{
-    WATCH(twin);
-    learn_something();
-    const double learnt = process_scale();
-    ASSERT_REFUSED(KQ_ERR_RECORDING, S(attach)(&twin, &tuner.attached));
-    ASSERT_OK(S(attach)(&track, &tuner.attached)); /* to its own once more */
-    ASSERT_OK(init_filter(&track, &prior));
-    ASSERT_REFUSED(KQ_ERR_RECORDING, S(attach)(&twin, &tuner.attached));
-    ASSERT_OK(S(attach)(&track, &tuner.attached));
-    ASSERT_OK(S(detach)(&tuner.attached));
-    ASSERT_OK(S(attach)(&twin, &tuner.attached));
-    TEST_ASSERT_TRUE(learnt != 1 && process_scale() == learnt);
-    ASSERT_OK(assign_tuner());
-    ASSERT_OK(S(adaptation_init)(&tuner, &motion.process, &radar.sensor, &rule));
-    ASSERT_OK(S(attach)(&track, &tuner.attached));
-}
-
-/* status.h: a history, a lag and a point take each other's place, whose recording has ended then. */
-TEST(what_records_takes_the_place_of_what_records)
-{
-    S_LAG(lag, 2, 2, 2);
-    S_INSTANT(point, 2, 2);
-    S_HISTORY(later, 2, 2, 4, 0);
-    S(filter) view;
-    ASSERT_OK(S(attach)(&twin, &tape.attached));
-    ASSERT_OK(S(attach)(&twin, &lag.attached));
-    ASSERT_OK(S(predict)(&twin, &motion.process, u));
-    TEST_ASSERT_EQUAL_UINT(1, S(history_steps)(&tape));
-    TEST_ASSERT_EQUAL_UINT(1, S(lag_steps)(&lag));
-    ASSERT_OK(S(attach)(&twin, &point.attached));
-    TEST_ASSERT_EQUAL_UINT(0, S(lag_steps)(&lag));
-    ASSERT_OK(S(attach)(&twin, &later.attached));
-    TEST_ASSERT_EQUAL_INT(KQ_ERR_HISTORY_EMPTY, S(instant_smooth)(&point, &view));
-    ASSERT_OK(S(attach)(&twin, &tape.attached));
-    ASSERT_OK(S(predict)(&twin, &motion.process, u));
-    TEST_ASSERT_EQUAL_UINT(1, S(history_steps)(&later));
-    TEST_ASSERT_EQUAL_UINT(2, S(history_steps)(&tape));
-    ASSERT_OK(S(detach)(&tape.attached));
-}
-
-TEST(refusals_of_attach)
-{
-    S_LAG(lag, 2, 2, 2);
-    S_INSTANT(point, 2, 2);
-    S_DIFFUSE(start, 2, 0);
-    S_ADAPTATION(other, 2, 2);
-    ASSERT_OK(S(adaptation_init)(&other, &motion.process, &radar.sensor, &rule));
-    WATCH(other), WATCH(other_memory), WATCH(track3), WATCH(blank), WATCH(tape), WATCH(twin);
-    ASSERT_REFUSED(KQ_ERR_RECORDING, S(attach)(&track, &other.attached));
-    ASSERT_REFUSED(KQ_ERR_RECORDING, S(attach)(&track, &tape.attached));
-    ASSERT_REFUSED(KQ_ERR_RECORDING, S(attach)(&track, &lag.attached));
-    ASSERT_REFUSED(KQ_ERR_RECORDING, S(attach)(&track, &point.attached));
-    ASSERT_OK(S(attach)(&twin, &tape.attached));
-    ASSERT_REFUSED(KQ_ERR_RECORDING, S(attach)(&twin, &other.attached));
-    ASSERT_OK(S(detach)(&tape.attached));
-    ASSERT_OK(S(attach)(&twin, &lag.attached));
-    ASSERT_REFUSED(KQ_ERR_RECORDING, S(attach)(&twin, &other.attached));
-    ASSERT_OK(S(detach)(&lag.attached));
-    ASSERT_OK(S(attach)(&twin, &point.attached));
-    ASSERT_REFUSED(KQ_ERR_RECORDING, S(attach)(&twin, &other.attached));
-    ASSERT_OK(init_start(&start, &twin, &prior, 1));
-    ASSERT_REFUSED(KQ_ERR_NOT_READY, S(attach)(&twin, &other.attached));
-    ASSERT_OK(init_start(&start, &twin, &prior, 0));
-    ASSERT_OK(S(attach)(&twin, &other.attached)); /* nothing was unknown */
-}
-
 /* The models that it refers to have become others */
 TEST(refusals_of_models_that_changed)
 {
@@ -501,6 +396,70 @@ static void put_textbook(scale_textbook *t, const num *noise_covariance)
     t->x[0] = (double)x0[0], t->x[1] = (double)x0[1];
     t->q = t->r = 1;
     t->waiting = 2;
+}
+
+/* With q e^h from the beginning on: the textbook's score of its last measurement, of one component,
+   and *log_likelihood of it but for a constant */
+static double score_at(double h, int last, double *log_likelihood)
+{
+    scale_textbook book;
+    uint32_t seed = 3;
+    put_textbook(&book, R);
+    book.q = exp(h);
+    for (int t = 0; t <= last; t++) {
+        double J[3] = {0, 0, 0};
+        draw(&seed, 2);
+        const double seen[] = {(double)z_value[0] / 4, 0};
+        const double S = book.P[0] + book.R[0], e = seen[0] - book.x[0];
+        *log_likelihood = -(log(S) + e * e / S) / 2;
+        (void)textbook_measure(&book, seen, 1, J);
+        textbook_predict(&book);
+    }
+    return book.g[0];
+}
+
+/* A double of 32 bits (AVR) is too short for differences. */
+TEST(the_formulas_are_those_of_likelihood)
+{
+    const double h = DBL_MANT_DIG > 24 ? 1e-4 : 0.0625;
+    const double tolerance = DBL_MANT_DIG > 24 ? 1e-7 : 1e-2;
+    for (int last = 0; last < 20; last++) {
+        double here, above, below;
+        const double score = score_at(0, last, &here);
+        (void)score_at(h, last, &above);
+        (void)score_at(-h, last, &below);
+        ASSERT_WITHIN(tolerance, (above - below) / (2 * h), score);
+    }
+}
+
+/* A plant with Q and R 4 times and a quarter of what is said */
+TEST(the_scales_of_a_plant_are_found)
+{
+    static const num one[] = {1}, none[] = {0};
+    static process_model walk;
+    static sensor_model gauge;
+    static prior_model start;
+    S_FILTER(level, 1);
+    S_ADAPTATION(finder, 1, 1);
+    uint32_t seed = 5;
+    num x = 0;
+    entry q, s;
+    rule.memory = 400;
+    put_process(&walk, 1, 0, range, NULL, one, NULL, one);
+    put_sensor(&gauge, 1, 1, range, range, one, one);
+    put_prior(&start, 1, range, none, one);
+    ASSERT_OK(init_filter(&level, &start));
+    ASSERT_OK(S(adaptation_init)(&finder, &walk.process, &gauge.sensor, &rule));
+    ASSERT_OK(S(attach)(&level, &finder.attached));
+    for (int t = 0; t < 1500; t++) {
+        const num seen = x + noise(&seed) * 2;
+        ASSERT_OK(S(update_subset)(&level, &gauge.sensor, measured(&gauge.sensor, &seen), ALL));
+        ASSERT_OK(S(predict)(&level, &walk.process, NULL));
+        x += noise(&seed) / 2;
+    }
+    ASSERT_OK(S(adaptation_scales)(&finder, &q, &s));
+    ASSERT_WITHIN(0.4, log(0.25), log(number_of(q)));
+    ASSERT_WITHIN(0.25, log(4), log(number_of(s)));
 }
 
 static void follow_the_textbook(const S(sensor) *s, const num *noise_covariance, kq_adapted scales)
@@ -580,6 +539,16 @@ TEST(refusals_of_a_rule)
     ASSERT_OK(try_init());
 }
 
+TEST(an_adaptation_has_the_sizes_of_its_models)
+{
+    S(adaptation) none = {.states = 0}, short_one = tuner;
+    short_one.length--;
+    WATCH(none), WATCH(short_one);
+    ASSERT_REFUSED_SIZE_OR_MEMORY(S(adaptation_init)(&none, &motion.process, &radar.sensor, &rule));
+    ASSERT_REFUSED(KQ_ERR_MEMORY, S(adaptation_init)(&short_one, &motion.process, &radar.sensor, &rule));
+    ASSERT_REFUSED(KQ_ERR_MISMATCH, S(adaptation_init)(&tuner, &motion.process, &single.sensor, &rule));
+}
+
 #ifdef KQ_TEST_Q31
 static kq_scaled_q31 power(int k) { return (kq_scaled_q31){INT32_C(1) << 30, k - 30}; }
 
@@ -593,31 +562,11 @@ TEST_Q31(refusals_of_what_cannot_be_scaled)
     ASSERT_REFUSED(KQ_ERR_COEFFICIENT, try_init());
 }
 
-TEST_Q31(refusals_of_assign)
-{
-    static kq_scaled_q31 words[KQ_ADAPTATION_LEN_Q31(2, 2)];
-    static int32_t root[KQ_ROOT_LEN_Q31(2)];
-    kq_adaptation_q31 a = {.states = 0};
-    const size_t length = COUNT(words);
-    WATCH(a);
-    ASSERT_REFUSED_SIZE_OR_MEMORY(kq_adaptation_init_q31(&a, &motion.process, &radar.sensor, &rule));
-    ASSERT_REFUSED(KQ_ERR_NULL, kq_adaptation_assign_q31(NULL, 2, 2, words, length, root));
-    ASSERT_REFUSED(KQ_ERR_NULL, kq_adaptation_assign_q31(&a, 2, 2, NULL, length, root));
-    ASSERT_REFUSED(KQ_ERR_NULL, kq_adaptation_assign_q31(&a, 2, 2, words, length, NULL));
-    ASSERT_REFUSED(KQ_ERR_SIZE, kq_adaptation_assign_q31(&a, 17, 2, words, length, root));
-    ASSERT_REFUSED(KQ_ERR_SIZE, kq_adaptation_assign_q31(&a, 2, 0, words, length, root));
-    ASSERT_REFUSED(KQ_ERR_MEMORY, kq_adaptation_assign_q31(&a, 2, 2, words, length - 1, root));
-    ASSERT_OK(kq_adaptation_assign_q31(&a, 2, 2, words, length, root));
-    ASSERT_REFUSED(KQ_ERR_NOT_READY, kq_attach_q31(&track, &a.attached));
-    ASSERT_OK(kq_adaptation_init_q31(&a, &motion.process, &radar.sensor, &rule));
-}
-
-TEST_Q31(an_adaptation_has_the_formats_and_sizes_of_its_models)
+TEST_Q31(an_adaptation_has_the_formats_of_its_models)
 {
     static const double fine_range[] = {1000, 1}, I[] = {1, 0, 0, 1};
     put_process(&another, 2, 0, fine_range, NULL, I, NULL, Q);
     ASSERT_REFUSED(KQ_ERR_MISMATCH, kq_adaptation_init_q31(&tuner, &another.process, &radar.sensor, &rule));
-    ASSERT_REFUSED(KQ_ERR_MISMATCH, kq_adaptation_init_q31(&tuner, &motion.process, &single.sensor, &rule));
 }
 
 /* States that nothing measures and nothing moves, for as long as it takes their slopes to vanish;
@@ -643,6 +592,39 @@ TEST_Q31(ends_of_the_numbers_are_safe)
         TEST_ASSERT_TRUE(process_scale() >= 0.0625 && process_scale() <= 16);
         TEST_ASSERT_TRUE(sensor_scale() >= 0x1p-40 && sensor_scale() <= 0x1p40);
     }
+}
+#else
+/* A noise that a scale would lead out of the numbers */
+TEST_FLOAT(refusals_of_what_cannot_be_scaled)
+{
+    static const num huge[] = {NUM_MAX / 64, NUM_MAX / 128, NUM_MAX / 128, NUM_MAX / 64};
+    static const num variances[] = {NUM_MAX / 64, NUM_MAX / 128};
+    put_sensor(&coupled, 2, 2, range, measured_range, H, huge);
+    put_independent(&radar, 2, 2, range, measured_range, H, variances);
+    ASSERT_OK(S(adaptation_init)(&tuner, &motion.process, &coupled.sensor, &rule));
+    ASSERT_OK(try_init());
+    rule.sensor_most = 128;
+    ASSERT_REFUSED(KQ_ERR_NOT_FINITE, S(adaptation_init)(&tuner, &motion.process, &coupled.sensor, &rule));
+    ASSERT_REFUSED(KQ_ERR_NOT_FINITE, try_init());
+}
+
+/* A state that grows and is not seen, until P has left the numbers */
+TEST_FLOAT(what_leaves_the_numbers_is_forgotten)
+{
+    static const num growing[] = {1, 0, 0, 1024}, seen[] = {1, 0};
+    S_ADAPTATION(other, 2, 1);
+    entry q, s;
+    ASSERT_OK(S(detach)(&tuner.attached));
+    put_process(&motion, 2, 1, range, drive_range, growing, B, Q);
+    put_independent(&single, 2, 1, range, measured_range, seen, r);
+    ASSERT_OK(S(adaptation_init)(&other, &motion.process, &single.sensor, &rule));
+    ASSERT_OK(S(attach)(&track, &other.attached));
+    for (int t = 0; t < 200; t++) {
+        ASSERT_OK(S(update_subset)(&track, &single.sensor, z, 1));
+        ASSERT_OK(S(predict)(&track, &motion.process, u));
+    }
+    ASSERT_OK(S(adaptation_scales)(&other, &q, &s));
+    TEST_ASSERT_TRUE(q > 0 && q <= 16 && s > 0 && s <= 8);
 }
 #endif
 

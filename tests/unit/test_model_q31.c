@@ -107,8 +107,6 @@ static void assert_root_is_checked(int32_t *root, initialise *init)
 
 TEST(process_refuses_null)
 {
-    ASSERT_REFUSED(KQ_ERR_NULL, kq_process_init_q31(NULL, &motion.table, &range_error));
-    ASSERT_REFUSED(KQ_ERR_NULL, kq_process_init_q31(&motion.process, NULL, &range_error));
     ASSERT_REFUSED_WITH(motion.table.state_format, NULL, KQ_ERR_NULL, init_process());
     ASSERT_REFUSED_WITH(motion.table.control_format, NULL, KQ_ERR_NULL, init_process());
     ASSERT_REFUSED_WITH(motion.table.transition, NULL, KQ_ERR_NULL, init_process());
@@ -217,25 +215,13 @@ TEST(what_fits_is_said_to_fit)
     ASSERT_OK(kq_process_init_q31(&motion.process, &motion.table, NULL));
 }
 
-TEST(change_transition_refuses)
-{
-    kq_scaled_q31 other[4];
-    memcpy(other, motion.transition, sizeof other);
-    ASSERT_REFUSED(KQ_ERR_NULL, kq_process_change_transition_q31(NULL, other, NULL));
-    ASSERT_REFUSED(KQ_ERR_NULL, kq_process_change_transition_q31(&motion.process, NULL, NULL));
-    ASSERT_REFUSED(KQ_ERR_NOT_READY, kq_process_change_transition_q31(&blank_process, other, NULL));
-    other[1] = coefficient(17);
-    ASSERT_REFUSED(KQ_ERR_RANGE, kq_process_change_transition_q31(&motion.process, other, NULL));
-    other[1] = (kq_scaled_q31){1, 0};
-    ASSERT_REFUSED(KQ_ERR_COEFFICIENT, kq_process_change_transition_q31(&motion.process, other, NULL));
-}
-
 TEST(change_transition_names_the_row)
 {
     kq_scaled_q31 other[4];
     kq_range_error_q31 found;
     memcpy(other, motion.transition, sizeof other);
     other[2] = coefficient(17);
+    ASSERT_REFUSED(KQ_ERR_RANGE, kq_process_change_transition_q31(&motion.process, other, NULL));
     ASSERT_REFUSED(KQ_ERR_RANGE, kq_process_change_transition_q31(&motion.process, other, &found));
     assert_range_error_of(&found, KQ_STATE, 1, 1);
     other[2] = (kq_scaled_q31){1, 0};
@@ -269,8 +255,6 @@ TEST(change_transition_moves_otherwise)
 
 TEST(sensor_refuses_null)
 {
-    ASSERT_REFUSED(KQ_ERR_NULL, kq_sensor_init_q31(NULL, &radar.table, &range_error));
-    ASSERT_REFUSED(KQ_ERR_NULL, kq_sensor_init_q31(&radar.sensor, NULL, &range_error));
     ASSERT_REFUSED_WITH(radar.table.state_format, NULL, KQ_ERR_NULL, init_sensor());
     ASSERT_REFUSED_WITH(radar.table.measurement_format, NULL, KQ_ERR_NULL, init_sensor());
     ASSERT_REFUSED_WITH(radar.table.measurement, NULL, KQ_ERR_NULL, init_sensor());
@@ -291,13 +275,9 @@ TEST(sensor_checks_its_table)
     }
 }
 
-TEST(init_diagonal_takes_a_diagonal_table_alone)
+TEST(init_diagonal_is_init_of_a_diagonal_table)
 {
     kq_sensor_q31 *s = &radar.sensor, other;
-    radar.table.correlated = 1;
-    ASSERT_REFUSED(KQ_ERR_TABLE, kq_sensor_init_diagonal_q31(s, &radar.table, NULL));
-    ASSERT_REFUSED(KQ_ERR_NULL, kq_sensor_init_diagonal_q31(s, NULL, NULL));
-    ASSERT_REFUSED(KQ_ERR_NULL, kq_sensor_init_diagonal_q31(NULL, &radar.table, NULL));
     radar.table.correlated = 0;
     memset(&other, 0, sizeof other);
     ASSERT_OK(kq_sensor_init_q31(&other, &radar.table, NULL));
@@ -341,9 +321,6 @@ TEST(change_measurement_refuses)
     kq_scaled_q31 other[4];
     kq_range_error_q31 found = {KQ_STATE, 0, 1};
     memcpy(other, radar.measurement, sizeof other);
-    ASSERT_REFUSED(KQ_ERR_NULL, kq_sensor_change_measurement_q31(NULL, other, NULL));
-    ASSERT_REFUSED(KQ_ERR_NULL, kq_sensor_change_measurement_q31(&radar.sensor, NULL, NULL));
-    ASSERT_REFUSED(KQ_ERR_NOT_READY, kq_sensor_change_measurement_q31(&blank_sensor, other, NULL));
     other[1] = coefficient(17);
     ASSERT_REFUSED(KQ_ERR_RANGE, kq_sensor_change_measurement_q31(&radar.sensor, other, NULL));
     other[1] = (kq_scaled_q31){1, 0};
@@ -358,8 +335,6 @@ TEST(change_measurement_refuses)
 
 TEST(filter_refuses_null)
 {
-    ASSERT_REFUSED(KQ_ERR_NULL, kq_filter_init_q31(NULL, &start.table, &range_error));
-    ASSERT_REFUSED(KQ_ERR_NULL, kq_filter_init_q31(&track, NULL, &range_error));
     ASSERT_REFUSED_WITH(start.table.state_format, NULL, KQ_ERR_NULL, init_filter());
     ASSERT_REFUSED_WITH(start.table.mean, NULL, KQ_ERR_NULL, init_filter());
     ASSERT_REFUSED_WITH(start.table.root, NULL, KQ_ERR_NULL, init_filter());

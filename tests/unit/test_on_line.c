@@ -8,20 +8,15 @@
 enum { LONGEST = STEPS + 2 };
 enum { LAGGED, POINTED, KINDS };
 
-static process_model three;
-static prior_model prior3;
-S_FILTER(blank, 2);
 S_FILTER(copied, 2);
 S_FILTER(ahead, 2);
 S_LAG(past, 2, MOST, LONGEST);
 S_LAG(unused_lag, 2, 1, 2);
-S_LAG(past3, 3, 1, 2);
 S_INSTANT(instant, 2, MOST);
 S_INSTANT(unused_instant, 2, 1);
-S_INSTANT(instant3, 3, 1);
 static S(filter) shown, not_shown;
 
-static const num identity[] = {1, 0, 0, 1}, identity3[] = {1, 0, 0, 0, 1, 0, 0, 0, 1}, zero[9];
+static const num identity[] = {1, 0, 0, 1}, zero[4];
 
 /* ------------------------------------------------------------------------ lag or instant */
 
@@ -54,13 +49,10 @@ static void read(reading *r)
 static void set_up(void)
 {
     begin_drive();
-    put_process(&three, 3, 0, range, drive_range, identity3, NULL, identity3);
-    put_prior(&prior3, 3, range, zero, identity3);
     attach_as(LAGGED, 5);
     watch_nothing();
     WATCH(track), WATCH(track_memory), WATCH(past), WATCH(instant), WATCH(motion.process);
-    WATCH(blank), WATCH(blank_memory), WATCH(unused_lag), WATCH(unused_instant), WATCH(past3), WATCH(instant3);
-    WATCH(past3_memory), WATCH(instant3_memory);
+    WATCH(unused_lag), WATCH(unused_instant);
 }
 
 /* A test of both, the lag of at most `most` steps */
@@ -387,6 +379,8 @@ TEST(what_is_assigned_shows_nothing)
     ASSERT_REFUSED(KQ_ERR_HISTORY_EMPTY, S(lagged)(&past, 0, &not_shown));
     ASSERT_OK(S(instant_assign)(&instant, 2, 1, past_memory, S_INSTANT_LEN(2, 1)));
     ASSERT_REFUSED(KQ_ERR_HISTORY_EMPTY, S(instant_smooth)(&instant, &not_shown));
+    TEST_ASSERT_EQUAL_INT(0, S(lag_steps)(NULL));
+    TEST_ASSERT_EQUAL_INT(0, S(lag_steps)(&unused_lag));
 }
 
 static void assert_too_long(int64_t m, int64_t L)
@@ -412,24 +406,6 @@ TEST(a_length_that_would_wrap_is_refused)
         }
     }
     assert_too_long(MOST, INT_MAX), assert_too_long(INT_MAX, INT_MAX), assert_too_long(INT_MAX, -1);
-}
-
-TEST(attach_refuses)
-{
-    S(lag) bare_lag;
-    S(instant) bare_instant;
-    memset(&bare_lag, 0, sizeof bare_lag);
-    memset(&bare_instant, 0, sizeof bare_instant);
-    WATCH(bare_lag), WATCH(bare_instant);
-    bare_lag.attached.hooks = past.attached.hooks; /* without sizes */
-    ASSERT_REFUSED_SIZE_OR_MEMORY(S(attach)(&track, &bare_lag.attached));
-    bare_instant.attached.hooks = instant.attached.hooks;
-    ASSERT_REFUSED_SIZE_OR_MEMORY(S(attach)(&track, &bare_instant.attached));
-    ASSERT_REFUSED(KQ_ERR_MISMATCH, S(attach)(&track, &past3.attached));
-    ASSERT_REFUSED(KQ_ERR_MISMATCH, S(attach)(&track, &instant3.attached));
-    TEST_ASSERT_EQUAL_INT(0, S(lag_steps)(NULL));
-    TEST_ASSERT_EQUAL_INT(0, S(lag_steps)(&bare_lag));
-    TEST_ASSERT_EQUAL_INT(0, S(lag_steps)(&unused_lag));
 }
 
 TEST_BOTH(smooth_refuses, 5)
@@ -471,60 +447,6 @@ TEST_BOTH(after_too_many_measurements_the_filter_goes_on, 5)
         TEST_ASSERT_EQUAL_MEMORY(twin_memory, track_memory, sizeof track_memory);
     }
     ASSERT_REFUSED(KQ_ERR_HISTORY_FULL, show(&not_shown));
-    ASSERT_OK(S(attach)(&track, object()));
-    drive(&track, 1);
-    ASSERT_OK(show(&shown));
-}
-
-/* A raw copy of `track`: it goes on by itself, whatever its first call is, and says so; what is attached to its
-   original knows nothing of it. */
-TEST_BOTH(an_assigned_copy_goes_on_alone, 1)
-{
-    static word memory[S_FILTER_LEN(2)];
-    drive_to(2);
-    watch_nothing();
-    WATCH(track), WATCH(track_memory), WATCH(past), WATCH(past_memory), WATCH(instant), WATCH(instant_memory);
-    for (int first = 0; first < 3; first++) {
-        S(filter) copied = track;
-        memcpy(memory, track_memory, sizeof track_memory);
-        copied.memory = memory;
-        ASSERT_OK(S(filter_copy)(&twin, &track));
-        if (first == 0) {
-            ASSERT_OK_UNCHANGED(S(predict)(&copied, &motion.process, NULL));
-            ASSERT_OK(S(predict)(&twin, &motion.process, NULL));
-        } else if (first == 1) {
-            ASSERT_OK_UNCHANGED(S(update)(&copied, &radar.sensor, z_of(1)));
-            ASSERT_OK(S(update)(&twin, &radar.sensor, z_of(1)));
-        }
-        ASSERT_OK_UNCHANGED(S(step)(&copied, &motion.process, NULL, &radar.sensor, z_of(2)));
-        ASSERT_OK(S(step)(&twin, &motion.process, NULL, &radar.sensor, z_of(2)));
-        TEST_ASSERT_EQUAL_HEX(KQ_EVENT_HISTORY_FULL, S(events)(&copied));
-        S(events_clear)(&copied);
-        ASSERT_OK_UNCHANGED(S(predict)(&copied, &motion.process, NULL));
-        ASSERT_OK(S(predict)(&twin, &motion.process, NULL));
-        TEST_ASSERT_EQUAL_HEX(0, S(events)(&copied));
-        ASSERT_SAME(&twin, &copied, 2);
-        TEST_ASSERT_EQUAL_MEMORY(twin_memory, memory, sizeof memory);
-    }
-    drive(&track, 2);
-    ASSERT_OK(show(&shown));
-}
-
-/* Of a start it takes the place once nothing is unknown, not before. */
-TEST_BOTH(a_start_goes_before, 1)
-{
-    S_DIFFUSE(unknown, 2, 2);
-    ASSERT_OK(S(detach)(object()));
-    ASSERT_OK(init_start(&unknown, &track, &prior, 3));
-    WATCH(unknown), WATCH(unknown_memory);
-    ASSERT_REFUSED(KQ_ERR_NOT_READY, S(attach)(&track, object()));
-    ASSERT_OK(S(update)(&track, &radar.sensor, z_of(1)));
-    TEST_ASSERT_EQUAL_INT(0, S(diffuse_count)(&unknown));
-    ASSERT_OK(S(attach)(&track, object()));
-    drive(&track, 1);
-    ASSERT_OK(show(&shown));
-    ASSERT_OK(S(detach)(object()));
-    ASSERT_OK(init_start(&unknown, &track, &prior, 0));
     ASSERT_OK(S(attach)(&track, object()));
     drive(&track, 1);
     ASSERT_OK(show(&shown));
@@ -594,19 +516,11 @@ TEST_BOTH(it_may_be_detached, 1)
     drive_to(2);
     ASSERT_OK(show(&shown));
     const word mean = S(mean)(&shown, 0);
-    TEST_ASSERT_EQUAL_INT(KQ_ERR_RECORDING, S(attach)(&twin, object()));
-    for (int twice = 0; twice < 2; twice++) ASSERT_OK(S(detach)(object()));
-    TEST_ASSERT_EQUAL_INT(KQ_ERR_NULL, S(detach)(NULL));
+    ASSERT_OK(S(detach)(object()));
     ASSERT_REFUSED(KQ_ERR_HISTORY_EMPTY, show(&not_shown));
     TEST_ASSERT_TRUE(mean == S(mean)(&shown, 0));
-    watch_nothing();
-    WATCH(past), WATCH(past_memory), WATCH(instant), WATCH(instant_memory);
-    ASSERT_OK_UNCHANGED(S(predict)(&track, &motion.process, NULL));
-    measure(&track, 0);
-    watched_assert_unchanged(__LINE__);
-    TEST_ASSERT_EQUAL_HEX(0, S(events)(&track));
     ASSERT_OK(S(attach)(&twin, object()));
-    ASSERT_OK_UNCHANGED(init_filter(&twin, &prior));
+    ASSERT_OK(init_filter(&twin, &prior));
     ASSERT_REFUSED(KQ_ERR_HISTORY_EMPTY, show(&not_shown));
 }
 

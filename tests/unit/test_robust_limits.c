@@ -1,6 +1,5 @@
-/* Robust updates in floating point: at every size, and where numbers, P or noises are as large or small as they get. */
+/* Robust updates in floating point where numbers, P or noises are as large or small as they get. */
 #include "losses.h"
-#include "sizes.h"
 #include "unchanged.h"
 
 #define ALL UINT32_MAX
@@ -31,30 +30,6 @@ static kq_status huber(K(filter) *f, const K(sensor) *s, const num *z, uint32_t 
 static kq_status student(K(filter) *f, const K(sensor) *s, const num *z, uint32_t present, num nu)
 {
     return update_student(f, s, z, present, nu, weights);
-}
-
-TEST(a_gate_works_at_every_size)
-{
-    static num words[2][FILTER_LEN(16)], sensor_words[KQ_SENSOR_DIAGONAL_LEN(16)];
-    static num I[256], x[16], far[16], near[16], unit[16];
-    K(filter) f, g;
-    K(sensor) s;
-    for (int n = 1; n <= 16; n++) {
-        put_identity(I, n, 1);
-        for (int i = 0; i < n; i++) far[i] = 30, near[i] = 0.25, unit[i] = 1;
-        ASSERT_OK(K(filter_assign)(&f, n, words[0], FILTER_LEN(16)));
-        ASSERT_OK(K(filter_assign)(&g, n, words[1], FILTER_LEN(16)));
-        ASSERT_OK(K(sensor_assign)(&s, n, n, sensor_words, COUNT(sensor_words)));
-        ASSERT_OK(K(sensor_init_diagonal)(&s, I, unit));
-        ASSERT_OK(K(filter_init)(&f, x, I));
-        ASSERT_OK(K(filter_init)(&g, x, I));
-        K(loss) gate = {.kind = &K(loss_gate), .limit = K(chi_square_limit)(n, KQ_LEVEL_9999)};
-        ASSERT_OK(K(update_robust)(&f, &s, far, ALL, &gate));
-        ASSERT_OK(K(update_robust)(&f, &s, near, ALL, &gate));
-        ASSERT_OK(K(update)(&g, &s, near));
-        TEST_ASSERT_EQUAL_MEMORY(words[1], words[0], sizeof(num) * (size_t)FILTER_LEN(n));
-        TEST_ASSERT_EQUAL_INT(n, K(taken)(&f));
-    }
 }
 
 /* An outlier that the numbers cannot weigh is not taken. */

@@ -1,6 +1,5 @@
-/* The sensor: its sizes, its checks, what it makes of the noise. */
+/* The sensor: its checks, what it makes of the noise. */
 #include "reading.h"
-#include "sizes.h"
 #include "textbook.h"
 #include "turned.h"
 #include "unchanged.h"
@@ -43,19 +42,6 @@ static void assert_model(const K(sensor) * s, const num *h, const num *C)
 }
 
 /* ------------------------------------------------------------------------------ assign */
-
-TEST(assign_does_what_the_macro_does)
-{
-    SENSOR(declared, 2, 2);
-    SENSOR_DIAGONAL(narrow, 2, 2);
-    TEST_ASSERT_EQUAL_INT(3, COUNT(declared_memory));
-    TEST_ASSERT_EQUAL_INT(2, COUNT(narrow_memory));
-    ASSERT_OK(K(sensor_init)(&declared, H, R));
-    assert_model(&declared, H, R);
-    put_covariance(R, 0.5, 0, 0, 2);
-    ASSERT_OK(K(sensor_init_diagonal)(&narrow, H, r));
-    assert_model(&narrow, H, R);
-}
 
 TEST(assign_takes_more_memory_than_it_needs)
 {
@@ -222,60 +208,6 @@ static kq_status change(void) { return K(sensor_change_measurement)(&radar, H); 
 TEST(change_measurement_refuses_numbers_that_are_not_finite)
 {
     assert_entries_must_be_finite(H, 4, change);
-}
-
-/* --------------------------------------------------------------------------- all sizes */
-
-static num big_H[256], big_R[256];
-
-TEST(no_size_writes_outside_its_memory)
-{
-    static num room[GUARDED(KQ_SENSOR_LEN(16))];
-    static num variances[16];
-    for (int m = 1; m <= 16; m++) {
-        const size_t length = (size_t)KQ_SENSOR_LEN(m), diagonal = (size_t)m;
-        K(sensor) s;
-        put_identity(big_H, 16, 1);
-        put_identity(big_R, m, 2);
-        if (m > 1) big_R[1] = big_R[m] = 0.5;
-        for (int c = 0; c < m; c++) variances[c] = N(1 + c);
-        ASSERT_OK(K(sensor_assign)(&s, 16, m, guard(room, COUNT(room)), length));
-        assert_guards(room, 0, COUNT(room));
-        ASSERT_OK(K(sensor_init)(&s, big_H, big_R));
-        ASSERT_OK(K(sensor_change_measurement)(&s, big_H));
-        assert_guards(room, length, COUNT(room));
-        ASSERT_OK(K(sensor_assign)(&s, 16, m, guard(room, COUNT(room)), diagonal));
-        ASSERT_OK(K(sensor_init_diagonal)(&s, big_H, variances));
-        assert_guards(room, diagonal, COUNT(room));
-    }
-}
-
-/* 16 correlated components of 16 states: H = T, R = T diag(r) T.  H'z are then independent
-   measurements of the states. */
-TEST(sixteen_correlated_components_work)
-{
-    SENSOR(large, 16, 16);
-    FILTER(many, 16);
-    static double variances[16], values[16];
-    static num measured[16], x[16], P[256];
-    for (int i = 0; i < 16; i++) {
-        variances[i] = 0.5 + 0.25 * i;
-        values[i] = i - 7.5;
-        x[i] = N(0.5 * i);
-    }
-    for (int k = 0; k < 256; k++) big_H[k] = hadamard(k / 16, k % 16);
-    for (int c = 0; c < 16; c++) measured[c] = N(rotated(values, c));
-    put_rotated(big_R, variances);
-    put_identity(P, 16, 1);
-    ASSERT_OK(K(sensor_init)(&large, big_H, big_R));
-    ASSERT_OK(K(filter_init)(&many, x, P));
-    ASSERT_OK(K(update)(&many, &large, measured));
-    TEST_ASSERT_EQUAL_INT(16, K(taken)(&many));
-    for (int i = 0; i < 16; i++) {
-        const double gain = 1 / (1 + variances[i]);
-        ASSERT_CLOSE(0.5 * i + gain * (values[i] - 0.5 * i), K(mean)(&many, i), 10);
-        ASSERT_CLOSE(sqrt(1 - gain), K(sigma)(&many, i), 1);
-    }
 }
 
 /* ------------------------------------------------------------------- check */

@@ -14,19 +14,15 @@
 #define STEPS 6
 #define MOST 3 /* scalar measurements of one step */
 
-static process_model motion, other_motion, three;
+static process_model motion, other_motion;
 static sensor_model radar, compass;
-static prior_model prior, prior3;
+static prior_model prior;
 S_FILTER(track, 2);
 S_FILTER(twin, 2);
 static S(filter) view;
 S_HISTORY(tape, 2, MOST, STEPS, 0);
 
-/* never initialised, and of another size */
-S_FILTER(blank, 2);
-S_HISTORY(unused, 2, 1, 2, 0);
-S_FILTER(track3, 3);
-S_HISTORY(tape3, 3, 1, 2, 0);
+S_HISTORY(unused, 2, 1, 2, 0); /* never attached */
 
 static const num range[] = {100, 100, 100}, drive_range[] = {10}, measured_range[] = {200, 200};
 static const num A[] = {1, 0.5, -0.25, 0.75}, B[] = {0.125, 0.5};
@@ -34,7 +30,7 @@ static const num Q[] = {0.25, 0.125, 0.125, 0.5};
 static const num H[] = {1, 0, 0.5, 1}, R[] = {0.5, 0.25, 0.25, 1};
 static const num direction[] = {-1, 0.25}, variance[] = {0.125};
 static const num x0[] = {1, -2}, P0[] = {2, 0.5, 0.5, 1};
-static const num identity[] = {1, 0, 0, 1}, identity3[] = {1, 0, 0, 0, 1, 0, 0, 0, 1}, zero[9];
+static const num identity[] = {1, 0, 0, 1}, zero[4];
 
 static textbook filtered[STEPS], predicted[STEPS], smoothed[STEPS];
 static double lag_one[STEPS][4];
@@ -53,20 +49,16 @@ static kq_status begin(S(filter) *f, S(history) *h)
 static void set_up(void)
 {
     put_motion(&motion, A, Q);
-    put_process(&three, 3, 0, range, drive_range, identity3, NULL, identity3);
     put_sensor(&radar, 2, 2, range, measured_range, H, R);
     put_sensor(&compass, 2, 1, range, measured_range, direction, variance);
     put_prior(&prior, 2, range, x0, P0);
-    put_prior(&prior3, 3, range, zero, identity3);
     ASSERT_OK(init_filter(&track, &prior));
     ASSERT_OK(init_filter(&twin, &prior));
-    ASSERT_OK(init_filter(&track3, &prior3));
     ASSERT_OK(S(history_assign)(&tape, 2, tape_memory, COUNT(tape_memory)));
     ASSERT_OK(S(attach)(&track, &tape.attached));
     watch_nothing();
     WATCH(track), WATCH(track_memory), WATCH(tape), WATCH(tape_memory), WATCH(motion.process);
-    WATCH(blank), WATCH(blank_memory), WATCH(unused), WATCH(unused_memory);
-    WATCH(tape3), WATCH(tape3_memory), WATCH(track3), WATCH(track3_memory);
+    WATCH(unused), WATCH(unused_memory);
 }
 
 static kq_status take(S(filter) *f, sensor_model *s, const num *z)
@@ -221,13 +213,6 @@ TEST(the_filter_is_detached_and_goes_on)
     TEST_ASSERT_EQUAL_UINT(STEPS, S(history_steps)(&tape));
     assert_means(0);
     assert_covariances(0);
-}
-
-TEST(recording_changes_nothing_of_the_filter)
-{
-    run(&track);
-    run(&twin);
-    ASSERT_SAME(&twin, &track, 2);
 }
 
 /* ------------------------------------------------------------------------- smooth_step */
@@ -465,26 +450,6 @@ TEST(measurement_noise_refuses)
 
 /* ------------------------------------------------------------------- assign and attach */
 
-TEST(assign_does_what_the_macro_does)
-{
-    S_HISTORY(declared, 2, MOST, STEPS, 0);
-    TEST_ASSERT_EQUAL_UINT(S_HISTORY_LEN(2, MOST, STEPS, 0), COUNT(declared_memory));
-    ASSERT_OK(S(attach)(&track, &declared.attached));
-    run(&track);
-    ASSERT_OK(S(smooth)(&declared));
-    ASSERT_OK(S(detach)(&tape.attached));
-    ASSERT_OK(S(attach)(&twin, &tape.attached));
-    run(&twin);
-    ASSERT_OK(S(smooth)(&tape));
-    assert_means(0);
-    for (size_t t = 0; t < STEPS; t++) {
-        reading a, b;
-        read_smoothed_at(&a, &tape, t, &prior, 2);
-        read_smoothed_at(&b, &declared, t, &prior, 2);
-        ASSERT_SAME_BITS(a, b);
-    }
-}
-
 /* At least the workspace and one step. */
 TEST(assign_refuses_short_memory)
 {
@@ -495,26 +460,6 @@ TEST(assign_refuses_short_memory)
         S(history) h;
         ASSERT_OK(S(history_assign)(&h, (int)n, tape_memory, (size_t)S_HISTORY_LEN(n, 1, 1, 0)));
     }
-}
-
-TEST(attach_refuses)
-{
-    S(history) bare;
-    memset(&bare, 0, sizeof bare);
-    WATCH(bare);
-    ASSERT_REFUSED(KQ_ERR_NULL, S(attach)(&track, NULL));
-    ASSERT_REFUSED(KQ_ERR_NULL, S(attach)(NULL, &tape.attached));
-    ASSERT_REFUSED(KQ_ERR_NOT_READY, S(attach)(&blank, &unused.attached));
-    ASSERT_REFUSED(KQ_ERR_NOT_READY, S(attach)(&track, &bare.attached));
-    bare.attached.hooks = tape.attached.hooks; /* without sizes */
-    ASSERT_REFUSED_SIZE_OR_MEMORY(S(attach)(&track, &bare.attached));
-    ASSERT_REFUSED(KQ_ERR_MISMATCH, S(attach)(&track, &tape3.attached));
-    run(&track);
-    ASSERT_REFUSED(KQ_ERR_MISMATCH, S(attach)(&track3, &tape.attached));
-    ASSERT_REFUSED(KQ_ERR_NOT_READY, S(attach)(&blank, &tape.attached));
-    ASSERT_OK(S(smooth)(&tape));
-    assert_means(0);
-    watch_nothing();
 }
 
 TEST(steps_are_the_predicts_and_one)
@@ -544,36 +489,6 @@ TEST(attach_empties_the_history)
     ASSERT_NOTHING(S(mean)(S_SMOOTHED(&tape, 0), 0));
 }
 
-/* The first filter still points to the history, must not write on it any more, and says so. */
-TEST(a_history_assigned_anew_forgets_its_filter)
-{
-    ASSERT_OK(init_filter(&twin, &prior));
-    ASSERT_OK(S(history_assign)(&tape, 2, tape_memory, COUNT(tape_memory)));
-    ASSERT_OK(S(attach)(&twin, &tape.attached));
-    ASSERT_OK(go(&track, &motion, NULL));
-    TEST_ASSERT_EQUAL_HEX(KQ_EVENT_HISTORY_FULL, S(events)(&track));
-    ASSERT_OK(take(&track, &radar, radar_z[3]));
-    TEST_ASSERT_EQUAL_HEX(0, S(events)(&twin));
-    TEST_ASSERT_EQUAL_UINT(1, S(history_steps)(&tape));
-    ASSERT_OK(S(smooth)(&tape));
-    ASSERT_WITHIN(0, x0[0], shown_mean(S_SMOOTHED(&tape, 0), &prior, 0));
-}
-
-/* Nor is it attached to another one: the filter says so at what it would have recorded first. */
-TEST(a_history_assigned_anew_is_not_recorded_on)
-{
-    for (int updates = 0; updates < 2; updates++) {
-        ASSERT_OK(begin(&track, &tape));
-        ASSERT_OK(S(history_assign)(&tape, 2, tape_memory, COUNT(tape_memory)));
-        const kq_status status = updates ? take(&track, &radar, radar_z[3])
-                                         : go(&track, &motion, NULL);
-        ASSERT_OK(status);
-        TEST_ASSERT_EQUAL_HEX(KQ_EVENT_HISTORY_FULL, S(events)(&track));
-        ASSERT_OK(step(&track, &motion, NULL, radar_z[3]));
-        ASSERT_REFUSED(KQ_ERR_HISTORY_EMPTY, S(smooth)(&tape));
-    }
-}
-
 /* The state as it is becomes step 0, whatever came before. */
 TEST(attach_begins_in_the_middle_of_a_run)
 {
@@ -592,37 +507,12 @@ TEST(attach_begins_in_the_middle_of_a_run)
     for (int k = 0; k < 4; k++) ASSERT_SMOOTH(then.P[k], now.P[k], 1);
 }
 
-TEST(a_history_records_one_filter_at_a_time)
-{
-    ASSERT_OK(take(&track, &radar, radar_z[5]));
-    ASSERT_REFUSED(KQ_ERR_RECORDING, S(attach)(&twin, &tape.attached));
-    ASSERT_OK(go(&track, &motion, control));
-    TEST_ASSERT_EQUAL_UINT(2, S(history_steps)(&tape));
-    ASSERT_OK(S(detach)(&tape.attached));
-    ASSERT_OK(S(attach)(&twin, &tape.attached));
-    ASSERT_OK(take(&track, &radar, radar_z[5]));
-    ASSERT_OK(go(&track, &motion, control));
-    TEST_ASSERT_EQUAL_HEX(0, S(events)(&track));
-    run(&twin);
-    ASSERT_OK(go(&track, &motion, control));
-    TEST_ASSERT_EQUAL_UINT(STEPS, S(history_steps)(&tape));
-    ASSERT_OK(S(smooth)(&tape));
-    assert_means(0);
-    assert_covariances(0);
-}
-
-TEST(a_filter_goes_on_without_its_history)
+TEST(what_was_recorded_is_gone_when_it_is_detached)
 {
     run(&track);
     ASSERT_OK(S(detach)(&tape.attached));
     TEST_ASSERT_EQUAL_UINT(0, S(history_steps)(&tape));
     ASSERT_REFUSED(KQ_ERR_HISTORY_EMPTY, S(smooth)(&tape));
-    watch_nothing();
-    WATCH(tape), WATCH(tape_memory);
-    ASSERT_OK_UNCHANGED(step(&track, &motion, control, radar_z[0]));
-    ASSERT_OK_UNCHANGED(S(detach)(&tape.attached));
-    TEST_ASSERT_EQUAL_HEX(0, S(events)(&track));
-    TEST_ASSERT_EQUAL_INT(KQ_ERR_NULL, S(detach)(NULL));
     ASSERT_OK(S(detach)(&unused.attached));
 }
 
@@ -645,122 +535,6 @@ TEST(a_full_history_is_detached_too)
     run(&twin);
     ASSERT_OK(S(smooth)(&tape));
     assert_means(0);
-}
-
-/* A history that has gone out of scope is memory of someone else's.  So these leave it alone. */
-TEST(a_history_that_may_be_gone_is_not_looked_at)
-{
-    S_HISTORY(other, 2, 1, 2, 0);
-    watch_nothing();
-    WATCH(tape), WATCH(tape_memory);
-    ASSERT_OK_UNCHANGED(init_filter(&track, &prior));
-    ASSERT_OK(S(history_assign)(&tape, 2, tape_memory, COUNT(tape_memory)));
-    ASSERT_OK(S(attach)(&track, &tape.attached));
-    ASSERT_OK_UNCHANGED(S(attach)(&track, &other.attached));
-    ASSERT_OK(S(attach)(&track, &tape.attached));
-    ASSERT_OK_UNCHANGED(S(forecast)(&twin, &motion.process, NULL, 1, &track));
-    ASSERT_OK(S(attach)(&track, &tape.attached));
-    ASSERT_OK_UNCHANGED(S(filter_copy)(&track, &twin));
-    ASSERT_OK(S(attach)(&track, &tape.attached));
-    ASSERT_OK_UNCHANGED(S(filter_assign)(&track, 2, track_memory, COUNT(track_memory)));
-    ASSERT_OK(init_filter(&track, &prior));
-    ASSERT_OK_UNCHANGED(go(&track, &motion, NULL));
-}
-
-/* The same of a filter: of it a history that has it knows no more than where it was. */
-TEST(a_filter_that_may_be_gone_is_not_looked_at)
-{
-    watch_nothing();
-    WATCH(track), WATCH(track_memory), WATCH(tape);
-    ASSERT_REFUSED(KQ_ERR_RECORDING, S(attach)(&twin, &tape.attached));
-    ASSERT_OK(init_filter(&track, &prior));
-    ASSERT_REFUSED(KQ_ERR_RECORDING, S(attach)(&twin, &tape.attached));
-    memset(&track, 0xa5, sizeof track);
-    ASSERT_REFUSED(KQ_ERR_RECORDING, S(attach)(&twin, &tape.attached));
-    watch_nothing();
-    WATCH(track), WATCH(track_memory);
-    watched_store();
-    ASSERT_OK(S(history_assign)(&tape, 2, tape_memory, COUNT(tape_memory)));
-    ASSERT_OK(S(attach)(&twin, &tape.attached));
-    run(&twin);
-    ASSERT_OK(S(smooth)(&tape));
-    watched_assert_unchanged(__LINE__);
-    ASSERT_OK(S(filter_assign)(&track, 2, track_memory, COUNT(track_memory)));
-}
-
-/* A tape and a filter that are both gone when their call returns */
-static void on_the_stack(S(history) * h, S(filter) * f)
-{
-    word memory[S_HISTORY_LEN(2, MOST, STEPS, 0)], state[S_FILTER_LEN(2)];
-    S(history) own_tape;
-    S(filter) own;
-    ASSERT_OK(S(history_assign)(&own_tape, 2, memory, COUNT(memory)));
-    ASSERT_OK(S(filter_assign)(&own, 2, state, COUNT(state)));
-    ASSERT_OK(init_filter(&own, &prior));
-    if (!h) h = &own_tape;
-    if (!f) f = &own;
-    ASSERT_OK(S(attach)(f, &h->attached));
-    ASSERT_OK(go(f, &motion, NULL));
-    memset(memory, 0, sizeof memory);
-}
-
-TEST(tapes_and_filters_may_be_gone)
-{
-    on_the_stack(NULL, &track);
-    ASSERT_OK(init_filter(&track, &prior));
-    ASSERT_OK(go(&track, &motion, NULL));
-    on_the_stack(NULL, &track);
-    ASSERT_OK(S(attach)(&track, &tape.attached));
-    ASSERT_OK(S(detach)(&tape.attached));
-    on_the_stack(&tape, NULL);
-    TEST_ASSERT_EQUAL_INT(KQ_ERR_RECORDING, S(attach)(&track, &tape.attached));
-    ASSERT_OK(S(history_assign)(&tape, 2, tape_memory, COUNT(tape_memory)));
-    ASSERT_OK(S(attach)(&track, &tape.attached));
-}
-
-/* The struct alone is no filter: its copy does not record, and says so. */
-TEST(an_assigned_copy_does_not_record)
-{
-    S(filter) copied = track;
-    watch_nothing();
-    WATCH(tape), WATCH(tape_memory);
-    ASSERT_OK_UNCHANGED(go(&copied, &motion, NULL));
-    TEST_ASSERT_EQUAL_HEX(KQ_EVENT_HISTORY_FULL, S(events)(&copied));
-    for (int way = 0; way < 2; way++) {
-        copied = track;
-        if (way == 0) ASSERT_OK_UNCHANGED(step(&copied, &motion, NULL, radar_z[0]));
-        if (way == 1) ASSERT_OK_UNCHANGED(take(&copied, &radar, radar_z[0]));
-        TEST_ASSERT_EQUAL_HEX(KQ_EVENT_HISTORY_FULL, S(events)(&copied));
-        S(events_clear)(&copied);
-        ASSERT_OK_UNCHANGED(step(&copied, &motion, NULL, radar_z[0]));
-        TEST_ASSERT_EQUAL_HEX(0, S(events)(&copied));
-    }
-}
-
-TEST(a_filter_has_one_history_at_a_time)
-{
-    S_HISTORY(other, 2, 1, 2, 0);
-    ASSERT_OK(S(attach)(&track, &other.attached));
-    ASSERT_OK(S(attach)(&track, &tape.attached));
-    watch_nothing();
-    WATCH(other), WATCH(other_memory);
-    watched_store();
-    run(&track);
-    ASSERT_OK(S(smooth)(&tape));
-    assert_means(0);
-    TEST_ASSERT_EQUAL_UINT(1, S(history_steps)(&other));
-    watched_assert_unchanged(__LINE__);
-}
-
-TEST(init_of_the_filter_detaches_its_history)
-{
-    ASSERT_OK(take(&track, &radar, radar_z[0]));
-    ASSERT_OK(go(&track, &motion, control));
-    ASSERT_OK(init_filter(&track, &prior));
-    const size_t steps = S(history_steps)(&tape);
-    for (int k = 0; k < 2 * STEPS; k++) ASSERT_OK(go(&track, &motion, control));
-    TEST_ASSERT_EQUAL_UINT(steps, S(history_steps)(&tape));
-    TEST_ASSERT_EQUAL_HEX(0, S(events)(&track));
 }
 
 /* ------------------------------------------------------------------------- full, empty */
@@ -885,45 +659,17 @@ TEST(a_history_is_full_or_right)
     }
 }
 
-TEST(smooth_refuses_an_empty_or_smoothed_history)
+TEST(a_history_is_smoothed_once)
 {
-    ASSERT_REFUSED(KQ_ERR_NULL, S(smooth)(NULL));
-    ASSERT_REFUSED(KQ_ERR_NULL, S(smooth_states)(NULL));
-    ASSERT_REFUSED(KQ_ERR_NULL, S(smooth_step)(NULL, NULL, NULL));
-    ASSERT_REFUSED(KQ_ERR_HISTORY_EMPTY, S(smooth)(&unused));
-    ASSERT_REFUSED(KQ_ERR_HISTORY_EMPTY, S(smooth_states)(&unused));
-    ASSERT_REFUSED(KQ_ERR_HISTORY_EMPTY, S(smooth_step)(&unused, NULL, NULL));
-    run(&track);
-    ASSERT_OK(S(smooth)(&tape));
-    ASSERT_REFUSED(KQ_ERR_HISTORY_EMPTY, S(smooth)(&tape));
-    ASSERT_REFUSED(KQ_ERR_HISTORY_EMPTY, S(smooth_states)(&tape));
-    ASSERT_REFUSED(KQ_ERR_HISTORY_EMPTY, S(smooth_step)(&tape, NULL, NULL));
-    assert_means(0);
-}
-
-TEST(smooth_refuses_a_history_whose_states_are_smoothed)
-{
-    run(&track);
-    ASSERT_OK(S(smooth_states)(&tape));
-    ASSERT_REFUSED(KQ_ERR_HISTORY_EMPTY, S(smooth)(&tape));
-    ASSERT_REFUSED(KQ_ERR_HISTORY_EMPTY, S(smooth_states)(&tape));
-    ASSERT_REFUSED(KQ_ERR_HISTORY_EMPTY, S(smooth_step)(&tape, NULL, NULL));
-    assert_means(0);
-}
-
-TEST(smoothed_results_refuse)
-{
-    entry P[4];
-    memset(P, 7, sizeof P);
-    WATCH(P);
-    run(&track);
-    ASSERT_REFUSED(KQ_ERR_NOT_READY, S(covariance)(S_SMOOTHED(&tape, 0), P));
-    ASSERT_OK(S(smooth)(&tape));
-    ASSERT_REFUSED(KQ_ERR_NULL, S(smoothed)(NULL, 0, &view));
-    ASSERT_REFUSED(KQ_ERR_NULL, S(covariance)(S_SMOOTHED(&tape, 0), NULL));
-    ASSERT_REFUSED(KQ_ERR_SIZE, S(smoothed)(&tape, STEPS, &view));
-    ASSERT_REFUSED(KQ_ERR_SIZE, S(smoothed)(&tape, SIZE_MAX, &view));
-    watch_nothing();
+    for (int states_only = 0; states_only < 2; states_only++) {
+        ASSERT_OK(begin(&track, &tape));
+        run(&track);
+        ASSERT_OK(states_only ? S(smooth_states)(&tape) : S(smooth)(&tape));
+        ASSERT_REFUSED(KQ_ERR_HISTORY_EMPTY, S(smooth)(&tape));
+        ASSERT_REFUSED(KQ_ERR_HISTORY_EMPTY, S(smooth_states)(&tape));
+        ASSERT_REFUSED(KQ_ERR_HISTORY_EMPTY, S(smooth_step)(&tape, NULL, NULL));
+        assert_means(0);
+    }
 }
 
 /* What moves a filter refuses a view. */

@@ -159,18 +159,6 @@ TEST(a_history_is_its_steps_changes_and_workspace)
     TEST_ASSERT_EQUAL_INT(FILTER_LEN(2), COUNT(filter_words));
 }
 
-TEST(the_arrays_are_there)
-{
-    K(process) p;
-    K(sensor) s;
-    K(filter) f;
-    K(history) h;
-    ASSERT_OK(K(process_assign)(&p, 2, 0, process_words, COUNT(process_words)));
-    ASSERT_OK(K(sensor_assign)(&s, 2, 2, sensor_words, COUNT(sensor_words)));
-    ASSERT_OK(K(filter_assign)(&f, 2, filter_words, COUNT(filter_words)));
-    ASSERT_OK(K(history_assign)(&h, 2, history_words, COUNT(history_words)));
-}
-
 TEST(the_version_is_written_the_same_twice)
 {
     char text[] = "0.0.0";

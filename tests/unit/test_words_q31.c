@@ -1,6 +1,5 @@
 /* Words in q31: a result is held at its word, and flagged; what leads to it is not. */
 #include "q31.h"
-#include "losses_q31.h"
 
 static process_model still, shrink, trend;
 static sensor_model pair, independent, first, second, line;
@@ -102,16 +101,15 @@ TEST(so_it_may_where_nothing_is_sharp)
 
 TEST(so_it_may_in_robust_updates)
 {
+    static const struct kq_loss_kind_q31 *const losses[] = {&kq_loss_huber_q31, &kq_loss_student_q31,
+                                                            &kq_loss_jump_q31, &kq_loss_gate_q31};
     static const kq_scaled_q31 large = {INT32_C(1) << 30, 20};
-    kq_loss_q31 gate = {.kind = &kq_loss_gate_q31, .limit = INT64_MAX};
     const sensor_model *sensors[] = {&pair, &independent};
     for (int k = 0; k < 8; k++) {
         const kq_sensor_q31 *s = &sensors[k % 2]->sensor;
         ASSERT_OK(kq_filter_init_q31(&track, &prior.table, NULL));
-        if (k / 2 == 0) ASSERT_OK(huber_q31(&track, s, inside(), 3, large, NULL));
-        if (k / 2 == 1) ASSERT_OK(student_q31(&track, s, inside(), 3, large, NULL));
-        if (k / 2 == 2) ASSERT_OK(jump_q31(&track, s, inside(), 3, large));
-        if (k / 2 == 3) ASSERT_OK(kq_update_robust_q31(&track, s, inside(), 3, &gate));
+        kq_loss_q31 loss = {.kind = losses[k / 2], .parameter = large, .limit = INT64_MAX};
+        ASSERT_OK(kq_update_robust_q31(&track, s, inside(), 3, &loss));
         assert_mean(5, 20);
         TEST_ASSERT_EQUAL_HEX(0, kq_events_q31(&track));
     }

@@ -9,7 +9,7 @@
 
 #include "arithmetic.h"
 
-#define WATCHED_OBJECTS 28
+#define WATCHED_OBJECTS 32
 #ifndef WATCHED_BYTES
 #define WATCHED_BYTES 4096
 #endif
