@@ -85,13 +85,20 @@ static inline scaled row_product(const int32_t *a, const int32_t *b, int width)
 }
 
 /* r + f'f, r > 0: mostly in one sum, with r in units of the square */
-static inline scaled add_square(scaled r, const int32_t *f, int n)
+KQ_OF_WORDS packed packed_sum(int32_t r, int32_t p, const int32_t *f, int n)
 {
     const sum square = squares(0, f, n); /* < 2^60.4 */
-    const int32_t exponent = 2 * f[n], up = r.exponent - exponent;
-    if (up < 0 || up > 29 || square == 0) return scaled_plus(r, scaled_of(square, exponent));
-    return scaled_of_positive((uint64_t)sum_of(square, shift_up_word(r.mantissa, (int)up, 60), 62),
-                              exponent);
+    const int32_t exponent = 2 * f[n], up = p - exponent;
+    if (up < 0 || up > 29 || square == 0) {
+        const scaled own = {r, p};
+        return pack(scaled_plus(own, scaled_of(square, exponent)));
+    }
+    return pack(scaled_of_positive((uint64_t)sum_of(square, shift_up_word(r, (int)up, 60), 62), exponent));
+}
+
+KQ_OF_NUMBERS scaled add_square(scaled r, const int32_t *f, int n)
+{
+    return unpack(packed_sum(r.mantissa, r.exponent, f, n));
 }
 
 static inline int32_t moved(int32_t a, int32_t down)

@@ -12,6 +12,9 @@
 
 typedef kq_scaled_q31 scaled;
 
+/* a, held at +-most */
+KQ_SHARED int64_t held_within(int64_t a, int64_t most) { return a > most ? most : a < -most ? -most : a; }
+
 /* What tells a number from others, in 32 bits */
 static inline uint32_t scaled_bits(scaled a)
 {

@@ -39,12 +39,19 @@ static void likelihood_multiply(likelihood *p, scaled s)
     p->determinant = scaled_times(p->determinant, s);
 }
 
-/* One scalar measurement of innovation variance s */
-static void likelihood_add(likelihood *p, scaled nis, scaled s)
+/* One scalar measurement: NIS a 2^p, innovation variance b 2^q */
+KQ_OF_WORDS void likelihood_add_words(int32_t a, int32_t p, int32_t b, int32_t q, likelihood *to)
 {
-    p->nis = score_saturated(sum_of(p->nis, score_of(nis), 62));
-    if (p->count++ == 0) p->determinant = s;
-    else likelihood_multiply(p, s);
+    const scaled nis = {a, p}, s = {b, q};
+    const score sum = sum_of(to->nis, score_of(nis), 62); /* >= 0 */
+    to->nis = sum < score_max ? sum : score_max;
+    if (to->count++ == 0) to->determinant = s;
+    else likelihood_multiply(to, s);
+}
+
+KQ_OF_NUMBERS void likelihood_add(likelihood *p, scaled nis, scaled s)
+{
+    likelihood_add_words(nis.mantissa, nis.exponent, s.mantissa, s.exponent, p);
 }
 
 KQ_KERNEL void likelihood_join(likelihood *p, const likelihood *other)
