@@ -41,7 +41,7 @@ static inline wide wide_saturated(int64_t value) { return held_within(value, wid
 static inline int is_within_word(int64_t value)
 {
     const int32_t top = (int32_t)(value >> 32), most = (INT32_C(1) << 23) - 1;
-    return KQ_MOSTLY(top >= -most && top <= most);
+    return top >= -most && top <= most;
 }
 
 /* *x <- value, held within the word; answers whether it had to be */

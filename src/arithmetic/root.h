@@ -87,7 +87,8 @@ KQ_COLD KQ_NOINLINE static int root_is_ill_conditioned(const num *S, int n, scal
             const scaled own = root_number(S, n, i, i);
             scaled sum = i == j ? v[j] : zero;
             for (int k = i + 1; k <= j; k++) {
-                sum = scaled_minus(sum, scaled_times(root_number(S, n, i, k), v[k]));
+                const scaled part = scaled_negative(scaled_times(root_number(S, n, i, k), v[k]));
+                scaled_add(&sum, &part);
             }
             if (i == j && scaled_is_zero(own)) return 1;
             v[i] = scaled_is_zero(own) ? zero : scaled_over(sum, own);

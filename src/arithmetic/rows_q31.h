@@ -233,7 +233,7 @@ KQ_COLD static inline void root_set_row(int32_t *S, const scaled *entries, int n
 KQ_SHARED scaled mean_resolution(const scaled *h, int n)
 {
     scaled total = {0, 0};
-    for (int k = 0; k < n; k++) total = scaled_plus(total, scaled_times(h[k], h[k]));
+    for (int k = 0; k < n; k++) scaled_add_times(&total, h + k, h + k);
     return scaled_shift(total, -48);
 }
 
