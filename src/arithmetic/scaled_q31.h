@@ -23,6 +23,15 @@ static inline uint32_t scaled_bits(scaled a)
 
 static const scaled scaled_one = {INT32_C(1) << 30, -30};
 
+/* 0 by two stores: of (scaled){0} gcc makes a call for a Cortex-M0 */
+static inline scaled scaled_zero(void)
+{
+    scaled a;
+    a.mantissa = 0;
+    a.exponent = 0;
+    return a;
+}
+
 /* A large operation is two functions: packed_... of words, and scaled_... of numbers.  One of them is called, the other
    is inlined into it or into its callers.  Arm returns a number, a struct, through memory, but 64 bits in registers. */
 #if defined(__arm__)
@@ -43,15 +52,6 @@ typedef scaled packed;
 #endif
 
 static inline scaled scaled_negative(scaled a) { return (scaled){-a.mantissa, a.exponent}; }
-
-/* 0 by two stores: of (scaled){0} gcc makes a call for a Cortex-M0 */
-static inline scaled scaled_zero(void)
-{
-    scaled a;
-    a.mantissa = 0;
-    a.exponent = 0;
-    return a;
-}
 
 /* a 2^exponent, rounded, a > 0 */
 KQ_OF_WORDS packed packed_of_positive(uint64_t a, int32_t exponent)
@@ -151,6 +151,8 @@ KQ_OF_NUMBERS scaled scaled_plus(scaled a, scaled b)
     return unpack(packed_plus(a.mantissa, a.exponent, b.mantissa, b.exponent));
 }
 
+static inline scaled scaled_minus(scaled a, scaled b) { return scaled_plus(a, scaled_negative(b)); }
+
 /* *total += a, and += a b: in place, for what is not hot */
 KQ_COLD KQ_NOINLINE static void scaled_add(scaled *total, const scaled *a) { *total = scaled_plus(*total, *a); }
 
@@ -158,8 +160,6 @@ KQ_COLD KQ_NOINLINE static void scaled_add_times(scaled *total, const scaled *a,
 {
     *total = scaled_plus(*total, scaled_times(*a, *b));
 }
-
-static inline scaled scaled_minus(scaled a, scaled b) { return scaled_plus(a, scaled_negative(b)); }
 
 /* a 2^p + b 2^q, rounded once */
 KQ_SHARED packed packed_of_sum(int64_t a, int64_t b, int32_t p, int32_t q)
@@ -210,14 +210,15 @@ KQ_OF_NUMBERS scaled scaled_root(scaled a) { return unpack(packed_root(a.mantiss
 static inline scaled scaled_of_word(int32_t a) { return scaled_of(a, 0); }
 
 /* a 2^p < b 2^q, for a, b >= 0 */
-KQ_OF_WORDS int words_are_less(int32_t a, int32_t p, int32_t b, int32_t q)
+KQ_SHARED int words_are_less(int32_t a, int32_t p, int32_t b, int32_t q)
 {
     if (a == 0 || b == 0) return a < b;
     return p < q || (p == q && a < b);
 }
 
-KQ_OF_NUMBERS int scaled_is_less(scaled a, scaled b)
+KQ_INLINE int scaled_is_less(scaled a, scaled b)
 {
+    if (KQ_IS_KNOWN(a.mantissa == 0)) return b.mantissa > 0; /* num_tiny */
     return words_are_less(a.mantissa, a.exponent, b.mantissa, b.exponent);
 }
 

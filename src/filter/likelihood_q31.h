@@ -131,7 +131,9 @@ static int64_t likelihood_run_part(likelihood_run *p)
     const int32_t times = p->determinant.exponent / likelihood_powers; /* below 2^11 */
     p->count -= likelihood_part;
     p->determinant.exponent -= times * likelihood_powers;
-    return log_2_pi + times * shift_up_wide(log_2, 5, 44);
+    const int64_t step = log_2 << 5; /* in two parts: small cores would link a product of 64 bits */
+    const int64_t high = shift_up_wide(product(times, (int32_t)(step >> 31)), 31, 55);
+    return log_2_pi + high + product(times, (int32_t)(step & INT32_MAX));
 }
 
 /* What is full is emptied.  2^68 is as far as `carried` reaches: a NIS of 2^23 at every one of 2^45
