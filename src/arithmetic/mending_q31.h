@@ -88,8 +88,8 @@ KQ_COLD static scaled project_exactly(scaled *f, const int32_t *S, const scaled 
     }
     for (int j = n - 1; j >= 0; j--) { /* downwards, because c is in f */
         const int32_t *s = S + column(j);
-        const scaled rest = scaled_of(dot(0, low, s, j + 1), scale - 27);
-        f[j] = scaled_plus(scaled_of(dot(0, c, s, j + 1), scale), rest);
+        const packed rest = packed_dot(low, s, j + 1, scale - 27);
+        f[j] = scaled_plus(unpack(packed_dot(c, s, j + 1, scale)), unpack(rest));
     }
     project_far(f, S, h, far, n);
     const scaled length = scaled_of(size, scale);

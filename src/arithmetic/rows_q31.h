@@ -78,6 +78,12 @@ KQ_KERNEL void two_rows_times_triangle(int32_t *w, int32_t *v, const int32_t *a,
     row_times_triangle(v, b, s, from, n);
 }
 
+/* a'b 2^exponent as a number, where time does not count */
+KQ_COLD KQ_NOINLINE static packed packed_dot(const int32_t *a, const int32_t *b, int count, int32_t exponent)
+{
+    return pack(scaled_of(dot(0, a, b, count), exponent));
+}
+
 /* a'b of two rows as a number */
 static inline scaled row_product(const int32_t *a, const int32_t *b, int width)
 {

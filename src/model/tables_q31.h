@@ -72,7 +72,7 @@ KQ_COLD static kq_status root_check(const num *S, int n)
         for (int j = i; j < n; j++) {
             const uint32_t size = magnitude(S[column(j) + i]);
             if (size > UINT32_C(1) << 30) return KQ_ERR_TABLE;
-            square += ((uint64_t)size * size + 15) >> 4;
+            square += (product_unsigned(size, size) + 15) >> 4;
         }
         const int32_t least = square ? -KQ_EXPONENT_MAX_Q31 : lowest_exponent;
         if (square > UINT64_C(1) << 56 || S[column(i) + i] < 0) return KQ_ERR_TABLE;
