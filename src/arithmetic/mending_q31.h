@@ -62,7 +62,7 @@ KQ_COLD static void project_far(scaled *f, const int32_t *S, const scaled *h, ui
 /* The lower word of a 2^-down, rounded, -27 < down < 5 */
 static inline uint32_t remainder_word(int32_t a, int32_t down)
 {
-    return down > 0 ? (uint32_t)shift_down_rounded(a, down) : (uint32_t)a << -down;
+    return down > 0 ? (uint32_t)(a >> down) + (uint32_t)(a >> (down - 1) & 1) : (uint32_t)a << -down;
 }
 
 /*

@@ -8,12 +8,11 @@
 KQ_COLD KQ_NOINLINE static void take_correlated(filter *f, const reading *z)
 {
     scaled buffer[KQ_SIZE_MAX];
-    num row[ROW_LEN(KQ_SIZE_MAX)];
     const int n = f->states;
     for (int c = 0; c < z->sensor->components; c++) {
         if (!(z->present >> c & 1)) continue;
         const scaled *h = scalar_row(z, c, buffer), e = scalar_innovation(f, z, c);
-        if (take_scalar(f, z, c, h, 0, scalar_noise(z, c), e, row, n, MODE_GENERAL)) continue;
+        if (take_scalar(f, z, c, h, 0, scalar_noise(z, c), e, n, MODE_GENERAL)) continue;
         take_with_care(f, z, c, h, e, 0);
     }
 }

@@ -54,16 +54,15 @@ KQ_COLD KQ_NOINLINE static void count_weak(filter *f)
  * Takes component c of a reading into the filter: row h, noise r, innovation e.  selected: 1 + the state that h takes
  * alone and as it is, or 0.  Answers 0, and has done nothing, where something is unusual (low_noise.h) or, of a lean
  * sensor, the variance s overflows.
- *   row          scratch, ROW_LEN(n): not in this frame, of which an AVR's instructions reach 64 bytes
  *   may_ask      the state may be unusual; steps of compile-time sizes have asked before the first component
  *   is_copy      a step of compile-time sizes works on a copy, which is forgotten where anything is unusual
  *   surely       a cheaper bound says that the measurement is ordinary; a copy has no other
  *   ordinary     it is, or the noise of a lean sensor has been raised until it was
  */
 KQ_KERNEL int take_scalar(filter *f, const reading *z, int c, const scaled *h, int selected,
-                          scaled r, scaled e, num *row, int n, int mode)
+                          scaled r, scaled e, int n, int mode)
 {
-    num *S = f->memory + MEAN_PLANES * n;
+    num row[ROW_LEN(KQ_SIZE_MAX)], *S = f->memory + MEAN_PLANES * n;
     if (selected) project_selected(row, S, h[selected - 1], selected - 1, n);
     else project(row, S, h, n);
     scaled s;
@@ -111,12 +110,11 @@ KQ_INLINE int update_end(filter *f)
    its innovation: that is unusual. */
 KQ_KERNEL int take_component(filter *f, const reading *z, int c, int n, int mode)
 {
-    num row[ROW_LEN(KQ_SIZE_MAX)];
     const scaled *h = z->sensor->measurement + c * n;
     const int selected = is_general(mode) || select_always ? z->sensor->selects[c] : 0;
     const int from = selected ? selected - 1 : 0, to = selected ? selected : n;
     const scaled e = mean_residual(z->z[c], h, f->memory, n, from, to);
-    return take_scalar(f, z, c, h, selected, z->noise[c], e, row, n, mode);
+    return take_scalar(f, z, c, h, selected, z->noise[c], e, n, mode);
 }
 
 #endif

@@ -96,7 +96,6 @@ KQ_NOINLINE static scaled take_robust(filter *f, const reading *z, const robust_
                                       const loss *how)
 {
     static const scaled zero;
-    num row[ROW_LEN(KQ_SIZE_MAX)];
     scaled weight, s;
     const scaled r = *m->noise;
     if (!robust_prepare(f, z, m, how, &weight, &s)) {
@@ -105,7 +104,8 @@ KQ_NOINLINE static scaled take_robust(filter *f, const reading *z, const robust_
     }
     const likelihood before = f->last;
     const unsigned others = f->events | ~(unsigned)KQ_EVENT_CONTRADICTION;
-    if (!take_scalar(f, z, m->component, m->h, m->selected, *m->noise, m->e, row, f->states, MODE_GENERAL)) {
+    if (!take_scalar(f, z, m->component, m->h, m->selected, *m->noise, m->e, f->states,
+                     MODE_GENERAL)) {
         take_with_care(f, z, m->component, m->h, m->e, 0);
     }
     /* an outlier may say as little as it likes */
