@@ -96,6 +96,13 @@
 #define KQ_MOSTLY(condition) (condition)
 #endif
 
+/* Does the compiler know that a condition is true? */
+#if defined(__GNUC__)
+#define KQ_IS_KNOWN(condition) (__builtin_constant_p(condition) && (condition))
+#else
+#define KQ_IS_KNOWN(condition) 0
+#endif
+
 /* The longest float, in bits, that the core has instructions for; all, where that is not known */
 #if defined(__SOFTFP__) || defined(__AVR__) || (defined(__riscv) && !defined(__riscv_flen))
 #define KQ_FLOAT_BITS 0

@@ -17,7 +17,7 @@ static inline wide coordinate_get(const int32_t *a, int n, int i) { return wide_
 /* Answers KQ_EVENT_SATURATED if it had to be held. */
 static inline unsigned coordinate_set(int32_t *a, int n, int i, wide value)
 {
-    return wide_set_saturated(a, n, i, value);
+    return wide_set_saturated(a + i, n, value);
 }
 
 static const int32_t coordinate_exponent = -40;
@@ -119,7 +119,7 @@ static inline int64_t mean_moved(const int32_t *x, int n, int i, const scaled *r
 /* x_i += row i of the root times a, held */
 KQ_SHARED unsigned mean_move(int32_t *x, int n, int i, const scaled *row, const int32_t *a)
 {
-    return wide_set_saturated(x, n, i, mean_moved(x, n, i, row, a));
+    return wide_set_saturated(x + i, n, mean_moved(x, n, i, row, a));
 }
 
 /* mean_move for an x that is no result yet: it may have carries. */

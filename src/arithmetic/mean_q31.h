@@ -35,36 +35,37 @@ static inline void wide_set(int32_t *x, int n, int i, wide value)
     x[n + i] = (int32_t)(value & 0xffffff);
 }
 
-static inline wide wide_saturated(int64_t value)
-{
-    return value > wide_max ? wide_max : value < -wide_max ? -wide_max : value;
-}
+static inline wide wide_saturated(int64_t value) { return held_within(value, wide_max); }
 
-/* Held within the word; answers whether it had to be.  The top word alone tells most. */
-KQ_SHARED unsigned wide_set_saturated(int32_t *x, int n, int i, int64_t value)
+/* Is it within the word by the top word alone, which tells most? */
+static inline int is_within_word(int64_t value)
 {
     const int32_t top = (int32_t)(value >> 32), most = (INT32_C(1) << 23) - 1;
-    const wide held = top >= -most && top <= most ? value : wide_saturated(value);
-    wide_set(x, n, i, held);
+    return top >= -most && top <= most;
+}
+
+/* *x <- value, held within the word; answers whether it had to be */
+KQ_SHARED unsigned wide_set_saturated(int32_t *x, int n, int64_t value)
+{
+    const wide held = is_within_word(value) ? value : wide_saturated(value);
+    wide_set(x, n, 0, held);
     return held == value ? 0 : KQ_EVENT_SATURATED;
 }
 
 /* x_i where it may have carries, |x_i| <= 2^61 */
-static inline wide carried_get(const int32_t *x, int n, int i)
+KQ_COLD KQ_NOINLINE static wide carried_get(const int32_t *x, int n, int i)
 {
     const wide carry = shift_up_wide(x[n + i] >> 24, 56, 61);
     return carry + shift_up_wide(x[i], 24, 55) + (x[n + i] & 0xffffff);
 }
 
 /* Beyond the word: with a carry, and held where that ends */
-KQ_COLD KQ_NOINLINE static unsigned carried_set(int32_t *x, int n, int i, int64_t value)
+KQ_COLD KQ_NOINLINE static unsigned carried_set(int32_t *x, int n, int64_t value)
 {
-    const wide held = value > carried_max    ? carried_max
-                      : value < -carried_max ? -carried_max
-                                             : value;
-    const uint32_t carry = (uint32_t)((held + wide_max + 1) >> 56);
-    x[i] = (int32_t)(uint32_t)((uint64_t)held >> 24);
-    x[n + i] = (int32_t)(carry << 24 | (uint32_t)(held & 0xffffff));
+    const wide held = held_within(value, carried_max);
+    const uint32_t carry = (uint32_t)(((int32_t)(held >> 32) + (INT32_C(1) << 23)) >> 24);
+    x[0] = (int32_t)(uint32_t)((uint64_t)held >> 24);
+    x[n] = (int32_t)(carry << 24 | (uint32_t)(held & 0xffffff));
     if (held != value) return MEAN_WIDE | KQ_EVENT_SATURATED;
     return wide_saturated(value) == value ? 0 : MEAN_WIDE;
 }
@@ -72,8 +73,7 @@ KQ_COLD KQ_NOINLINE static unsigned carried_set(int32_t *x, int n, int i, int64_
 /* As it is, with a carry if need be; answers MEAN_WIDE then */
 static inline unsigned wide_set_carried(int32_t *x, int n, int i, int64_t value)
 {
-    const int32_t top = (int32_t)(value >> 32), most = (INT32_C(1) << 23) - 1;
-    if (top < -most || top > most) return carried_set(x, n, i, value);
+    if (!is_within_word(value)) return carried_set(x + i, n, value);
     wide_set(x, n, i, value);
     return 0;
 }
@@ -81,7 +81,7 @@ static inline unsigned wide_set_carried(int32_t *x, int n, int i, int64_t value)
 /* The mean that a call leaves: within its word */
 static inline unsigned mean_saturate(int32_t *x, int n, int i)
 {
-    return wide_set_saturated(x, n, i, carried_get(x, n, i));
+    return wide_set_saturated(x + i, n, carried_get(x, n, i));
 }
 
 /* A mean that mean_saturate has seen */
@@ -112,8 +112,9 @@ KQ_SHARED int64_t wide_product(scaled c, int32_t high, int32_t low) { return wid
 /* x_i as one word, and what that leaves */
 KQ_SHARED int32_t mean_get(const int32_t *x, int n, int i)
 {
-    const wide rounded = (wide_get(x, n, i) + (INT32_C(1) << 23)) >> 24;
-    return rounded > INT32_MAX ? INT32_MAX : rounded < -INT32_MAX ? -INT32_MAX : (int32_t)rounded;
+    const int32_t word = x[i], is_upper = x[n + i] >> 23; /* of the halves between two words */
+    if (word < INT32_MAX) return word + is_upper < -INT32_MAX ? -INT32_MAX : word + is_upper;
+    return word;
 }
 
 static inline int32_t mean_low(const int32_t *x, int n, int i)
@@ -125,14 +126,12 @@ static inline int32_t mean_low(const int32_t *x, int n, int i)
    then, or asks was_cut */
 KQ_NOINLINE static wide wide_from(int64_t p, int32_t shift, int bits)
 {
-    const wide most = INT64_C(1) << bits;
+    const int64_t sign = p >> 63;
+    wide value = sign ^ INT64_MAX;
     if (p == 0) return 0;
-    if (shift > 0) {
-        if (shift > bits || p > most >> shift || p < -(most >> shift)) return p < 0 ? -most : most;
-        return shift_up_wide(p, (int)shift, bits);
-    }
-    const wide value = shift_down_rounded_wide(p, -shift);
-    return value > most ? most : value < -most ? -most : value;
+    if (shift <= 0) value = shift_down_rounded_wide(p, -shift);
+    else if (shift + 63 - bits < leading_zeros_wide((uint64_t)(p ^ sign))) value = shift_up_wide(p, (int)shift, bits);
+    return held_within(value, (int64_t)((uint64_t)(UINT32_C(1) << (bits - 32)) << 32));
 }
 
 static inline unsigned was_cut(wide a, int bits)
@@ -169,7 +168,7 @@ KQ_SHARED extent mean_shift(int32_t *x, int n, const int32_t *d, const int32_t *
     unsigned events = 0;
     for (int i = 0; i < n; i++) {
         const wide move = shift_up_wide(d[i], 24, 55) | (uint32_t)(low ? low[i] : 0);
-        events |= wide_set_saturated(x, n, i, sum_of(wide_get(x, n, i), move, 57));
+        events |= wide_set_saturated(x + i, n, sum_of(wide_get(x, n, i), move, 57));
     }
     return events;
 }
@@ -186,7 +185,7 @@ KQ_KERNEL void mean_settle(int32_t *x, int n) { (void)x, (void)n; }
 /* t <- x, to be read while x is overwritten */
 KQ_KERNEL void mean_copy(int32_t *t, const int32_t *x, int n)
 {
-    for (int k = 0; k < 2 * n; k++) t[k] = x[k];
+    for (const int32_t *end = x + 2 * n; x != end;) *t++ = *x++;
 }
 
 /* sum_k row_k u_k, in units of 2^-26.  Init has checked that sum |A_ik| + sum |B_ik| <= 16, so
@@ -225,7 +224,7 @@ KQ_KERNEL extent mean_advance(int32_t *x, int n, int i, const scaled *row, int f
         if (row[k].mantissa == 0) continue;
         sum = sum_of(sum, wide_product(row[k], t[k], t[n + k]), 62);
     }
-    return wide_set_saturated(x, n, i, shift_down_rounded_wide(sum, 2));
+    return wide_set_saturated(x + i, n, shift_down_rounded_wide(sum, 2));
 }
 
 /*
@@ -261,7 +260,7 @@ KQ_COLD KQ_NOINLINE static scaled mean_residual_carried(int32_t z, const scaled 
             rest = shift_down_rounded_wide(carry, down - 32);
         } else {
             high = sum_of(high, carry >> down, 41);
-            rest = shift_up_wide(carry & ((INT64_C(1) << down) - 1), (int)(32 - down), 32);
+            rest = (uint32_t)((uint64_t)carry << (32 - down));
         }
         low = sum_of(low, rest - wide_product(h[k], x[k], x[n + k] & 0xffffff), 62);
     }

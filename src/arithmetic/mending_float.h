@@ -31,11 +31,6 @@ static inline int mending_rounds(scaled r, scaled sigma)
     return 0;
 }
 
-static inline void row_forget(num *S, scaled *scratch, int n, int i, int end)
-{
-    (void)S, (void)scratch, (void)n, (void)i, (void)end;
-}
-
 /* Row i of S, columns i .. end - 1, += rest / h */
 KQ_COLD static inline void mend_root_row(num *S, const scaled *rest, scaled h, scaled *scratch, int n, int i,
                                  int end)

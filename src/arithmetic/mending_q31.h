@@ -5,7 +5,7 @@
 #include "rows_q31.h"
 
 /* A cosine or sine in Q31 */
-static inline int32_t turn_word(scaled a) { return word_of(scaled_shift(a, 31)); }
+KQ_COLD KQ_NOINLINE static int32_t turn_word(const scaled *a) { return word_of(scaled_shift(*a, 31)); }
 
 /* Row i of S through the rotations of cosines c and sines t.  Its exponent becomes the exponent of what is
    left.  Answers entry i of S f / sqrt(s), which is as long as the row was at most. */
@@ -17,7 +17,7 @@ KQ_COLD static inline scaled turn_root_row(int32_t *S, const scaled *c, const sc
     for (int j = i; j < n; j++) {
         const scaled old = {*s, exponent}, other = {-b, exponent};
         entries[j - i] = scaled_products(c[j], old, t[j], other);
-        b = round_products_to_word(turn_word(c[j]), b, turn_word(t[j]), *s, 31, 30);
+        b = round_products_to_word(turn_word(c + j), b, turn_word(t + j), *s, 31, 30);
         s += j + 1;
     }
     root_set_row(S, entries, n, i);
@@ -34,22 +34,16 @@ static inline void row_clear(int32_t *S, int n, int i)
    of sigma = sqrt(s), and has 31 bits: r < 2^-96 s */
 static inline int mending_rounds(scaled r, scaled sigma) { return r.exponent < 2 * sigma.exponent - 66; }
 
-/* Row i of S, columns i .. end - 1, <- 0.  Its exponent becomes the exponent of what is left. */
-KQ_COLD static inline void row_forget(int32_t *S, scaled *entries, int n, int i, int end)
-{
-    for (int j = i; j < n; j++) entries[j - i] = j < end ? (scaled){0, 0} : root_number(S, n, i, j);
-    root_set_row(S, entries, n, i);
-}
-
-/* Row i of S, columns i .. end - 1, += rest / h.  Its exponent becomes the exponent of the sum. */
+/* Row i of S, columns i .. end - 1, += rest / h, or <- 0 where there is no rest.  Its exponent becomes the exponent
+   of what is left. */
 KQ_COLD static inline void mend_root_row(int32_t *S, const scaled *rest, scaled h, scaled *entries, int n,
-                                 int i, int end)
+                                         int i, int end)
 {
-    const int32_t exponent = S[KQ_TRIANGLE(n) + i], *s = S + column(i) + i;
     for (int j = i; j < n; j++) {
-        entries[j - i] = scaled_of(*s, exponent);
-        if (j < end) entries[j - i] = scaled_plus(entries[j - i], scaled_over(rest[j], h));
-        s += j + 1;
+        scaled part = scaled_zero();
+        if (rest && j < end) part = scaled_over(rest[j], h);
+        entries[j - i] = rest || j >= end ? root_number(S, n, i, j) : scaled_zero();
+        scaled_add(entries + j - i, &part);
     }
     root_set_row(S, entries, n, i);
 }
@@ -59,9 +53,16 @@ KQ_COLD static void project_far(scaled *f, const int32_t *S, const scaled *h, ui
 {
     for (int k = 0; k < n; k++) {
         for (int j = k; j < n && (far >> k & 1); j++) {
-            f[j] = scaled_plus(f[j], scaled_times(h[k], root_number(S, n, k, j)));
+            const scaled entry = root_number(S, n, k, j);
+            scaled_add_times(f + j, h + k, &entry);
         }
     }
+}
+
+/* The lower word of a 2^-down, rounded, -27 < down < 5 */
+static inline uint32_t remainder_word(int32_t a, int32_t down)
+{
+    return down > 0 ? (uint32_t)(a >> down) + (uint32_t)(a >> (down - 1) & 1) : (uint32_t)a << -down;
 }
 
 /*
@@ -78,17 +79,17 @@ KQ_COLD static scaled project_exactly(scaled *f, const int32_t *S, const scaled 
     align(c, h, exponents_of(S, n), 1, n, &exponent);
     const int32_t scale = exponent - 30;
     for (int k = 0; k < n; k++) {
-        const int32_t down = scale - h[k].exponent - S[KQ_TRIANGLE(n) + k];
-        const int64_t all = shift_up_wide(h[k].mantissa, 27, 58); /* 2^-down is still to come */
-        const int known = h[k].mantissa == 0 || down <= 0 || down > 31;
-        if (h[k].mantissa != 0 && down > 31) far |= UINT32_C(1) << k;
-        low[k] = known ? 0 : (int32_t)(shift_down_rounded_wide(all, down) - shift_up_wide(c[k], 27, 58));
+        const int32_t a = h[k].mantissa, down = scale - h[k].exponent - S[KQ_TRIANGLE(n) + k];
+        low[k] = 0;
         size += magnitude(c[k]);
+        if (a == 0 || down <= 0) continue;
+        if (down > 31) far |= UINT32_C(1) << k;
+        else low[k] = (int32_t)(remainder_word(a, down - 27) - ((uint32_t)c[k] << 27));
     }
     for (int j = n - 1; j >= 0; j--) { /* downwards, because c is in f */
         const int32_t *s = S + column(j);
-        const scaled rest = scaled_of(dot(0, low, s, j + 1), scale - 27);
-        f[j] = scaled_plus(scaled_of(dot(0, c, s, j + 1), scale), rest);
+        const packed rest = packed_dot(low, s, j + 1, scale - 27);
+        f[j] = scaled_plus(unpack(packed_dot(c, s, j + 1, scale)), unpack(rest));
     }
     project_far(f, S, h, far, n);
     const scaled length = scaled_of(size, scale);

@@ -85,12 +85,13 @@ KQ_COLD KQ_NOINLINE static int root_is_ill_conditioned(const num *S, int n, scal
         if (scaled_is_zero(v[j])) continue;
         for (int i = j; i >= 0; i--) {
             const scaled own = root_number(S, n, i, i);
-            scaled sum = i == j ? v[j] : zero;
+            if (i < j) v[i] = zero;
             for (int k = i + 1; k <= j; k++) {
-                sum = scaled_minus(sum, scaled_times(root_number(S, n, i, k), v[k]));
+                const scaled part = scaled_negative(scaled_times(root_number(S, n, i, k), v[k]));
+                scaled_add(v + i, &part);
             }
             if (i == j && scaled_is_zero(own)) return 1;
-            v[i] = scaled_is_zero(own) ? zero : scaled_over(sum, own);
+            v[i] = scaled_is_zero(own) ? zero : scaled_over(v[i], own);
             total = scaled_add_square(total, v[i]);
         }
     }

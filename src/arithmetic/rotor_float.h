@@ -48,10 +48,10 @@ typedef struct {
     num c, g, f;
 } rotation;
 
-static inline rotor rotor_begin(scaled r, scaled s, const num *f, int n)
+static inline void rotor_begin(rotor *t, scaled r, scaled s, const num *f, int n)
 {
     (void)s, (void)f, (void)n;
-    return (rotor){.a = r};
+    *t = (rotor){.a = r};
 }
 
 /* A turn by 0 costs less than the question. */

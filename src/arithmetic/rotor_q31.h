@@ -68,17 +68,15 @@ static inline void rotor_take_root(rotor *t)
 }
 
 /* s = r + f'f, normalised */
-KQ_KERNEL rotor rotor_begin(scaled r, scaled s, const int32_t *f, int n)
+KQ_KERNEL void rotor_begin(rotor *t, scaled r, scaled s, const int32_t *f, int n)
 {
-    rotor t;
-    t.exponent = (s.exponent - 29) >> 1;
-    t.down = t.exponent - f[n];
-    const int32_t up = r.exponent - 2 * t.exponent; /* <= 31, since r <= s */
-    t.a = (uint64_t)(up >= 0 ? shift_up_word(r.mantissa, (int)up, 62)
-                             : shift_down_rounded(r.mantissa, -up));
-    if (t.a == 0) t.a = 1;
-    rotor_take_root(&t);
-    return t;
+    t->exponent = (s.exponent - 29) >> 1;
+    t->down = t->exponent - f[n];
+    const int32_t up = r.exponent - 2 * t->exponent; /* <= 31, since r <= s */
+    t->a = (uint64_t)(up >= 0 ? shift_up_word(r.mantissa, (int)up, 62)
+                              : shift_down_rounded(r.mantissa, -up));
+    if (t->a == 0) t->a = 1;
+    rotor_take_root(t);
 }
 
 static inline int is_no_turn(int32_t f) { return f == 0; }
@@ -103,18 +101,22 @@ static inline int32_t sine_of(int64_t p)
 }
 
 /* c = sqrt(a_before / a),  t = f / sqrt(a); |f| < sqrt(a), which is below 2^(32 - zeros/2) */
-static inline rotation rotor_turn(rotor *t, int32_t f)
+KQ_OF_WORDS packed packed_turn(rotor *t, int32_t f)
 {
     const uint32_t root = t->root;
     const int zeros = t->zeros;
-    rotation turn;
     f = t->down >= 0 ? shift_down_rounded(f, t->down) : shift_up(f, (int)-t->down, 31);
     t->a += (uint64_t)product(f, f); /* <= s < 2^61, and its rounding */
     rotor_take_root(t);
-    turn.c = cosine_of(product_unsigned(root, t->inverse), (zeros - t->zeros) >> 1);
+    const int32_t c = cosine_of(product_unsigned(root, t->inverse), (zeros - t->zeros) >> 1);
     const int32_t tall = shift_up(f, t->zeros / 2 - 1, 31), half = (int32_t)(t->inverse >> 1);
-    turn.t = sine_of(product(tall, half));
-    return turn;
+    return pack(((scaled){c, sine_of(product(tall, half))}));
+}
+
+KQ_OF_NUMBERS rotation rotor_turn(rotor *t, int32_t f)
+{
+    const scaled words = unpack(packed_turn(t, f));
+    return (rotation){words.mantissa, words.exponent};
 }
 
 /*

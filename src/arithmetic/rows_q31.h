@@ -78,6 +78,12 @@ KQ_KERNEL void two_rows_times_triangle(int32_t *w, int32_t *v, const int32_t *a,
     row_times_triangle(v, b, s, from, n);
 }
 
+/* a'b 2^exponent as a number, where time does not count */
+KQ_COLD KQ_NOINLINE static packed packed_dot(const int32_t *a, const int32_t *b, int count, int32_t exponent)
+{
+    return pack(scaled_of(dot(0, a, b, count), exponent));
+}
+
 /* a'b of two rows as a number */
 static inline scaled row_product(const int32_t *a, const int32_t *b, int width)
 {
@@ -85,13 +91,20 @@ static inline scaled row_product(const int32_t *a, const int32_t *b, int width)
 }
 
 /* r + f'f, r > 0: mostly in one sum, with r in units of the square */
-static inline scaled add_square(scaled r, const int32_t *f, int n)
+KQ_OF_WORDS packed packed_sum(int32_t r, int32_t p, const int32_t *f, int n)
 {
     const sum square = squares(0, f, n); /* < 2^60.4 */
-    const int32_t exponent = 2 * f[n], up = r.exponent - exponent;
-    if (up < 0 || up > 29 || square == 0) return scaled_plus(r, scaled_of(square, exponent));
-    return scaled_of_positive((uint64_t)sum_of(square, shift_up_word(r.mantissa, (int)up, 60), 62),
-                              exponent);
+    const int32_t exponent = 2 * f[n], up = p - exponent;
+    if (up < 0 || up > 29 || square == 0) {
+        const scaled own = {r, p};
+        return pack(scaled_plus(own, scaled_of(square, exponent)));
+    }
+    return pack(scaled_of_positive((uint64_t)sum_of(square, shift_up_word(r, (int)up, 60), 62), exponent));
+}
+
+KQ_OF_NUMBERS scaled add_square(scaled r, const int32_t *f, int n)
+{
+    return unpack(packed_sum(r.mantissa, r.exponent, f, n));
 }
 
 static inline int32_t moved(int32_t a, int32_t down)
@@ -226,7 +239,7 @@ KQ_COLD static inline void root_set_row(int32_t *S, const scaled *entries, int n
 KQ_SHARED scaled mean_resolution(const scaled *h, int n)
 {
     scaled total = {0, 0};
-    for (int k = 0; k < n; k++) total = scaled_plus(total, scaled_times(h[k], h[k]));
+    for (int k = 0; k < n; k++) scaled_add_times(&total, h + k, h + k);
     return scaled_shift(total, -48);
 }
 

@@ -21,11 +21,11 @@ KQ_INLINE unsigned mean_saturated(int32_t *x, int32_t *S, int n, extent far)
 /* Is there nothing to hold in what predict made of the state? */
 KQ_INLINE int state_is_within(const int32_t *S, int n, extent far)
 {
-    int32_t top = lowest_exponent;
+    int32_t room = 0; /* negative where one of them is */
     (void)far;
     KQ_UNROLL
-    for (int i = 0; i < n; i++) top = S[KQ_TRIANGLE(n) + i] > top ? S[KQ_TRIANGLE(n) + i] : top;
-    return top <= high_exponent - 32;
+    for (int i = 0; i < n; i++) room |= high_exponent - 32 - S[KQ_TRIANGLE(n) + i];
+    return room >= 0;
 }
 
 KQ_INLINE unsigned state_saturated(int32_t *x, int32_t *S, int n, extent far)

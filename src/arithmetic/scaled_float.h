@@ -16,6 +16,8 @@ static inline uint32_t scaled_bits(scaled a) { return num_bits(a); }
 
 static const scaled scaled_one = 1;
 
+static inline scaled scaled_zero(void) { return 0; }
+
 static inline scaled scaled_negative(scaled a) { return -a; }
 static inline scaled scaled_normal(scaled a) { return a; }
 static inline int scaled_is_zero(scaled a) { return a == 0; }
@@ -36,6 +38,8 @@ static inline scaled scaled_times(scaled a, scaled b) { return a * b; }
 static inline scaled scaled_over(scaled a, scaled b) { return a / b; }
 static inline scaled scaled_plus(scaled a, scaled b) { return a + b; }
 static inline scaled scaled_minus(scaled a, scaled b) { return a - b; }
+static inline void scaled_add(scaled *total, const scaled *a) { *total += *a; }
+static inline void scaled_add_times(scaled *total, const scaled *a, const scaled *b) { *total += *a * *b; }
 
 static inline scaled scaled_products(scaled a, scaled b, scaled c, scaled d)
 {

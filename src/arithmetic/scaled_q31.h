@@ -12,6 +12,9 @@
 
 typedef kq_scaled_q31 scaled;
 
+/* a, held at +-most */
+KQ_SHARED int64_t held_within(int64_t a, int64_t most) { return a > most ? most : a < -most ? -most : a; }
+
 /* What tells a number from others, in 32 bits */
 static inline uint32_t scaled_bits(scaled a)
 {
@@ -19,6 +22,15 @@ static inline uint32_t scaled_bits(scaled a)
 }
 
 static const scaled scaled_one = {INT32_C(1) << 30, -30};
+
+/* 0 by two stores: of (scaled){0} gcc makes a call for a Cortex-M0 */
+static inline scaled scaled_zero(void)
+{
+    scaled a;
+    a.mantissa = 0;
+    a.exponent = 0;
+    return a;
+}
 
 /* A large operation is two functions: packed_... of words, and scaled_... of numbers.  One of them is called, the other
    is inlined into it or into its callers.  Arm returns a number, a struct, through memory, but 64 bits in registers. */
@@ -141,27 +153,40 @@ KQ_OF_NUMBERS scaled scaled_plus(scaled a, scaled b)
 
 static inline scaled scaled_minus(scaled a, scaled b) { return scaled_plus(a, scaled_negative(b)); }
 
-/* a b + c d, rounded once; the mantissas need not be normalised */
-KQ_SHARED scaled scaled_products(scaled a, scaled b, scaled c, scaled d)
+/* *total += a, and += a b: in place, for what is not hot */
+KQ_COLD KQ_NOINLINE static void scaled_add(scaled *total, const scaled *a) { *total = scaled_plus(*total, *a); }
+
+KQ_COLD KQ_NOINLINE static void scaled_add_times(scaled *total, const scaled *a, const scaled *b)
 {
-    int64_t high = product(a.mantissa, b.mantissa), low = product(c.mantissa, d.mantissa);
-    int32_t exponent = a.exponent + b.exponent, down = exponent - c.exponent - d.exponent;
-    if (high == 0 || (low != 0 && down < 0)) {
-        const int64_t other = high;
-        high = low;
-        low = other;
-        exponent -= down;
+    *total = scaled_plus(*total, scaled_times(*a, *b));
+}
+
+/* a 2^p + b 2^q, rounded once */
+KQ_SHARED packed packed_of_sum(int64_t a, int64_t b, int32_t p, int32_t q)
+{
+    int32_t down = p - q;
+    if (a == 0 || (b != 0 && down < 0)) {
+        const int64_t other = a;
+        a = b;
+        b = other;
+        p = q;
         down = -down;
     }
-    if (low != 0) high = sum_of(high, down < 63 ? low >> down : 0, 63);
-    return scaled_of(high, exponent);
+    if (b != 0) a = sum_of(a, down < 63 ? b >> down : 0, 63);
+    return pack(scaled_of(a, p));
+}
+
+/* a b + c d, rounded once; the mantissas need not be normalised */
+static inline scaled scaled_products(scaled a, scaled b, scaled c, scaled d)
+{
+    return unpack(packed_of_sum(product(a.mantissa, b.mantissa), product(c.mantissa, d.mantissa),
+                                a.exponent + b.exponent, c.exponent + d.exponent));
 }
 
 /* total + a^2 */
 KQ_OF_WORDS packed packed_square_added(int32_t total, int32_t p, int32_t a, int32_t q)
 {
-    const scaled of_a = {a, q};
-    return pack(scaled_products((scaled){total, p}, scaled_one, of_a, of_a));
+    return packed_of_sum(shift_up_wide(total, 30, 61), product(a, a), p - 30, 2 * q);
 }
 
 KQ_OF_NUMBERS scaled scaled_add_square(scaled total, scaled a)
@@ -185,14 +210,15 @@ KQ_OF_NUMBERS scaled scaled_root(scaled a) { return unpack(packed_root(a.mantiss
 static inline scaled scaled_of_word(int32_t a) { return scaled_of(a, 0); }
 
 /* a 2^p < b 2^q, for a, b >= 0 */
-KQ_OF_WORDS int words_are_less(int32_t a, int32_t p, int32_t b, int32_t q)
+KQ_SHARED int words_are_less(int32_t a, int32_t p, int32_t b, int32_t q)
 {
     if (a == 0 || b == 0) return a < b;
     return p < q || (p == q && a < b);
 }
 
-KQ_OF_NUMBERS int scaled_is_less(scaled a, scaled b)
+KQ_INLINE int scaled_is_less(scaled a, scaled b)
 {
+    if (KQ_IS_KNOWN(a.mantissa == 0)) return b.mantissa > 0; /* num_tiny */
     return words_are_less(a.mantissa, a.exponent, b.mantissa, b.exponent);
 }
 

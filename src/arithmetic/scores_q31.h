@@ -2,7 +2,7 @@
 #ifndef KQ_SRC_ARITHMETIC_SCORES_Q31_H
 #define KQ_SRC_ARITHMETIC_SCORES_Q31_H
 
-#include "q31.h"
+#include "mean_q31.h"
 
 typedef T(kq_compensated) compensated;
 
@@ -10,19 +10,10 @@ static score not_a_score(void) { return KQ_NOT_A_SCORE_Q31; }
 
 static const int64_t score_max = INT64_C(1) << 61; /* two of them add up below 2^63 */
 
-static int64_t score_saturated(int64_t a)
-{
-    return a > score_max ? score_max : a < -score_max ? -score_max : a;
-}
+static int64_t score_saturated(int64_t a) { return held_within(a, score_max); }
 
 /* a as Q39.24 */
-static int64_t score_of(scaled a)
-{
-    const int32_t shift = a.exponent + 24;
-    if (shift <= 0) return shift_down_rounded_wide(a.mantissa, -shift);
-    if (shift > 30) return a.mantissa < 0 ? -score_max : a.mantissa ? score_max : 0;
-    return score_saturated(shift_up_wide(a.mantissa, (int)shift, 61));
-}
+static int64_t score_of(scaled a) { return wide_from(a.mantissa, a.exponent + 24, 61); }
 
 static scaled score_number(score a) { return scaled_of(a, -24); }
 

@@ -20,7 +20,7 @@ KQ_COLD KQ_NOINLINE static void watch_independent(filter *f, const reading *z)
 {
     const sensor *s = z->sensor;
     const int c = watched_component(f, z);
-    if (c < s->components) take_with_care(f, z, c, s->measurement + c * s->states, (scaled){0}, 1);
+    if (c < s->components) take_with_care(f, z, c, s->measurement + c * s->states, scaled_zero(), 1);
 }
 
 static void update_independent(filter *f, const reading *z)

@@ -39,12 +39,19 @@ static void likelihood_multiply(likelihood *p, scaled s)
     p->determinant = scaled_times(p->determinant, s);
 }
 
-/* One scalar measurement of innovation variance s */
-static void likelihood_add(likelihood *p, scaled nis, scaled s)
+/* One scalar measurement: NIS a 2^p, innovation variance b 2^q */
+KQ_OF_WORDS void likelihood_add_words(int32_t a, int32_t p, int32_t b, int32_t q, likelihood *to)
 {
-    p->nis = score_saturated(sum_of(p->nis, score_of(nis), 62));
-    if (p->count++ == 0) p->determinant = s;
-    else likelihood_multiply(p, s);
+    const scaled nis = {a, p}, s = {b, q};
+    const score sum = sum_of(to->nis, score_of(nis), 62); /* >= 0 */
+    to->nis = sum < score_max ? sum : score_max;
+    if (to->count++ == 0) to->determinant = s;
+    else likelihood_multiply(to, s);
+}
+
+KQ_OF_NUMBERS void likelihood_add(likelihood *p, scaled nis, scaled s)
+{
+    likelihood_add_words(nis.mantissa, nis.exponent, s.mantissa, s.exponent, p);
 }
 
 KQ_KERNEL void likelihood_join(likelihood *p, const likelihood *other)
@@ -124,7 +131,9 @@ static int64_t likelihood_run_part(likelihood_run *p)
     const int32_t times = p->determinant.exponent / likelihood_powers; /* below 2^11 */
     p->count -= likelihood_part;
     p->determinant.exponent -= times * likelihood_powers;
-    return log_2_pi + times * shift_up_wide(log_2, 5, 44);
+    const int64_t step = log_2 << 5; /* in two parts: small cores would link a product of 64 bits */
+    const int64_t high = shift_up_wide(product(times, (int32_t)(step >> 31)), 31, 55);
+    return log_2_pi + high + product(times, (int32_t)(step & INT32_MAX));
 }
 
 /* What is full is emptied.  2^68 is as far as `carried` reaches: a NIS of 2^23 at every one of 2^45

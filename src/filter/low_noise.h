@@ -182,29 +182,28 @@ KQ_COLD KQ_NOINLINE static void watch_rounding(filter *f, const low_noise_scalar
 {
     const num *S = filter_root(f);
     const int n = f->states;
-    scaled square = {0}, least = {0}, taken = {0};
+    scaled square = scaled_zero(), least = scaled_zero(), taken = scaled_zero();
     for (int j = 0; j < n; j++) {
-        scaled sum = {0}, size = {0};
+        scaled sum = scaled_zero(), size = scaled_zero();
         for (int i = 0; i <= j; i++) {
             if (scaled_is_zero(m->h[i])) continue;
-            const scaled term = scaled_times(m->h[i], root_number(S, n, i, j));
-            sum = scaled_plus(sum, term);
-            size = scaled_plus(size, scaled_magnitude(term));
+            const scaled term = scaled_times(m->h[i], root_number(S, n, i, j)), size_of = scaled_magnitude(term);
+            scaled_add(&sum, &term);
+            scaled_add(&size, &size_of);
         }
         spare[j] = scaled_times(sum, sum);
         spare[n + j] = scaled_times(scaled_times(size, size), num_watched);
-        square = scaled_plus(square, spare[j]);
-        least = scaled_plus(least, spare[n + j]);
+        scaled_add(&square, spare + j);
+        scaled_add(&least, spare + n + j);
     }
     if (scaled_is_zero(square) || !scaled_is_less(num_tiny, m->r)) return; /* what has no noise has a floor */
     scaled s = scaled_plus(m->r, square);
     const scaled remembered = scaled_over(s, square);
     for (int j = 0; j < n; j++) {
         const scaled most = scaled_times(scaled_times(spare[n + j], remembered), remembered);
-        taken = scaled_plus(taken, scaled_is_less(most, spare[j]) ? most : spare[j]);
+        scaled_add(&taken, scaled_is_less(most, spare[j]) ? &most : spare + j);
     }
-    if (scaled_is_less(square, least)) taken = least;
-    taken = scaled_times(taken, scaled_of_count(LOSSES));
+    taken = scaled_times(scaled_is_less(square, least) ? least : taken, scaled_of_count(LOSSES));
     uint32_t share = num_most_weak;
     for (; share && scaled_is_less(taken, s); share >>= 1) s = scaled_shift(s, -1);
     if (!share) return;

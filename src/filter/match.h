@@ -65,6 +65,16 @@ KQ_COLD static int mended_end(const scaled *part, int i, int n)
     return end;
 }
 
+/* The rows of h by `rest`, or what they lack is forgotten. */
+KQ_COLD static void mend_rows(num *S, const scaled *h, const scaled *rest, const low_noise_work *w, int n)
+{
+    const scaled *part = w->c;
+    for (int i = 0, end; i < n; i = end) {
+        end = mended_end(part, i, n);
+        if (!scaled_is_zero(h[i])) mend_root_row(S, rest, h[i], w->entries, n, i, end);
+    }
+}
+
 /*
  * After a sharp update the row of a measured state is the difference of numbers that agree to
  * sqrt(r / s), and rounding is as large as they are.  What S'h must be is known without it: what each
@@ -75,16 +85,10 @@ KQ_COLD static void match_root(num *S, const scaled *h, const low_noise_work *w,
 {
     scaled *part = w->c, *rest = w->f; /* the rotations are done */
     for (int i = 0; i < n; i++) part[i] = scaled_magnitude(scaled_times(h[i], w->b[i]));
-    for (int i = 0, end; forgets && i < n; i = end) {
-        end = mended_end(part, i, n);
-        if (!scaled_is_zero(h[i])) row_forget(S, w->entries, n, i, end);
-    }
+    if (forgets) mend_rows(S, h, 0, w, n);
     project_exactly(rest, S, h, w->entries, n);
     for (int i = 0; i < n; i++) rest[i] = scaled_minus(w->left[i], rest[i]);
-    for (int i = 0, end; i < n; i = end) {
-        end = mended_end(part, i, n);
-        if (!scaled_is_zero(h[i])) mend_root_row(S, rest, h[i], w->entries, n, i, end);
-    }
+    mend_rows(S, h, rest, w, n);
 }
 
 /*

@@ -14,20 +14,19 @@
  *
  * b takes the place of f: entry j is read before the first of b's that comes there.
  */
-KQ_KERNEL rotor rotate_root(num *restrict S, num *restrict f, scaled r, scaled s, int n)
+KQ_KERNEL void rotate_root(rotor *state, num *restrict S, num *restrict f, scaled r, scaled s, int n)
 {
-    rotor state = rotor_begin(r, s, f, n);
+    rotor_begin(state, r, s, f, n);
     KQ_UNROLL
     for (int j = 0; j < n; j++) {
         if (is_no_turn(f[j])) {
             f[j] = 0;
         } else {
-            const rotation turn = rotor_turn(&state, f[j]);
+            const rotation turn = rotor_turn(state, f[j]);
             rotate(S, f, turn, j);
         }
         S += j + 1;
     }
-    return state;
 }
 
 /* x += b w */
@@ -77,7 +76,8 @@ KQ_KERNEL int take_scalar(filter *f, const reading *z, int c, const scaled *h, i
     const int ordinary = mode == MODE_LEAN || surely || (!is_copy && is_ordinary(r, s, e));
     if ((may_ask && f->ready != FILTER_READY) || !ordinary) return 0;
     if (is_general(mode) && f->attached) f->attached->hooks->record_update(f, row, 0, r, e, s);
-    const rotor end = rotate_root(S, row, r, s, n);
+    rotor end;
+    rotate_root(&end, S, row, r, s, n);
     const num *gain = row; /* b = s K has taken the place of S'h */
     const scaled w = rotor_weight(&end, e, s);
     KQ_IN_ORDER;

@@ -34,16 +34,16 @@ KQ_COLD static kq_status coefficients_check(const scaled *a, int count)
     return KQ_OK;
 }
 
-/* A sum of magnitudes in units of 2^-20, rounded up and held at 2^60 */
-KQ_COLD static int64_t add_magnitude(int64_t total, scaled a)
+/* A sum of magnitudes in units of 2^-20, each rounded up, held at 2^60 */
+KQ_COLD KQ_NOINLINE static void add_magnitude(int64_t *total, scaled a)
 {
-    const int32_t shift = a.exponent + 20;
-    const int64_t size = magnitude(a.mantissa);
+    const int32_t shift = a.exponent + 20, less = (int32_t)magnitude(a.mantissa) - 1;
     int64_t part = INT64_C(1) << 59;
-    if (size == 0) part = 0;
-    else if (shift <= 0) part = shift < -31 ? 1 : (size + (INT64_C(1) << -shift) - 1) >> -shift;
-    else if (shift <= 28) part = shift_up_wide(size, (int)shift, 59);
-    return total + part > INT64_C(1) << 60 ? INT64_C(1) << 60 : total + part;
+    if (less < 0) return;
+    if (shift <= 0) part = (less >> (shift < -31 ? 31 : -shift)) + 1;
+    else if (shift <= 28) part = shift_up_word(less + 1, (int)shift, 59);
+    *total += part;
+    if (*total > INT64_C(1) << 60) *total = INT64_C(1) << 60;
 }
 
 /*
@@ -72,7 +72,7 @@ KQ_COLD static kq_status root_check(const num *S, int n)
         for (int j = i; j < n; j++) {
             const uint32_t size = magnitude(S[column(j) + i]);
             if (size > UINT32_C(1) << 30) return KQ_ERR_TABLE;
-            square += ((uint64_t)size * size + 15) >> 4;
+            square += (product_unsigned(size, size) + 15) >> 4;
         }
         const int32_t least = square ? -KQ_EXPONENT_MAX_Q31 : lowest_exponent;
         if (square > UINT64_C(1) << 56 || S[column(i) + i] < 0) return KQ_ERR_TABLE;
@@ -106,23 +106,27 @@ static void say_all_fit(kq_range_error_q31 *range_error)
     range_error->quantity = KQ_NO_RANGE_ERROR;
 }
 
+/* Coefficients, and the gains of the rows of M and of B, which has l columns */
+KQ_COLD static kq_status gains_check(const scaled *M, int rows, int n, const scaled *B, int l, kq_quantity quantity,
+                                     kq_range_error_q31 *range_error)
+{
+    kq_status status = coefficients_check(M, rows * n);
+    if (!status) status = coefficients_check(B, rows * l);
+    for (int i = 0; i < rows && !status; i++) {
+        int64_t own = 0, others = 0;
+        for (int k = 0; k < n; k++) add_magnitude(quantity == KQ_STATE && k == i ? &own : &others, *M++);
+        for (int k = 0; k < l; k++) add_magnitude(&others, *B++);
+        status = gain_check(own, others, quantity, i, range_error);
+    }
+    return status;
+}
+
 /* ------------------------------------------------------------------ process */
 
 KQ_COLD static kq_status transition_check(const scaled *A, const scaled *B, int n, int l,
-                                  kq_range_error_q31 *range_error)
+                                          kq_range_error_q31 *range_error)
 {
-    kq_status status = coefficients_check(A, n * n);
-    if (!status && l) status = coefficients_check(B, n * l);
-    for (int i = 0; i < n && !status; i++) {
-        const int64_t own = add_magnitude(0, A[i * n + i]);
-        int64_t others = 0;
-        for (int k = 0; k < n; k++) {
-            if (k != i) others = add_magnitude(others, A[i * n + k]);
-        }
-        for (int k = 0; k < l; k++) others = add_magnitude(others, B[i * l + k]);
-        status = gain_check(own, others, KQ_STATE, i, range_error);
-    }
-    return status;
+    return gains_check(A, n, n, B, l, KQ_STATE, range_error);
 }
 
 /* Of an A that is refused with KQ_ERR_COEFFICIENT: the row */
@@ -130,7 +134,9 @@ KQ_COLD static void name_row(const scaled *A, int n, kq_range_error_q31 *range_e
 {
     if (rows_check(A, n, n, KQ_STATE, range_error)) return;
     for (int i = n; i-- > 0;) {
-        if (gain_check(add_magnitude(0, A[i * (n + 1)]), 0, KQ_STATE, i, 0)) row_is_refused(KQ_STATE, i, range_error);
+        int64_t own = 0;
+        add_magnitude(&own, A[i * (n + 1)]);
+        if (gain_check(own, 0, KQ_STATE, i, 0)) row_is_refused(KQ_STATE, i, range_error);
     }
 }
 
@@ -138,13 +144,7 @@ KQ_COLD static void name_row(const scaled *A, int n, kq_range_error_q31 *range_e
 
 KQ_COLD static kq_status measurement_check(const scaled *H, int m, int n, kq_range_error_q31 *range_error)
 {
-    kq_status status = coefficients_check(H, m * n);
-    for (int c = 0; c < m && !status; c++) {
-        int64_t total = 0;
-        for (int k = 0; k < n; k++) total = add_magnitude(total, H[c * n + k]);
-        status = gain_check(0, total, KQ_MEASUREMENT, c, range_error);
-    }
-    return status;
+    return gains_check(H, m, n, 0, 0, KQ_MEASUREMENT, range_error);
 }
 
 /* Coefficients, and variances >= 0 */

@@ -70,7 +70,8 @@ static unsigned late_turn_columns(backward_map map, noise_row *u, const scaled *
         along[i] = 0;
     }
     row_fitted(row, both, 2 * n);
-    rotor state = rotor_begin(r, later->s, row, 2 * n);
+    rotor state;
+    rotor_begin(&state, r, later->s, row, 2 * n);
     for (int i = 0; i < 2 * n; i++) {
         const int column_at = i < n ? n + i : i - n;
         u->entries[column_at] = 0;
@@ -92,7 +93,8 @@ static unsigned late_turn_rows(backward_map map, noise_row *u, const late_scalar
     num row[ROW_LEN(KQ_SIZE_MAX)], c, s;
     wide mean = coordinate_get(u->mean, 1, 0);
     row_fitted(row, m->f, n);
-    rotor state = rotor_begin(m->r, m->s, row, n);
+    rotor state;
+    rotor_begin(&state, m->r, m->s, row, n);
     for (int i = 0; i < n; i++) {
         if (is_no_turn(row[i])) continue;
         unit_rotation(&state, row[i], &c, &s);
@@ -145,7 +147,8 @@ static int late_take(filter *f, const late_scalar *m)
     if (is_ordinary(m->r, m->s, m->e)) {
         num row[ROW_LEN(KQ_SIZE_MAX)], *S = filter_root(f);
         row_fitted(row, m->f, n);
-        const rotor end = rotate_root(S, row, m->r, m->s, n);
+        rotor end;
+        rotate_root(&end, S, row, m->r, m->s, n);
         move_mean(f, row, S, rotor_weight(&end, m->e, m->s), n);
     } else {
         late_take_apart(f, m, sharp);

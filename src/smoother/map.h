@@ -90,7 +90,8 @@ KQ_KERNEL unsigned map_take_of(backward_map map, const num *record, int n)
     unsigned events = 0;
     num along[KQ_SIZE_MAX]; /* of each row, that of nu */
     const row_record update = load_row_record(record, n);
-    rotor state = rotor_begin(update.r, update.s, record, n);
+    rotor state;
+    rotor_begin(&state, update.r, update.s, record, n);
     for (int k = 0; k < n; k++) along[k] = 0;
     for (int i = 0; i < n; i++) {
         num c, s;
