@@ -53,7 +53,7 @@ KQ_SHARED unsigned wide_set_saturated(int32_t *x, int n, int64_t value)
 }
 
 /* x_i where it may have carries, |x_i| <= 2^61 */
-KQ_COLD KQ_NOINLINE static wide carried_get(const int32_t *x, int n, int i)
+static inline wide carried_get(const int32_t *x, int n, int i)
 {
     const wide carry = shift_up_wide(x[n + i] >> 24, 56, 61);
     return carry + shift_up_wide(x[i], 24, 55) + (x[n + i] & 0xffffff);
