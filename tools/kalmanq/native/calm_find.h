@@ -35,7 +35,8 @@ static int calm_keep(T(kq_calm) *k, num *S, const sensor *s, int c)
     const scaled variance = add_square(r, f, n);
     if (!is_certainly_ordinary(r, variance, 0)) return 0;
     calm_rotations(k, r, n, c);
-    rotate_root(S, f, r, variance, n);
+    rotor turned;
+    rotate_root(&turned, S, f, r, variance, n);
     k->variances[c] = variance;
     k->sigmas[c] = scaled_root(variance);
     likelihood_add(&k->last, 0, physical_variance(s, c, variance));
