@@ -92,7 +92,7 @@ def write(folder: Path, name: str, parts: Parts, way: str, record: Record, extra
     word = "int32_t" if is_fixed else "float"
 
     def cells(array: np.ndarray) -> str:
-        return ", ".join(str(int(v)) if is_fixed else f"{np.float32(v)!s}f" for v in np.ravel(array))
+        return ", ".join(str(int(v)) if is_fixed else "NAN" if np.isnan(v) else f"{np.float32(v)!s}f" for v in np.ravel(array))
 
     def rows(array: np.ndarray) -> str:
         return ", ".join(f"{{{cells(row)}}}" for row in array)
@@ -101,8 +101,9 @@ def write(folder: Path, name: str, parts: Parts, way: str, record: Record, extra
     measured = parts.arithmetic.words(np.nan_to_num(z), model.measurements, formats, "measurements")
     given = "controls[(t) - 1], " if pushes else ""
     first = "controls[0], " if pushes else ""
-    lines = [f'#include "{made.name}.h"', f"typedef {word} word;", f"#define DESIGN(name) {made.name}_##name",
+    lines = [f'#include "{made.name}.h"', "#include <math.h>", f"typedef {word} word;", f"#define DESIGN(name) {made.name}_##name",
              f"#define ALL {made.name.upper()}_ALL", f"#define MEAN kq_mean_{T}", f"#define SIGMA kq_sigma_{T}",
+             f"#define IS_KNOWN(mean) {'1' if is_fixed else '!isnan(mean)'}",
              f"#define STEP(t) DESIGN(step)({given}rows[t], present[t])", f"#define STEP_OF(z) DESIGN(step)({first}z, ALL)",
              f"enum {{ N = {model.n}, M = {model.m}, ROWS = {len(z)}, COUNTED = {COUNTED} }};",
              f"static const word rows[ROWS][M] = {{{rows(measured)}}};",

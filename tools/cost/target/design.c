@@ -21,11 +21,12 @@ static int take(int t)
     return STEP(t);
 }
 
-/* The twin's numbers after row t */
+/* The twin's numbers after row t; of a state that nothing is known of yet, NaN */
 static void compare(int t)
 {
     for (int i = 0; i < N; i++) {
-        if (MEAN(DESIGN(filter)(), i) != expected[t][i]) cost_failed(WRONG - i);
+        const word mean = MEAN(DESIGN(filter)(), i), twin = expected[t][i];
+        if (mean != twin && (IS_KNOWN(mean) || IS_KNOWN(twin))) cost_failed(WRONG - i);
     }
 }
 
