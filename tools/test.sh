@@ -56,7 +56,7 @@ groups_of() { # [NAME]
     cost*) echo clang cores cost ;;
     reference | reference.s* | reference.co* | reference.nonlinear*) echo eigen python scipy ;;
     reference* | campaign*) echo eigen ;;
-    diffuse* | em*) echo peers ;;
+    em*) echo peers ;;
     peers*) echo tools peers ;;
     example*) echo tools cores python scipy ;;
     *) echo clang cores package python scipy cost eigen peers browser tools ${is_all:+ wheel rust micropython packagers} ;;

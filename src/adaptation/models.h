@@ -90,7 +90,7 @@ static kq_status adaptation_check(const adaptation *a)
 
 static void begin_anew(adaptation *a)
 {
-    static const scaled zero;
+    const scaled zero = scaled_zero();
     const int n = a->states;
     for (int k = 0; k < n * n + n; k++) a->memory[k] = zero; /* D, d */
     a->waiting = (uint8_t)n;
@@ -99,7 +99,7 @@ static void begin_anew(adaptation *a)
 kq_status T(kq_adaptation_init)(adaptation *a, const process *p, const sensor *s,
                                 const adaptation_rule *rule)
 {
-    static const scaled zero;
+    const scaled zero = scaled_zero();
     if (!a || !p || !s || !rule) return KQ_ERR_NULL;
     if (!size_is_valid(a->states) || !size_is_valid(a->components)) return KQ_ERR_SIZE;
     if (!adaptation_has_memory(a)) return KQ_ERR_MEMORY;

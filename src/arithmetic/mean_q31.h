@@ -127,11 +127,12 @@ static inline int32_t mean_low(const int32_t *x, int n, int i)
 KQ_NOINLINE static wide wide_from(int64_t p, int32_t shift, int bits)
 {
     const int64_t sign = p >> 63;
-    wide value = sign ^ INT64_MAX;
+    const uint64_t upper = UINT32_C(1) << (bits - 32); /* of 2^bits: a shift of 64 bits by a variable would be a call */
+    wide value = sign ^ INT64_MAX; /* what has no room is cut */
     if (p == 0) return 0;
     if (shift <= 0) value = shift_down_rounded_wide(p, -shift);
     else if (shift + 63 - bits < leading_zeros_wide((uint64_t)(p ^ sign))) value = shift_up_wide(p, (int)shift, bits);
-    return held_within(value, (int64_t)((uint64_t)(UINT32_C(1) << (bits - 32)) << 32));
+    return held_within(value, (int64_t)(upper << 32));
 }
 
 static inline unsigned was_cut(wide a, int bits)

@@ -78,7 +78,7 @@ static void root_square(scaled *restrict P, const num *restrict S, int n)
  */
 KQ_COLD KQ_NOINLINE static int root_is_ill_conditioned(const num *S, int n, scaled *v)
 {
-    const scaled zero = {0};
+    const scaled zero = scaled_zero();
     scaled total = zero;
     for (int j = 0; j < n; j++) {
         v[j] = scaled_root(root_product(S, n, j, j));

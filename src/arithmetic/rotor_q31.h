@@ -100,7 +100,8 @@ static inline int32_t sine_of(int64_t p)
     return sine > INT32_MAX ? INT32_MAX : sine < -INT32_MAX ? -INT32_MAX : (int32_t)sine;
 }
 
-/* c = sqrt(a_before / a),  t = f / sqrt(a); |f| < sqrt(a), which is below 2^(32 - zeros/2) */
+/* c = sqrt(a_before / a),  t = f / sqrt(a); |f| < sqrt(a), which is below 2^(32 - zeros/2).  The two words are packed
+   as those of a number are. */
 KQ_OF_WORDS packed packed_turn(rotor *t, int32_t f)
 {
     const uint32_t root = t->root;

@@ -91,7 +91,7 @@ static inline scaled row_product(const int32_t *a, const int32_t *b, int width)
 }
 
 /* r + f'f, r > 0: mostly in one sum, with r in units of the square */
-KQ_OF_WORDS packed packed_sum(int32_t r, int32_t p, const int32_t *f, int n)
+KQ_OF_WORDS packed packed_add_square(int32_t r, int32_t p, const int32_t *f, int n)
 {
     const sum square = squares(0, f, n); /* < 2^60.4 */
     const int32_t exponent = 2 * f[n], up = p - exponent;
@@ -104,7 +104,7 @@ KQ_OF_WORDS packed packed_sum(int32_t r, int32_t p, const int32_t *f, int n)
 
 KQ_OF_NUMBERS scaled add_square(scaled r, const int32_t *f, int n)
 {
-    return unpack(packed_sum(r.mantissa, r.exponent, f, n));
+    return unpack(packed_add_square(r.mantissa, r.exponent, f, n));
 }
 
 static inline int32_t moved(int32_t a, int32_t down)

@@ -153,7 +153,7 @@ KQ_OF_NUMBERS scaled scaled_plus(scaled a, scaled b)
 
 static inline scaled scaled_minus(scaled a, scaled b) { return scaled_plus(a, scaled_negative(b)); }
 
-/* *total += a, and += a b: in place, for what is not hot */
+/* In place, for cold code: *total <- *total + a, and + a b */
 KQ_COLD KQ_NOINLINE static void scaled_add(scaled *total, const scaled *a) { *total = scaled_plus(*total, *a); }
 
 KQ_COLD KQ_NOINLINE static void scaled_add_times(scaled *total, const scaled *a, const scaled *b)
@@ -218,7 +218,7 @@ KQ_SHARED int words_are_less(int32_t a, int32_t p, int32_t b, int32_t q)
 
 KQ_INLINE int scaled_is_less(scaled a, scaled b)
 {
-    if (KQ_IS_KNOWN(a.mantissa == 0)) return b.mantissa > 0; /* num_tiny */
+    if (KQ_IS_KNOWN(a.mantissa == 0)) return b.mantissa > 0; /* num_tiny is 0 */
     return words_are_less(a.mantissa, a.exponent, b.mantissa, b.exponent);
 }
 

@@ -25,7 +25,7 @@ static int unknown_is_zero(const start *s, int i)
    not taken by A but is below the rounding of others that have grown: then it is unknown still. */
 static int column_is_zero(const start *s, int j)
 {
-    static const scaled zero;
+    const scaled zero = scaled_zero();
     const diffuse_memory v = diffuse_memory_of(s);
     const int may_vanish = scaled_is_less(load_scaled(v.volume), scaled_shift(scaled_one, -8));
     for (int i = 0; i < s->states; i++) {
@@ -148,7 +148,7 @@ static scaled mirror_of(mirror *m, const scaled *g, int count)
 /* A row of D or B; answers the square of what that rounds in all its columns but the first. */
 static scaled mirror_row(num *row, const mirror *m, int count)
 {
-    static const scaled zero;
+    const scaled zero = scaled_zero();
     const scaled first = entry_get(row, 0);
     scaled square = zero;
     terms along = terms_begin();

@@ -164,7 +164,7 @@ static void diffuse_begin(start *s, filter *f, uint32_t unknown)
 {
     const int n = s->states;
     const diffuse_memory v = diffuse_memory_of(s);
-    static const scaled zero;
+    const scaled zero = scaled_zero();
     s->attached.hooks = &diffuse_hooks;
     s->filter = f;
     s->tape = 0;

@@ -19,7 +19,7 @@ KQ_NOINLINE static void root_of_rows(num *S, num *rows, int width, int n, num *p
 /* Row i of a root, its zeros too */
 static void full_row(scaled *row, const num *S, int n, int i)
 {
-    static const scaled zero;
+    const scaled zero = scaled_zero();
     for (int k = 0; k < n; k++) {
         row[k] = k < i ? zero : root_number(S, n, i, k);
     }
@@ -135,7 +135,7 @@ static void past_predict(const start *s, const process *p)
 /* The rotations of an ordinary update, from its record on the tape */
 static void past_update(const start *s, uint32_t t, const num *record)
 {
-    static const scaled zero;
+    const scaled zero = scaled_zero();
     const past_state q = past_at(s, t);
     const int n = s->states;
     for (int i = 0; i < n; i++) {

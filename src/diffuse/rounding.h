@@ -39,7 +39,7 @@ static void rounding_add(num *rounding, int n, int i, scaled variance)
 /* Row <- row - c pivot, so that entry k is 0 */
 static void eliminate(scaled *row, const scaled *pivot, int k, int n)
 {
-    static const scaled zero;
+    const scaled zero = scaled_zero();
     const scaled factor = scaled_negative(scaled_over(row[k], pivot[k]));
     for (int j = k + 1; j < n; j++) {
         terms t = terms_begin();

@@ -18,7 +18,7 @@ static void past_mark_lost(const start *s, const past_state *q)
    becomes the root. */
 static void past_finish(const start *s, uint32_t t, const num *a, const num *T)
 {
-    static const scaled zero;
+    const scaled zero = scaled_zero();
     const diffuse_memory v = diffuse_memory_of(s);
     const past_state q = past_at(s, t);
     const int n = s->states;

@@ -43,7 +43,7 @@ static void diffuse_row(sight *by, const reading *z, int c)
    to tell, or phi is uncertain by more than 3 %: precision is lost. */
 static int diffuse_sees(const start *s, sight *by)
 {
-    static const scaled zero;
+    const scaled zero = scaled_zero();
     const diffuse_memory v = diffuse_memory_of(s);
     const int n = s->states;
     int sees = 0, may_see = 0, surely = 0;
@@ -70,7 +70,7 @@ static int diffuse_sees(const start *s, sight *by)
 /* F <- (I - k h') F + k e' and what the reflection rounds, e being what g is rounded by */
 static void rounding_define(num *rounding, int n, const scaled *k, const sight *by)
 {
-    static const scaled zero;
+    const scaled zero = scaled_zero();
     const scaled seen = hypotenuse(by->error, by->own), square = scaled_times(seen, seen);
     for (int i = 0; i < n; i++) {
         num *row = rounding_row(rounding, n, i);
@@ -138,7 +138,7 @@ static void diffuse_end(start *s)
 /* D <- D M, so that g = (phi, 0, ...), and B; k = D_1 / phi.  Answers phi. */
 static scaled diffuse_reflect(start *s, sight *by, scaled *k)
 {
-    static const scaled zero;
+    const scaled zero = scaled_zero();
     const diffuse_memory v = diffuse_memory_of(s);
     const int n = s->states, count = s->unknowns;
     mirror turn;
@@ -170,7 +170,7 @@ static void diffuse_close_dimension(start *s)
 /* What is seen is as large as the ranges let it be: S <- tria [S, D_1 range_sigma]. */
 static void diffuse_bound(start *s, definition *m, const sight *by, const scaled *k)
 {
-    static const scaled zero;
+    const scaled zero = scaled_zero();
     const int n = s->states;
     for (int i = 0; i < n; i++) {
         m->f[i] = zero;
@@ -185,7 +185,7 @@ static void diffuse_bound(start *s, definition *m, const sight *by, const scaled
    nothing unknown. */
 KQ_NOINLINE static int diffuse_define(start *s, const reading *z, int c, sight *by, scaled e)
 {
-    static const scaled zero;
+    const scaled zero = scaled_zero();
     filter *f = s->filter;
     const int n = s->states;
     const scaled r = scalar_noise(z, c);

@@ -42,7 +42,7 @@ KQ_COLD static void gain_of_root(filter *f, const reading *z, scaled *K)
     scaled buffer[KQ_SIZE_MAX], memory[LOW_NOISE_PARTS * KQ_SIZE_MAX];
     const low_noise_work w = low_noise_work_at(memory, f->states);
     low_noise_scalar one;
-    static const scaled zero;
+    const scaled zero = scaled_zero();
     const int n = f->states, m = s->components;
     one.z = z;
     for (int c = 0; c < m; c++) {

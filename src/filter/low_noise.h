@@ -187,9 +187,9 @@ KQ_COLD KQ_NOINLINE static void watch_rounding(filter *f, const low_noise_scalar
         scaled sum = scaled_zero(), size = scaled_zero();
         for (int i = 0; i <= j; i++) {
             if (scaled_is_zero(m->h[i])) continue;
-            const scaled term = scaled_times(m->h[i], root_number(S, n, i, j)), size_of = scaled_magnitude(term);
+            const scaled term = scaled_times(m->h[i], root_number(S, n, i, j)), term_size = scaled_magnitude(term);
             scaled_add(&sum, &term);
-            scaled_add(&size, &size_of);
+            scaled_add(&size, &term_size);
         }
         spare[j] = scaled_times(sum, sum);
         spare[n + j] = scaled_times(scaled_times(size, size), num_watched);

@@ -196,7 +196,7 @@ KQ_COLD static kq_status sensor_init_diagonal(sensor *s, const kq_sensor_table_q
 /* R_jc = sum over k of U_jk D_k U_ck */
 KQ_COLD static scaled noise_entry(const sensor *s, int j, int c)
 {
-    static const scaled zero;
+    const scaled zero = scaled_zero();
     if (!s->correlated) return j == c ? s->noise[c] : zero;
     scaled total = zero;
     for (int k = j > c ? j : c; k < s->components; k++) {
@@ -235,7 +235,7 @@ KQ_COLD static void noise_add(scaled *U, scaled d, scaled *v, int count)
  */
 KQ_COLD static void noise_of_present(scaled *noise, const sensor *s, uint32_t present)
 {
-    static const scaled zero;
+    const scaled zero = scaled_zero();
     const int m = s->components;
     scaled v[KQ_SIZE_MAX];
     for (int k = 0; k < KQ_TRIANGLE(m); k++) noise[k] = s->noise[k];

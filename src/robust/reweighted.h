@@ -37,7 +37,7 @@ static int noise_is_live(const process *p, int k)
    its coordinates that move the state, which alone are counted */
 static scaled noise_square(const process *m, const process *source, const workspace *v, int *rank)
 {
-    static const scaled zero;
+    const scaled zero = scaled_zero();
     const int n = m->states;
     scaled total = zero;
     *rank = 0;

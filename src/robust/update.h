@@ -95,7 +95,7 @@ static void robust_tell(filter *f, const reading *z, const robust_scalar *m, sca
 KQ_NOINLINE static scaled take_robust(filter *f, const reading *z, const robust_scalar *m,
                                       const loss *how)
 {
-    static const scaled zero;
+    const scaled zero = scaled_zero();
     scaled weight, s;
     const scaled r = *m->noise;
     if (!robust_prepare(f, z, m, how, &weight, &s)) {
@@ -146,7 +146,7 @@ static int is_none_present(const sensor *s, uint32_t present)
 
 KQ_NOINLINE static void update_robust(filter *f, const sensor *s, const num *z, uint32_t present, loss *how)
 {
-    static const scaled zero;
+    const scaled zero = scaled_zero();
     scaled noise[KQ_TRIANGLE(KQ_SIZE_MAX)], buffer[KQ_SIZE_MAX];
     const reading now = {s, noise, z, present};
     robust_scalar one;

@@ -6,7 +6,7 @@
 
 static kq_status lambda_check(scaled lambda)
 {
-    static const scaled zero;
+    const scaled zero = scaled_zero();
     const kq_status status = number_check(lambda);
     if (status) return status;
     if (!scaled_is_less(zero, lambda) || scaled_is_less(scaled_one, lambda)) return KQ_ERR_RANGE;

@@ -8,6 +8,7 @@ from __future__ import annotations
 import sys
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Iterable
 
 ROOT = Path(__file__).resolve().parents[2]
 sys.path[:0] = [str(ROOT / "tools" / "cost"), str(ROOT / "tools")]
@@ -113,6 +114,7 @@ GOALS = (
     Goal("m3", "q31", 2, RUNTIME, "lag_states", 3, of="step"),
 )
 
+
 def reached(goal: Goal, rows: list[Row]) -> bool:
     value = goal.value(rows)
     unit = f"times {goal.of}" if goal.of else f"beside {goal.less}" if goal.less else ""
@@ -123,11 +125,11 @@ def reached(goal: Goal, rows: list[Row]) -> bool:
     return value <= goal.most
 
 
-def missed(goals: list[Goal], rows: list[Row]) -> list[Goal]:
+def missed(goals: Iterable[Goal], rows: list[Row]) -> list[Goal]:
     return [goal for goal in goals if not reached(goal, rows)]
 
 
-def wanted(goals: list[Goal]) -> list[Program]:
+def wanted(goals: Iterable[Goal]) -> list[Program]:
     return list(dict.fromkeys(each for goal in goals for each in programs(goal.choice)))
 
 

@@ -94,10 +94,15 @@ struct Soundness {
     bool sound = true;     // no NaN, no variance below 0
     double eigenvalue = 1; // the smallest of the correlations
 
-    template <class Real> void inspect(const Belief<Real> &mine)
+    template <class Real> void inspectSound(const Belief<Real> &mine)
     {
         sound = sound && mine.mean.allFinite() && mine.covariance.allFinite() &&
                 mine.covariance.diagonal().minCoeff() >= 0;
+    }
+
+    template <class Real> void inspect(const Belief<Real> &mine)
+    {
+        inspectSound(mine);
         eigenvalue = std::min(eigenvalue, smallestEigenvalue(mine.covariance));
     }
 

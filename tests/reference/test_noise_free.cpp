@@ -364,7 +364,7 @@ void compareFiltered(Figures &figures, LibraryRun<T> &run, const Case &data,
         const Belief<double> mine = run.belief();
         const Belief<Quad> &exact = reference.track()[t].filtered;
         figures.filtered.add(mine, exact, units<T>(exact.covariance, reference.unmeasured()[t]));
-        figures.inspect(mine);
+        figures.inspectSound(mine);
         if (t + 1 < steps.size()) run.predict(steps[t]);
     }
 }
@@ -378,7 +378,7 @@ void compareSmoothed(Figures &figures, LibraryRun<T> &run, const BrysonFrazier &
         const Belief<double> &mine = past[t].belief;
         const Belief<Quad> &exact = exactPast[t].belief;
         figures.smoothed.add(mine, exact, units<T>(exact.covariance, reference.unmeasured()[t]));
-        figures.inspect(mine);
+        figures.inspectSound(mine);
     }
 }
 

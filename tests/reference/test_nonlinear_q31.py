@@ -121,7 +121,8 @@ def main():
         model, worst = make(), []
         for seed in range(runs):
             _, z = model.simulate(np.random.default_rng(seed))
-            ours, reference = Words(sys.argv[1], model, states, innovations).run(z, "step_extended"), run(model, z, linearise_extended)
+            ours = Words(sys.argv[1], model, states, innovations).run(z, "step_extended")
+            reference = run(model, z, linearise_extended)
             worst.append([off(a, b) for a, b in zip(ours, reference)])
         median, most = np.median(worst, axis=0), np.max(worst, axis=0)
         good = bool(np.all(median <= limit))

@@ -75,8 +75,8 @@ def test_a_forecast_leaves_the_last_control_as_it_is(more, tmp_path):
 
 def test_run_in_blocks_is_run_at_once(tmp_path):
     data, out = tmp_path / "data.csv", tmp_path / "out.csv"
-    assert kalmanq("simulate", EXAMPLES / "track.toml", "-n", 70000, "--seed", 3, "--out", data).returncode == 0
-    assert kalmanq("run", EXAMPLES / "track.toml", data, "--arith", "f32", "--out", out).returncode == 0
+    assert kalmanq("simulate", EXAMPLES / "track.toml", "-n", 70000, "--seed", 3, "-o", data).returncode == 0
+    assert kalmanq("run", EXAMPLES / "track.toml", data, "--arith", "f32", "-o", out).returncode == 0
     z = np.array([[float(row["east"]), float(row["north"])] for row in rows_of(data)])
     last = rows_of(out)[-1]
     run = Filter(model_file.read(EXAMPLES / "track.toml"), "f32").run(z)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import csv
 import json
+import os
 import re
 import subprocess
 import sys
@@ -173,7 +174,7 @@ def test_a_fitted_file_keeps_sensors_and_delays(tmp_path):
     path = walk(tmp_path)
     path.write_text(path.read_text().replace("R = [[0.04", "delay = 0.12\nR = [[0.04").replace("dt = 0.0025", "dt = 0.02"))
     assert kalmanq("simulate", path, "-n", "150", "--seed", "4", "--out", tmp_path / "log.csv").returncode == 0
-    done = kalmanq("fit", path, tmp_path / "log.csv", "--free", "Q,R", "--hold", "Q[0,*],Q[1,*]", "--out", tmp_path / "found.toml", "--json")
+    done = kalmanq("fit", path, tmp_path / "log.csv", "--free", "Q,R", "--hold", "Q[0,*],Q[1,*]", "-o", tmp_path / "found.toml", "--json")
     found, told = model_file.read(tmp_path / "found.toml"), json.loads(done.stdout)
     assert [one.delay for one in found.sensors] == [0, 0.12] and found.continuous.dt == 0.02 and not np.any(found.R[0, 1:])
     assert found.R[1, 2] != 0  # of one sensor
@@ -192,11 +193,32 @@ def test_a_fit_joins_the_files_of_sensors_to_records(tmp_path):
     ran = [json.loads(kalmanq("run", path, *pair, "--json").stdout)["log_likelihood"] for pair in pairs]
     for files, expected in ((pairs[0], ran[0]), (pairs[0][::-1], ran[0]), (pairs[0] + pairs[1], sum(ran))):
         done = kalmanq("fit", path, *files, "--free", "R", "--method", "ml", "--iterations", "1", "--json")
-        assert json.loads(done.stdout)["course"][0] == pytest.approx(expected, rel=1e-8), done.stderr
+        told = json.loads(done.stdout)
+        assert told["course"][0] == pytest.approx(expected, rel=1e-8), done.stderr
+        assert told["records"] == [list(map(str, files[k : k + 2])) for k in range(0, len(files), 2)]
     done = kalmanq("fit", path, *pairs[0], *pairs[1], "--free", "R", "--method", "ml", "--iterations", "1")
-    assert re.sub(r"\s+", " ", done.stdout).startswith(f"2 records: {pairs[0][0]} + {pairs[0][1]}; {pairs[1][0]} + {pairs[1][1]} log")
-    done = kalmanq("fit", path, pairs[0][0], "-", input=pairs[0][1].read_text())
-    assert done.returncode == 1 and done.stderr == "kalmanq: standard input: is one of several: write it to a file\n"
+    assert done.stdout.startswith(f"2 records: {pairs[0][0]} + {pairs[0][1]}; {pairs[1][0]} + {pairs[1][1]}\nlog")
+    os.mkfifo(pipe := tmp_path / "pipe")
+    for given, name in (("-", "standard input"), (pipe, str(pipe))):
+        done = kalmanq("fit", path, pairs[0][0], given, input=pairs[0][1].read_text())
+        assert done.returncode == 1 and done.stderr == f"kalmanq: {name}: is one of several, which are read twice: write it to a file\n"
+
+
+def test_files_of_steps_are_records_and_a_file_of_controls_is_a_part_of_one(tmp_path):
+    imu, gps = written(tmp_path, "imu.csv", "acc", np.arange(9.0)), written(tmp_path, "gps.csv", "pos,speed", np.arange(9.0), np.arange(9.0))
+    steps = tmp_path / "steps.toml"
+    steps.write_text('[model]\nA = [[1, 1, 0], [0, 1, 1], [0, 0, 1]]\nQ = [0, 0, 1]\nP0 = [1, 1, 1]\n' + "".join(
+        f'[[sensors]]\nname = "{name}"\nmeasurements = {columns}\nH = {H}\nR = {R}\n' for name, columns, H, R in (
+            ("imu", '["acc"]', "[0, 0, 1]", "1"), ("gps", '["pos", "speed"]', "[[1, 0, 0], [0, 1, 0]]", "[1, 1]"))))
+    assert [list(map(str, one)) for one in joining.records_of([imu, gps], model_file.read(steps))] == [[str(imu)], [str(gps)]]
+    wrong = written(tmp_path, "wrong.csv", "other", np.arange(9.0))
+    done = kalmanq("fit", steps, imu, wrong)
+    assert done.returncode == 1 and done.stderr.startswith(f"kalmanq: {wrong}: there is no column")
+    path, times = walk(tmp_path, 'B = [0.0, 0.0, 1.0]\n[controls]\nnames = ["push"]\n'), ["0", "0.1"]
+    files = [written(tmp_path, name, columns, times, *np.zeros((count, 2))) for name, columns, count in (
+        ("push.csv", "t,push", 1), ("at.csv", "t,acc", 1), ("where.csv", "t,pos,speed", 2))]
+    assert [list(map(str, one)) for one in joining.records_of([*files, *files[1:]], model_file.read(path))] == [
+        list(map(str, files)), list(map(str, files[1:]))]
 
 
 REFUSED = [

@@ -1,4 +1,4 @@
-"""Rows at times of their own: beside the joint normal of all rows in long double."""
+"""Rows at times of their own: beside the joint normal of all rows in long double, of steps by SciPy in double."""
 
 from __future__ import annotations
 

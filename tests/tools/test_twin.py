@@ -129,6 +129,8 @@ def test_nile_with_an_unknown_start():
         assert abs(np.sum(run.log_likelihood) - -633.46456) < 10 * limit
         assert np.isfinite(total) and np.all(np.isfinite(run.smoothed))
     assert abs(run.smoothed[0, 0] - 1111.7) < 0.1
+    published = Smoother(model.changed(Q=1469.1, R=15099), "f64").run(nile())
+    assert abs(np.sum(published.log_likelihood) + np.log(2 * np.pi) / 2 + 632.5456) < 1e-4  # Durbin and Koopman count no first row
 
 
 @pytest.mark.parametrize("arithmetic", ARITHMETICS)

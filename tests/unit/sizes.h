@@ -14,11 +14,17 @@
 /* Room for `length` words between two guards. */
 #define GUARDED(length) ((length) + 2 * GUARD_WORDS)
 
-/* Fills it and answers where the memory inside begins. */
+/* Fills a room of `size` bytes and answers where the memory inside begins, behind a guard of `edge`. */
+static inline void *guarded_in(void *room, size_t size, size_t edge)
+{
+    memset(room, GUARD_BYTE, size);
+    return (char *)room + edge;
+}
+
+/* A room of numbers */
 static inline num *guard(num *room, size_t words)
 {
-    memset(room, GUARD_BYTE, words * sizeof(num));
-    return room + GUARD_WORDS;
+    return guarded_in(room, words * sizeof(num), GUARD_WORDS * sizeof(num));
 }
 
 /* Of the bytes at `room` those before `inside` and after `length` more are as guard() left them. */

@@ -128,6 +128,7 @@ TEST(it_has_one_filter)
         WATCH(twin), WATCH(twin_memory);
         ASSERT_REFUSED(KQ_ERR_RECORDING, S(attach)(&twin, k->attached));
         ASSERT_OK(S(attach)(&track, k->attached)); /* to its own once more */
+        if (k->attached == &lazy.attached) TEST_ASSERT_EQUAL_INT(0, S(freeze_is_active)(&lazy)); /* begins again */
         ASSERT_OK(init_filter(&track, &prior));
         ASSERT_REFUSED(KQ_ERR_RECORDING, S(attach)(&twin, k->attached));
         for (int twice = 0; twice < 2; twice++) ASSERT_OK(S(detach)(k->attached));

@@ -286,6 +286,7 @@ TEST(an_attach_keeps_what_was_learnt)
     ASSERT_OK(S(forecast)(&twin, S(adaptation_process)(&tuner), u, 1, &track));
     ASSERT_OK(S(predict)(&twin, &motion.process, u));
     ASSERT_SAME_BITS(track_memory, twin_memory);
+    TEST_ASSERT_TRUE(fabs(log(process_scale())) > 0.1);
     ASSERT_OK(S(adaptation_init)(&tuner, &motion.process, &coupled.sensor, &rule));
     ASSERT_WITHIN(0, 1, process_scale());
     ASSERT_WITHIN(0, 1, sensor_scale());

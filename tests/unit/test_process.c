@@ -271,7 +271,7 @@ TEST(change_transition_moves_otherwise_with_the_same_noise)
     static const num P0[] = {2, 0.5, 0.5, 1};
     for (int k = 0; k < COUNT(transitions); k++) {
         textbook t;
-        memcpy(A, transitions[k], sizeof A); /* in its own array, or another one */
+        if (k % 2) memcpy(A, transitions[k], sizeof A); /* in its own array, or another one */
         ASSERT_OK(K(process_change_transition)(&motion, k % 2 ? A : transitions[k]));
         textbook_init(&t, 2, start, P0);
         textbook_predict(&t, transitions[k], NULL, NULL, 0, Q);
@@ -447,9 +447,13 @@ TEST(no_flow_writes_outside_its_memory)
 TEST(a_flow_out_of_the_numbers_is_refused)
 {
     static const num far[] = {0, NUM_MAX / 4, 0, 0}, growing[] = {100, 0, 0, 100}, push[] = {1, 1}, density[4] = {0};
+    static const num rates[4] = {0};
     K(process) p;
-    ASSERT_REFUSED(KQ_ERR_RANGE, init_flow(&p, 2, far, push, density, 16));
-    ASSERT_REFUSED(KQ_ERR_RANGE, init_flow(&p, 2, growing, push, density, 1000));
+    ASSERT_OK(init_flow(&p, 2, rates, push, density, 1));
+    watch_nothing();
+    WATCH(p), WATCH(flow_root), watch(flow_memory, 6 * sizeof(num)); /* A and B; the rest is scratch */
+    ASSERT_REFUSED(KQ_ERR_RANGE, K(process_init_continuous)(&p, far, push, density, 16, flow_memory, COUNT(flow_memory)));
+    ASSERT_REFUSED(KQ_ERR_RANGE, K(process_init_continuous)(&p, growing, push, density, 1000, flow_memory, COUNT(flow_memory)));
 }
 
 /* ------------------------------------------------ correlated with the measurement's noise */

@@ -18,20 +18,11 @@ static prior_model prior;
 static num dense[256], spread[256], zero[16], range[16];
 static int n, m;
 
-/* The memory inside, between guards */
-static void *guarded(void)
-{
-    memset(room, GUARD_BYTE, sizeof room);
-    return room + GUARD;
-}
+static void *guarded(void) { return guarded_in(room, sizeof room, GUARD * sizeof(entry)); }
 
 static void assert_guarded(size_t bytes) { assert_guard_bytes(room, sizeof room, GUARD * sizeof(entry), bytes); }
 
-static void *guarded_answer(void)
-{
-    memset(answers, GUARD_BYTE, sizeof answers);
-    return answers + GUARD;
-}
+static void *guarded_answer(void) { return guarded_in(answers, sizeof answers, GUARD * sizeof(entry)); }
 
 static void assert_answered(size_t bytes) { assert_guard_bytes(answers, sizeof answers, GUARD * sizeof(entry), bytes); }
 
@@ -120,6 +111,7 @@ TEST(a_filter_writes_within_its_memory)
         ASSERT_OK(S(update_robust)(&f, &sensor.sensor, seen(2), UINT32_MAX, &gate));
         ASSERT_OK(S(update)(&ahead, &sensor.sensor, seen(2)));
         TEST_ASSERT_EQUAL_MEMORY(ahead_memory, f.memory, length * sizeof(word));
+        TEST_ASSERT_EQUAL_INT(S(taken)(&ahead), S(taken)(&f));
         ASSERT_OK(S(update_robust)(&f, &sensor.sensor, seen(0), UINT32_MAX, &huber));
         assert_guarded(length * sizeof(word));
         ASSERT_OK(S(filter_assign)(&f, n, guarded(), length));
@@ -234,7 +226,7 @@ TEST(a_start_writes_within_its_memory)
         for (int t = 0; t < 2; t++) ASSERT_OK(S(predict)(&f, &motion.process, NULL));
         run(2);
         TEST_ASSERT_EQUAL_INT(0, S(diffuse_count)(&s));
-        TEST_ASSERT_TRUE(S(diffuse_smoothed)(&s, 0, &view) != KQ_OK);
+        TEST_ASSERT_EQUAL_INT(KQ_ERR_SIZE, S(diffuse_smoothed)(&s, 0, &view));
         assert_guarded(length * sizeof(word));
     }
 }

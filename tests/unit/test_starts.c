@@ -88,6 +88,7 @@ TEST(noise_free_measurements)
     read_now(&now, &track, 2);
     ASSERT_WITHIN(4 * LIKE, 1, whole(&now, 0));
     ASSERT_WITHIN(4 * LIKE, 3, whole(&now, 1));
+    for (int i = 0; i < 2; i++) ASSERT_WITHIN(8 * LIKE, 0, now.sigma[i]);
     for (int k = 0; k < 4; k++) ASSERT_WITHIN(4 * LIKE, 0, now.P[k]);
     TEST_ASSERT_EQUAL_INT(0, S(events)(&track));
 }

@@ -349,6 +349,19 @@ TEST(nothing_is_read_of_a_bad_filter_or_state)
 
 /* -------------------------------------------------------------------------------- step */
 
+/* B by its rows: more controls than states */
+TEST(predict_takes_several_controls)
+{
+    static const num b[] = {1, 0.5, -2, 0.25, 0, 4}, inputs[] = {3, -1, 0.5}, ranges[] = {5, 5, 5};
+    static process_model several;
+    textbook t;
+    put_process(&several, 2, 3, range, ranges, A, b, Q);
+    textbook_init(&t, 2, x0, P0);
+    textbook_predict(&t, A, b, inputs, 3, Q);
+    ASSERT_OK(S(predict)(&track, &several.process, driven(&several.process, inputs, 1)));
+    assert_textbook_of(&t, &track);
+}
+
 TEST(step_is_predict_and_update)
 {
     for (int step = 0; step < 5; step++) {

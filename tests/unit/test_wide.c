@@ -21,12 +21,7 @@ enum { GUARD = 4, TAPE = S_HISTORY_LEN(16, 16, STEPS, 0), LAG_WORDS = S_LAG_LEN(
 
 static word room[(TAPE > LAG_WORDS ? TAPE : LAG_WORDS) + 2 * GUARD];
 
-/* The memory inside, between guards */
-static word *guarded(void)
-{
-    memset(room, GUARD_BYTE, sizeof room);
-    return room + GUARD;
-}
+static word *guarded(void) { return guarded_in(room, sizeof room, GUARD * sizeof(word)); }
 
 static void assert_guarded(kq_length length)
 {

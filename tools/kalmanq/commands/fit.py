@@ -16,6 +16,7 @@ from kalmanq.commands.messages import NO_MAXIMUM, print_json, stop, tell_written
 from kalmanq.commands.options import ANY_MODEL, JSON, AnyModel, choices, command_of, read_any
 from kalmanq.data import joining
 from kalmanq.data.files import refuse_one_output, whole
+from kalmanq.data.layouts import Source
 from kalmanq.errors import KalmanqError
 from kalmanq.fitting import Fit, fit
 from kalmanq.fitting.choice import require_units
@@ -32,7 +33,8 @@ Form = choices("Form", FORMS)
 @dataclass(frozen=True)
 class Options:
     model: Path = ANY_MODEL
-    data: List[Path] = typer.Argument(..., metavar="DATA.csv", help="A CSV file for each record; files without a column in common are one, joined by their times.")
+    data: List[Path] = typer.Argument(..., metavar="DATA.csv", help="A CSV file for each record; files that follow each other "
+                                "without a column in common are one, joined by their times.")
     free: Optional[str] = typer.Option(None, "--free", help="What to estimate: A, H, Q, R, x0, P0, with commas, or entries such as "
                                        "A[0,0]; by default Q,R.  Model in continuous time: also F, Qc, or its builder's parameters.  "
                                        "Nonlinear model: constants of its file, Q, R, x0, P0; by default its `free`.")
@@ -62,7 +64,7 @@ def fit_files(options: Options, console: Console) -> None:
     files = joining.records_of(options.data, model)
     records = [joining.record(one, model) for one in files]
     if len(options.data) > 1 and not options.json:
-        console.print(f"{len(files)} record{'s' * (len(files) > 1)}: " + "; ".join(" + ".join(map(str, one)) for one in files))
+        _tell_records(files, console)
     found = _fit(options, console, model, records, free, held)
     inputs = [options.model, *options.data]
     if options.out:
@@ -72,7 +74,7 @@ def fit_files(options: Options, console: Console) -> None:
         from kalmanq.pages import pictures
 
         pictures.save(pictures.draw_course(found, model.name), options.plot, inputs)
-    _tell(options, found, free, console)
+    _tell(options, files, found, free, console)
     if not found.converged:
         stop(f"{options.model}: {found.message}", NO_MAXIMUM)
 
@@ -112,9 +114,9 @@ def _times(records: list[Any]) -> Optional[list[Any]]:
 # ------------------------------------------------------------------------------ what came out
 
 
-def _tell(options: Options, found: Fit, free: list[str], console: Console) -> None:
+def _tell(options: Options, files: list[list[Source]], found: Fit, free: list[str], console: Console) -> None:
     if options.json:
-        return print_json(_for_machines(found, free))
+        return print_json({"records": [list(map(str, one)) for one in files], **_for_machines(found, free)})
     begun = f"{found.course[0]:.6g} -> " if found.course else ""
     console.print(f"log-likelihood {begun}{found.log_likelihood:.6f} in {len(found.course)} evaluations "
                   f"({found.evaluations} in all)")
@@ -129,6 +131,11 @@ def _tell(options: Options, found: Fit, free: list[str], console: Console) -> No
     for name in found.boundary:
         console.print(f"at the boundary, no standard error: {name}")
     tell_written((options.out, options.plot), console)
+
+
+def _tell_records(files: list[list[Source]], console: Console) -> None:
+    said = "; ".join(" + ".join(map(str, one)) for one in files)
+    console.print(f"{len(files)} record{'s' * (len(files) > 1)}: {said}", soft_wrap=True)
 
 
 def _rows(found: Fit, free: list[str]) -> Iterator[tuple[str, str, str]]:

@@ -1,4 +1,4 @@
-"""What holds of each entry of a factor for ever: a constant, or the entry that it always equals.
+"""What holds of each entry of a factor or a covariance for ever: a constant, or the entry that it always equals.
 
 An optimistic fixed point: at first each entry is thought to keep its first value.  Predict and the update of each
 component are traced; entries that change become variables, and entries that start alike and change alike stay one.  So
@@ -34,7 +34,7 @@ def facts(first: Mapping[Key, float], transfers: Sequence[Callable[[Entries], En
 
 
 def lasting(first: Mapping[Key, Any], after: Callable[[Mapping[Key, Fact]], Mapping[Key, Sequence[After]]]) -> dict[Key, Fact]:
-    """after: of facts, what each transfer makes of each entry"""
+    """first: what entries begin with.  after: of facts, what each transfer makes of each entry"""
     known: dict[Key, Fact] = dict(first)
     while True:
         results, made = after(known), {}

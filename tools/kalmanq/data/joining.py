@@ -7,7 +7,7 @@ from __future__ import annotations
 
 from contextlib import ExitStack
 from dataclasses import replace
-from typing import Any, Iterator, Optional, Sequence
+from typing import Any, ContextManager, Iterator, Optional, Sequence
 
 import numpy as np
 
@@ -53,10 +53,13 @@ def record(data: Any, model: Any, has_to_fit: bool = False) -> tuple[np.ndarray,
 
 def records_of(data: Sequence[Any], model: Any) -> list[list[Source]]:
     """The files of each record: those that follow each other without a column in common are one, joined by their times"""
+    sources = list(map(source_of, data))
+    if len(sources) == 1 or dt_of(model) is None:  # steps have no times
+        return [[one] for one in sources]
     made: list[list[Source]] = []
     taken: set[str] = set()
-    for source in map(source_of, data):
-        names = set() if len(data) == 1 else _columns_of(source, model)
+    for source in sources:
+        names = _columns_of(source, model)
         if made and not taken & names:
             made[-1].append(source)
             taken |= names
@@ -67,10 +70,16 @@ def records_of(data: Sequence[Any], model: Any) -> list[list[Source]]:
 
 
 def _columns_of(source: Source, model: Any) -> set[str]:
-    if source.is_standard_input:
-        raise TableError(source, "is one of several: write it to a file")
-    with opened_table(source, [*model.measurements, *model.inputs], dt=dt_of(model), cure=cure_of(model), may_lack=True) as table:
+    if source.is_standard_input or source.path.is_fifo():
+        raise TableError(source, "is one of several, which are read twice: write it to a file")
+    with _opened(source, model) as table:
         return set(table.names)
+
+
+def _opened(source: Source, model: Any, **how: Any) -> ContextManager[Table]:
+    """One of several files: a column may be in another one"""
+    return opened_table(source, [*model.measurements, *model.inputs], dt=dt_of(model), cure=cure_of(model), may_lack=True,
+                        stamps=[one.measured for one in _sensors_of(model) if one.measured], **how)
 
 
 def _sensors_of(model: Any) -> Sequence[Sensor]:
@@ -82,10 +91,7 @@ def _joined(sources: Sequence[Source], model: Any, rows: int, has_to_fit: bool) 
     """In the order of time.  A measurement that is not there is missing; a control stays until the next one."""
     names = [one.name for one in (*model.measurements, *model.inputs)]
     with ExitStack() as stack:
-        made = [stack.enter_context(opened_table(source, [*model.measurements, *model.inputs], has_to_fit=has_to_fit,
-                                                 dt=dt_of(model), cure=cure_of(model), may_lack=True, is_alone=len(sources) == 1,
-                                                 stamps=[one.measured for one in _sensors_of(model) if one.measured]))
-                for source in sources]
+        made = [stack.enter_context(_opened(source, model, has_to_fit=has_to_fit, is_alone=len(sources) == 1)) for source in sources]
         _require_columns(made, model)
         unit = model.continuous.seconds if getattr(model, "continuous", None) else 1.0
         late = [(list(one.measurements), unit * one.delay, one.measured) for one in _sensors_of(model) if one.delay]

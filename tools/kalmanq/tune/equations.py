@@ -14,7 +14,6 @@ from kalmanq.compiler.equation_product import compiled_equations
 from kalmanq.compiler.equation_run import CompiledEquations, EquationRun
 from kalmanq.compiler.names import identifiers
 from kalmanq.compiler.request import MOST_STEPS, Options
-from kalmanq.errors import KalmanqError
 from kalmanq.firmware.c_source import WORDS
 from kalmanq.firmware.costs import CORES
 from kalmanq.formulas.graph import needed
@@ -25,7 +24,6 @@ from kalmanq.run.diagnostics import chi_square_limit
 from kalmanq.tune import emitted
 from kalmanq.tune.emitted import Variant
 from kalmanq.tune.equation_noises import noises_of, text_of
-from kalmanq.tune.literals import Template
 from kalmanq.tune.noises import Noise, marker, split
 from kalmanq.tune.packing import noise_content, packed, quantities
 

@@ -28,7 +28,7 @@ def start(plan: Plan) -> list[str]:
     lines = [f"f->{name} = {value};" for i in range(s.of.n)
              for (name, _), value in zip(s.mean.fields(i), s.mean.start(i))]
     lines += covariance_of(plan, s.of.P0) + [f"f->{name} = 0;" for _, name in bookkeeping(plan)]
-    lines += [*variances(plan), "f->nis = 0;"] if plan.nis else []
+    lines += [*variances(plan), *["f->nis = 0;"] * plan.nis]
     lines += [f"f->{name} = 0;" for name in lag_text.innovations(plan)]
     return function(f"void {plan.name}_start({plan.type} *restrict f)", lines)
 
