@@ -226,7 +226,7 @@ TEST(a_start_writes_within_its_memory)
         for (int t = 0; t < 2; t++) ASSERT_OK(S(predict)(&f, &motion.process, NULL));
         run(2);
         TEST_ASSERT_EQUAL_INT(0, S(diffuse_count)(&s));
-        TEST_ASSERT_EQUAL_INT(KQ_ERR_SIZE, S(diffuse_smoothed)(&s, 0, &view));
+        TEST_ASSERT_EQUAL_INT(KQ_ERR_NOT_READY, S(diffuse_smoothed)(&s, 0, &view));
         assert_guarded(length * sizeof(word));
     }
 }
