@@ -183,8 +183,8 @@ KQ_NODISCARD kq_status kq_em_iterate_f64(kq_em_f64 *em);
  *   em       changed
  * Cost: less than a step of kq_em_iterate.
  * KQ_ERR_NULL, KQ_ERR_NOT_READY, and the errors of kq_em_init about the model.
- * KQ_ERR_LIKELIHOOD: the likelihood is infinite, 0 or not representable, or lower than before kq_em_maximise by more
- * than 64 eps (measurements + |L|).  The E-step ends.  The parameters before kq_em_maximise are put back, and
+ * KQ_ERR_LIKELIHOOD: a state overflows (KQ_EVENT_OVERFLOW of its filter), or the likelihood is infinite, 0 or not
+ * representable, or lower than before kq_em_maximise by more than 64 eps (measurements + |L|).  The E-step ends.  The parameters before kq_em_maximise are put back, and
  * kq_em_log_likelihood is theirs: going on leads here again.  A model that you changed after kq_em_maximise is judged
  * in the same way; call kq_em_init. */
 KQ_NODISCARD kq_status kq_em_advance_f32(kq_em_f32 *em);

@@ -8,4 +8,7 @@ static inline int size_is_valid(int size) { return size >= 1 && size <= KQ_SIZE_
 
 static inline int column(int j) { return j * (j + 1) / 2; }
 
+/* What the reflections of n rows keep, two numbers each (triangularise) */
+#define REFLECTOR_LEN(n) (2 * (n))
+
 #endif

@@ -44,7 +44,7 @@ static diffuse_memory diffuse_memory_of(const start *s)
     v.pq = v.W + n * ROW_LEN(n + 1);
     v.joined = v.spare = v.past = 0;
     if (s->early == 0) return v;
-    v.joined = v.pq + 2 * n;
+    v.joined = v.pq + REFLECTOR_LEN(n);
     v.spare = v.joined + n * ROW_LEN(2 * n + 1);
     v.past = v.spare + 2 * n;
     return v;

@@ -66,6 +66,7 @@ static kq_status em_filter(estimation *e)
     const recording *r = e->recordings + e->recording;
     kq_status status = e->step == 0 ? em_begin_recording(e, &w) : em_predict(e, r);
     if (!status) status = em_update(e, r);
+    if (!status && e->history.phase != HISTORY_RECORDING) status = KQ_ERR_LIKELIHOOD; /* a state overflowed */
     if (status) return status;
     return ++e->step < r->steps ? KQ_OK : em_end_filter(e);
 }

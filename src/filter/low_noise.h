@@ -23,8 +23,6 @@ typedef struct {
     int watched;     /* it has been taken: its rounding is looked at */
 } low_noise_scalar;
 
-enum { FLOOR_PARTS = 4 };
-
 /*
  * F = S'h, and what rounding alone makes of h'P h.  A decorrelated row and its innovation are sums,
  * which may cancel: they are rounded as their terms are, not as what is left of them.

@@ -18,7 +18,8 @@ typedef struct {
     scaled *floor;   /* all but f, before they are needed */
 } low_noise_work;
 
-enum { LOW_NOISE_PARTS = 5 };
+/* FLOOR_PARTS: what project_with_floor and rounding_before (low_noise.h) need */
+enum { FLOOR_PARTS = 4, LOW_NOISE_PARTS = 1 + FLOOR_PARTS };
 
 static low_noise_work low_noise_work_at(scaled *memory, int n)
 {

@@ -28,7 +28,7 @@ static kq_status process_room_check(const process *p)
 
 kq_status T(kq_process_linearise)(process *p, const process *base, const num *A, num *E)
 {
-    num pq[2 * KQ_SIZE_MAX];
+    num pq[REFLECTOR_LEN(KQ_SIZE_MAX)];
     kq_status status = process_check(base);
     if (!status) status = process_room_check(p);
     if (status) return status;
@@ -148,7 +148,7 @@ kq_status T(kq_predict_sigma_points)(filter *f, const process *p, T(kq_function)
     if (!work) return KQ_ERR_NULL;
     const int n = f->states;
     const sampling q = {f, increment, context, n, rule};
-    num *y = work, *D = y + n, *E = D + n * n, *pq = E + n * n, *G = pq + 2 * n;
+    num *y = work, *D = y + n, *E = D + n * n, *pq = E + n * n, *G = pq + REFLECTOR_LEN(n);
     status = sample(&q, y, D, E);
     if (status) return status;
     process own = *p;

@@ -163,27 +163,28 @@ static int late_take(filter *f, const late_scalar *m)
    of one without noise, or 0. */
 static scaled late_scalar_of(late_scalar *m, const filter *then, const reading *z, int c)
 {
-    scaled buffer[KQ_SIZE_MAX], spare[3 * KQ_SIZE_MAX];
+    scaled buffer[KQ_SIZE_MAX], spare[FLOOR_PARTS * KQ_SIZE_MAX];
     const int n = then->states;
     const scaled *h = scalar_row(z, c, buffer);
     const scaled floor = project_with_floor(then, z, c, h, spare);
     for (int i = 0; i < n; i++) m->f[i] = spare[i];
     m->r = scalar_noise(z, c);
     m->e = scalar_innovation(then, z, c);
-    m->s = scaled_plus(m->r, square_of(m->f, n));
-    if (scaled_is_less(num_tiny, m->r)) return (scaled){0};
+    const int has_noise = scaled_is_less(num_tiny, m->r);
     const scaled last_bits = mean_resolution(h, n);
-    if (scaled_is_less(m->r, last_bits)) m->r = last_bits;
+    if (!has_noise && scaled_is_less(m->r, last_bits)) m->r = last_bits;
+    m->s = scaled_plus(m->r, square_of(m->f, n)); /* >= r, which the rotations rely on */
+    if (has_noise) return (scaled){0};
     return scaled_plus(floor, scaled_times(scaled_of_count(3), m->r)); /* one r is left of it by the first of two */
 }
 
 /* What it says of the present, nothing being changed; is it to be taken?  If not, there is an event.  An ordinary one
-   says something as long as its numbers are no more than that. */
+   with noise (floor 0) says something as long as its numbers are no more than that. */
 static int late_counts(filter *f, T(kq_lag) *lag, uint32_t k, const late_scalar *m, scaled floor)
 {
     scaled noise[KQ_SIZE_MAX];
     late_scalar at[2] = {*m};
-    if (is_ordinary(m->r, m->s, m->e)) return 1;
+    if (scaled_is_zero(floor) && is_ordinary(m->r, m->s, m->e)) return 1;
     for (uint32_t age = k; age > 0; age--) {
         late_through(at + 1, noise, at, lag_map(lag, age, f->states), f->states);
         at[0] = at[1];

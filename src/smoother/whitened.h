@@ -31,7 +31,7 @@ KQ_KERNEL workspace workspace_at(num *memory, int n)
     v.T = v.M + n * ROW_LEN(2 * n);
     v.predicted = v.T + ROOT_LEN(n);
     v.pq = v.predicted + ROOT_LEN(n);
-    v.a = v.pq + 2 * n;
+    v.a = v.pq + REFLECTOR_LEN(n);
     v.spare = v.a + COORDINATE_PLANES * n;
     return v;
 }

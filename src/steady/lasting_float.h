@@ -28,7 +28,7 @@ static steady_work steady_work_at(num *memory, int n, int m)
     for (int k = 0; k < 3; k++, memory += KQ_TRIANGLE(n)) *triangle[k] = memory;
     w.wide = memory;
     w.pq = w.wide + n * (n + (n > m ? n : m));
-    w.gain = w.pq + 2 * n;
+    w.gain = w.pq + REFLECTOR_LEN(n);
     w.drive = w.gain + n * m;
     w.state = w.drive + n * m;
     return w;

@@ -1,5 +1,6 @@
 #!/usr/bin/env python3
-"""Is the table of src/README.md, which public function is in which arithmetic, that of the headers?
+"""Is the table of src/README.md, which public function is in which arithmetic, right by the headers?  And does the suite
+full_size call every public function?
 
     parity.py [ROOT]
 
@@ -16,6 +17,7 @@ EVERY = FLOATING | FIXED
 def declared(header):
     """The arithmetics of each function of a header"""
     text = re.sub(r"/\*.*?\*/", "", header.read_text(encoding="utf-8"), flags=re.S)
+    text = re.sub(r"\btypedef\b[^;{]*;", "", text)
     text = re.sub(r"^[ \t]*#(?:.*\\\n)*.*", "", text, flags=re.M)
     functions = {}
     for name, arithmetic in re.findall(r"\b(kq_\w+)_(f32|f64|q31)\(", text):
@@ -47,6 +49,13 @@ def differences(header, functions, floating, fixed):
         yield f"{header}: {name} is not there"
 
 
+def called_at_full_size(root):
+    """The functions that test_full_size.c calls, itself or by the helpers of all unit tests' models"""
+    names = ("test_full_size.c", "models.h", "models_float.h", "models_q31.h", "q31.h", "views.h")
+    text = "".join((root / "tests/unit" / name).read_text(encoding="utf-8") for name in names)
+    return {f"kq_{name}" for name in re.findall(r"\b[SK]\((\w+)\)\(", text)} | set(re.findall(r"\b(kq_\w+?)_(?:q31|##T)\(", text))
+
+
 def main():
     root = pathlib.Path(sys.argv[1] if len(sys.argv) > 1 else pathlib.Path(__file__).parents[2])
     headers = {path.name: declared(path) for path in sorted((root / "include/kalmanq").glob("*.h"))}
@@ -59,6 +68,9 @@ def main():
             faults += differences(header, functions, named(floating, functions), named(fixed, functions))
     faults += [f"{header}: is in {seen.count(header)} rows" for header in sorted(headers | dict.fromkeys(seen))
                if seen.count(header) != 1 or header not in headers]
+    called = called_at_full_size(root)
+    faults += [f"{header}: {name} is not called by the suite full_size" for header, functions in headers.items()
+               for name in sorted(functions) if name not in called]
     for fault in faults:
         print(fault)
     count = sum(map(len, headers.values()))

@@ -705,6 +705,25 @@ TEST(test_a_likelihood_that_is_not_finite_is_refused)
     ASSERT_OK(K(em_iterate)(&em));
 }
 
+/* A state that is not measured grows beyond what can be represented: its history has ended, and is not smoothed. */
+TEST(test_a_state_that_overflows_is_refused)
+{
+    static uint16_t none[STEPS];
+    model.A[0] = N(0x1p60);
+    none[0] = none[STEPS - 1] = 3;
+    for (int k = 0; k < 2; k++) {
+        recordings[0].present = none;
+        memset(em_memory, k ? 0xA5 : 0, sizeof em_memory);
+        ASSERT_OK(init());
+        watch_nothing();
+        WATCH(model);
+        ASSERT_REFUSED(KQ_ERR_LIKELIHOOD, K(em_iterate)(&em));
+        ASSERT_NAN(K(em_log_likelihood)(&em));
+    }
+    model.A[0] = A_first[0];
+    ASSERT_OK(K(em_iterate)(&em));
+}
+
 /* The caller's arrays are read anew at every E-step. */
 TEST(test_a_model_spoilt_between_iterations_is_refused)
 {
