@@ -149,7 +149,7 @@ KQ_NODISCARD kq_status kq_detach_f64(struct kq_attached_f64 *object);
  *   u        l controls, or NULL for none at this step; not read if l = 0
  * KQ_ERR_NULL, KQ_ERR_NOT_READY, KQ_ERR_MISMATCH (number of states), KQ_ERR_NOT_FINITE (u).
  * Events: KQ_EVENT_OVERFLOW: the sigma of a state that nothing measures has reached 2^60 (f32), 2^500 (f64) or 2^8160
- * raw values (q31) and stays there; in f32 and f64 the state loses its correlations.  A mean beyond 2^120 (f32) or
+ * raw values (q31).  In f32 and f64 it becomes 2^-16 of that and the state loses its correlations.  A mean beyond 2^120 (f32) or
  * 2^1000 (f64), or whose A x + B u overflows, becomes 0 (q31: it is saturated).  A state that A does not couple to it
  * keeps its mean.  Measurements bring the state back.  A history ends.  KQ_EVENT_PRECISION: rounding hides what a
  * low-noise measurement said, or the rounding of many updates may have moved a sigma by 5 %: use f64.  One
@@ -166,7 +166,8 @@ KQ_NODISCARD kq_status kq_predict_f64(kq_filter_f64 *f, const kq_process_f64 *p,
  *   s        of n states; read
  *   z        m, in the sensor's units
  * KQ_ERR_NULL, KQ_ERR_NOT_READY, KQ_ERR_MISMATCH, KQ_ERR_NOT_FINITE (z).
- * Events: KQ_EVENT_REDUNDANT, KQ_EVENT_OVERFLOW: a component was not taken.  A component is redundant if its
+ * Events: KQ_EVENT_REDUNDANT, KQ_EVENT_OVERFLOW: a component was not taken; or (OVERFLOW) H P H' was not representable,
+ * and sigmas above 2^57 (f32) or 2^497 (f64) over the row's largest entry were held as by kq_predict.  A component is redundant if its
  * innovation variance is below 2^-96 (f32) or 2^-360 (f64): choose units above it.  A noise-free one, or one after a
  * low-noise measurement, is redundant if its innovation variance is rounding.  KQ_EVENT_CONTRADICTION: see status.h.
  * KQ_EVENT_PRECISION (f32): 2^19 components since init had H P H' within the last four bits of S.  Clear it if

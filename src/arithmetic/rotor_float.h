@@ -21,11 +21,11 @@ static inline int is_ordinary(scaled r, scaled s, scaled e)
 static inline int has_noise_enough(scaled r, scaled s, scaled e) { return is_ordinary(r, s, e); }
 
 /* Raises the noise r of a low-noise measurement to twice the least that has_noise_enough takes; s grows with r.
-   Answers 0 where r is that large already: the measurement overflows. */
+   Answers 0 where r is that large already, or s no number: the measurement overflows. */
 static inline int raise_noise(scaled *r, scaled s)
 {
     const num least = 2 * (low_noise_share(s) + num_zero_variance);
-    if (!(least > *r)) return 0;
+    if (!(least > *r && s <= num_max)) return 0;
     *r = least;
     return 1;
 }

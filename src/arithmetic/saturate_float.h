@@ -22,10 +22,22 @@ static inline num row_norm(const num *S, int n, int i)
     return num_root(total);
 }
 
-/* Row i at the limit, without correlations: a shorter row would say of the other states what is not so */
-static inline void row_saturate(num *S, int n, int i)
+/* Row i below its limit, without correlations: a shorter row would say of the other states what is not so.  So far below
+   that it grows for some predicts before it is held again: by then a measurement of another state may tell of it. */
+static inline void row_saturate(num *S, int n, int i, num most)
 {
-    for (int j = i; j < n; j++) S[column(j) + i] = j == i ? num_most_sigma : 0;
+    for (int j = i; j < n; j++) S[column(j) + i] = j == i ? most * 0x1p-16f : 0;
+}
+
+/* The largest sigma of a state for which h'P h is a number, h being a row of H or NULL: 1/8 of the limit over its largest
+   entry, of which there are 16.  Of an H beyond 2^29 there may be none: it is no less than 2^-32 of the limit. */
+static inline num largest_sigma(const num *h, int n)
+{
+    num size = 1;
+    for (int i = 0; h && i < n; i++) {
+        if (8 * num_magnitude(h[i]) > size) size = 8 * num_magnitude(h[i]);
+    }
+    return num_most_sigma / (size < 0x1p32f ? size : 0x1p32f);
 }
 
 /* What column `from` holds of row k, the rows below counting no more, becomes part of the pivot of column `to`. */
@@ -52,16 +64,17 @@ static inline int mean_is_kept(num *x, int n, int i)
     return 0;
 }
 
-/* The rows above one that is held have been looked at by then.  What they have in its column goes into their own. */
-KQ_COLD KQ_NOINLINE static unsigned state_saturate(num *x, num *S, int n)
+/* h: a row of H for which the state is to be held, or NULL.  The rows above one that is held have been looked at by then.
+   What they have in its column goes into their own. */
+KQ_COLD KQ_NOINLINE static unsigned state_saturate(num *x, num *S, const num *h, int n)
 {
-    const num most = num_most_sigma / num_saturation_unit;
+    const num most = largest_sigma(h, n);
     unsigned events = 0;
     for (int i = 0; i < n; i++) {
         const int is_kept = mean_is_kept(x, n, i);
-        if (is_kept && row_norm(S, n, i) <= most) continue;
+        if (is_kept && row_norm(S, n, i) <= most / num_saturation_unit) continue;
         for (int k = i; k-- > 0;) join_pivot(S + column(k), S + column(i), k);
-        row_saturate(S, n, i);
+        row_saturate(S, n, i, most);
         events = KQ_EVENT_OVERFLOW;
     }
     return events;
@@ -70,7 +83,7 @@ KQ_COLD KQ_NOINLINE static unsigned state_saturate(num *x, num *S, int n)
 /* The state, of which the mean has been moved, held within the numbers */
 KQ_INLINE unsigned mean_saturated(num *x, num *S, int n, extent far)
 {
-    return KQ_MOSTLY(extent_is_within(far)) ? 0 : state_saturate(x, S, n);
+    return KQ_MOSTLY(extent_is_within(far)) ? 0 : state_saturate(x, S, 0, n);
 }
 
 /* Is there nothing to hold in what predict made of the state? */

@@ -6,9 +6,9 @@
 
 #include "rows_q31.h"
 
-static inline unsigned state_saturate(int32_t *x, int32_t *S, int n)
+static inline unsigned state_saturate(int32_t *x, int32_t *S, const scaled *h, int n)
 {
-    (void)x, (void)S, (void)n;
+    (void)x, (void)S, (void)h, (void)n;
     return 0;
 }
 

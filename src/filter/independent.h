@@ -52,7 +52,7 @@ static kq_status take_lean(filter *f, const sensor *s, const num *z, uint32_t pr
         if (!(present >> c & 1)) continue;
         if (filter_is_wide(f)) filter_saturate(f);
         if (take_component(f, &now, c, n, MODE_LEAN)) continue;
-        refuse_overflow(f);
+        if (hold_state(f, s->measurement + c * n) && take_component(f, &now, c, n, MODE_LEAN)) continue;
         if (f->attached) f->attached->hooks->record_nothing(f);
     }
     settle(f, n);

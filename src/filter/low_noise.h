@@ -70,20 +70,22 @@ KQ_COLD static int is_redundant(const filter *f, const low_noise_scalar *m, scal
     return !scaled_is_less(least, m->s);
 }
 
-/* What is not representable is not taken.  Where it is the state that has left them, it is held, and
-   the next measurement brings it back. */
-KQ_COLD static void refuse_overflow(filter *f)
+/* What is not representable is not taken.  Where it is the state that is too large, or too uncertain for h'P h, it is
+   held, and the measurement brings it back.  Answers whether it was held. */
+KQ_COLD static int hold_state(filter *f, const scaled *h)
 {
     f->events |= KQ_EVENT_OVERFLOW;
-    if (state_saturate(f->memory, filter_root(f), f->states) && f->attached) f->attached->hooks->record_end(f);
+    if (!state_saturate(f->memory, filter_root(f), h, f->states)) return 0;
+    if (f->attached) f->attached->hooks->record_end(f);
+    return 1;
 }
 
 /* Does the innovation say something?  If not, there is an event. */
 KQ_COLD static int innovation_counts(filter *f, const low_noise_scalar *m, scaled *spare)
 {
-    if (variance_overflows(m->s)) refuse_overflow(f);
-    else if (is_redundant(f, m, spare)) f->events |= KQ_EVENT_REDUNDANT;
-    else if (likelihood_overflows(m->e, m->s)) refuse_overflow(f);
+    if (variance_overflows(m->s)) return 0;
+    if (is_redundant(f, m, spare)) f->events |= KQ_EVENT_REDUNDANT;
+    else if (likelihood_overflows(m->e, m->s)) hold_state(f, m->h);
     else return 1;
     return 0;
 }
@@ -102,8 +104,10 @@ KQ_COLD static int contradicts(const low_noise_scalar *m)
 /* f and s, given h, r and e; does the innovation say something? */
 KQ_COLD KQ_NOINLINE static int weigh_scalar(filter *f, low_noise_scalar *m, const low_noise_work *w)
 {
-    m->floor = project_with_floor(f, m->z, m->component, m->h, w->f);
-    m->s = scaled_plus(m->r, square_of(w->f, f->states));
+    do {
+        m->floor = project_with_floor(f, m->z, m->component, m->h, w->f);
+        m->s = scaled_plus(m->r, square_of(w->f, f->states));
+    } while (variance_overflows(m->s) && hold_state(f, m->h));
     return innovation_counts(f, m, w->floor);
 }
 

@@ -64,10 +64,13 @@ static int robust_prepare(filter *f, const reading *z, const robust_scalar *m, c
 {
     num row[ROW_LEN(KQ_SIZE_MAX)];
     const scaled r = *m->noise;
-    project_scalar(row, f, m);
-    const scaled square = row_product(row, row, f->states);
+    scaled square;
     *weight = scaled_one;
-    *s = scaled_plus(r, square);
+    do {
+        project_scalar(row, f, m);
+        square = row_product(row, row, f->states);
+        *s = scaled_plus(r, square);
+    } while (variance_overflows(*s) && hold_state(f, m->h));
     const int is_plain = f->ready == FILTER_READY && is_ordinary(r, *s, m->e);
     if (!is_plain && !plain_update_takes(f, z, m, *s)) return 0;
     if (!how->kind->noise) {
