@@ -434,6 +434,21 @@ def test_functions_that_should_agree_are_compared():
     assert "range" in told(innovation=lambda z, x: -innovation(z, x))["innovation"].said
 
 
+def test_a_formula_of_q_that_is_nan_is_not_the_function():
+    def root(x):
+        try:
+            return math.sqrt(x[0])
+        except ValueError:  # a formula raises nothing
+            return 1.0
+
+    def said(Q):
+        model = NonlinearModel(lambda x: 0.5 * x, lambda x: x[:1], x0=[-2, 1], P0=[1, 1], Q=Q, R=[1])
+        return [one.said for one in findings(model) if one.subject == "formulas" and not one.is_good]
+
+    assert said(lambda x: [0.1 * root(x), 1.0])[0].startswith("of Q an entry of the formula is nan and of the function 0.1, at x = (-2, 1)")
+    assert not said(lambda x, dt=1e-4: [[dt**3 / 3, dt**2 / 2], [dt**2 / 2, dt + 0 * x[0]]])
+
+
 # ------------------------------------------------------------------ bits
 
 
