@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import re
 import subprocess
 import sys
@@ -297,6 +298,19 @@ class Readme(unittest.TestCase):
             path.write_text(f"{readme.END}\n{readme.BEGIN}\n")
             with self.assertRaises(UserError):
                 readme.rewritten(path, (ROW,))
+
+
+class Headers(unittest.TestCase):
+    def test_the_dearest_update_is_as_the_header_says(self) -> None:
+        """Of all cores, rounded up"""
+        rows = [row for row in table.read(ROOT / "tools" / "cost.csv").rows if row.what == "update" and row.instructions_worst]
+        header = (ROOT / "include/kalmanq/filter.h").read_text(encoding="utf-8").replace("\n *", "")
+        for arithmetic in ("f32", "q31"):
+            comment = header[: header.index(f"kq_status kq_update_{arithmetic}(")].rpartition("/**")[2]
+            said = re.search(r"up to (\d+) times as much at n = 2, (\d+) times at n = 9 .instructions_worst", comment)
+            dearest = [max(row.instructions_worst / row.instructions for row in rows if row.arithmetic == arithmetic and row.n in sizes) for sizes in ((1, 2), (9,))]
+            self.assertIsNotNone(said, comment)
+            self.assertEqual([int(one) for one in said.groups()], [math.ceil(one) for one in dearest])
 
 
 class Kept(unittest.TestCase):
