@@ -109,8 +109,8 @@ def _ranges(model: NonlinearModel, rows: Rows, where: str) -> Finding:
     except KalmanqError as problem:
         return ranges_refused(model, f"{where}: {problem}")
     parts = NonlinearFilter(model, "q31").parts
-    formats = ", ".join(f"{one.name} Q{31 - bits}.{bits}" for which in ("states", "measurements") for one, bits in
-                        zip(getattr(model, which), parts.fractions(which)))
+    formats = ", ".join(f"{what}{one.name} Q{31 - bits}.{bits}" for which, what in (("states", ""), ("measurements", "innovation of "))
+                        for one, bits in zip(getattr(model, which), parts.fractions(which)))
     if "saturated" in run.event_names:
         return Finding(False, "ranges", f"{where} a state saturated: {formats}")
     return Finding(True, "ranges", f"fit {where}: {formats}")
