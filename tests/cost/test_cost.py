@@ -313,6 +313,20 @@ class Headers(unittest.TestCase):
             self.assertEqual([int(one) for one in said.groups()], [math.ceil(one) for one in dearest])
 
 
+    def test_an_adaptation_takes_so_many_steps(self) -> None:
+        """Of the cores that the page shows"""
+        of = {row.key: row.instructions for row in table.read(ROOT / "tools" / "cost.csv").rows if row.profile == GCC}
+        shares = [count / of[(*key[:-1], "step")] for key, count in of.items() if key[-1] == "adapted"]
+        header = (ROOT / "include/kalmanq/adaptation.h").read_text(encoding="utf-8").replace("\n *", "")
+        self.assertIn(f"Both take {math.floor(min(shares))} to {math.ceil(max(shares))} times a kq_step (tools/cost/README.md)", header)
+
+    def test_the_page_of_tests_has_the_steps_of_the_table(self) -> None:
+        steps = {(row.n, row.m): row.instructions for row in table.read(ROOT / "tools" / "cost.csv").rows
+                 if (row.core, row.arithmetic, row.sizes, row.profile, row.what) == ("m3", "q31", "runtime", GCC, "step")}  # fmt: skip
+        page = (ROOT / "tests/README.md").read_text(encoding="utf-8")
+        self.assertIn(f"Cortex-M3: {steps[2, 1]}, {steps[4, 2]}, {steps[9, 3]} instructions against", page)
+
+
 class Kept(unittest.TestCase):
     def test_the_table_has_the_rows_that_are_kept_and_no_others(self) -> None:
         """Whatever can be measured of them"""
