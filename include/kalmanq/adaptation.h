@@ -154,7 +154,7 @@ KQ_NODISCARD kq_status kq_adaptation_init_q31(kq_adaptation_q31 *a, const kq_pro
  * changed so that they no longer fit.
  * Cost of a predict: n^2/2 + n^3/6 + 1.5 n^3 multiplications (0.75 n^3 for an upper triangular A) and a root; of an
  * update, for component c: 3 n^2 + 2 c n multiplications, a root, a division, and 7 divisions in all.  Both take 3 to
- * 8 times a kq_step (tests/ACCURACY.md).
+ * 6 times a kq_step (tools/cost/README.md).
  * Stack: 40 words more than predict and update (q31: 115); 136 (q31: 272) where an update decorrelates R.
  */
 

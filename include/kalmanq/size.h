@@ -23,7 +23,7 @@
  *   EM, besides a history   about 15n^2 + 7mn + 5m^2; KQ_EM_LEN_F32 has both           464    1564    6760
  *
  * A, B and H stay where they are.  A q31 process table has 2n^2 + 2nl + n(n+1)/2 + n words, formats 2n + 2l.  Structs
- * on a 32-bit chip: process, sensor, history 44 bytes (q31 48); filter 60 (f32), 72 (q31), 88 (f64).
+ * on a 32-bit chip: process and sensor 44 bytes, history 44 (q31 48), filter 60 (f32), 72 (q31), 88 (f64).
  *
  * The linker does not see the stack: kq_predict needs n^2 + 2n words (q31: n^2 + 3n), n rounded up to 4, 9 or 16;
  * other functions state theirs.  Objects + memory + the worst stack + your own frames and interrupts must fit the

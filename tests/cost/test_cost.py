@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import re
 import subprocess
 import sys
@@ -297,6 +298,34 @@ class Readme(unittest.TestCase):
             path.write_text(f"{readme.END}\n{readme.BEGIN}\n")
             with self.assertRaises(UserError):
                 readme.rewritten(path, (ROW,))
+
+
+class Headers(unittest.TestCase):
+    def test_the_dearest_update_is_as_the_header_says(self) -> None:
+        """Of all cores, rounded up"""
+        rows = [row for row in table.read(ROOT / "tools" / "cost.csv").rows if row.what == "update" and row.instructions_worst]
+        header = (ROOT / "include/kalmanq/filter.h").read_text(encoding="utf-8").replace("\n *", "")
+        for arithmetic in ("f32", "q31"):
+            comment = header[: header.index(f"kq_status kq_update_{arithmetic}(")].rpartition("/**")[2]
+            said = re.search(r"up to (\d+) times as much at n = 2, (\d+) times at n = 9 .instructions_worst", comment)
+            shares = [(row.n, row.instructions_worst / row.instructions) for row in rows if row.arithmetic == arithmetic]
+            dearest = [math.ceil(max(share for n, share in shares if n in sizes)) for sizes in ((1, 2), (9,))]
+            self.assertIsNotNone(said, comment)
+            self.assertEqual([int(one) for one in said.groups()], dearest)
+
+
+    def test_an_adaptation_takes_so_many_steps(self) -> None:
+        """Of the cores that the page shows"""
+        of = {row.key: row.instructions for row in table.read(ROOT / "tools" / "cost.csv").rows if row.profile == GCC}
+        shares = [count / of[(*key[:-1], "step")] for key, count in of.items() if key[-1] == "adapted"]
+        header = (ROOT / "include/kalmanq/adaptation.h").read_text(encoding="utf-8").replace("\n *", "")
+        self.assertIn(f"Both take {math.floor(min(shares))} to {math.ceil(max(shares))} times a kq_step (tools/cost/README.md)", header)
+
+    def test_the_page_of_tests_has_the_steps_of_the_table(self) -> None:
+        steps = {(row.n, row.m): row.instructions for row in table.read(ROOT / "tools" / "cost.csv").rows
+                 if (row.core, row.arithmetic, row.sizes, row.profile, row.what) == ("m3", "q31", "runtime", GCC, "step")}  # fmt: skip
+        page = (ROOT / "tests/README.md").read_text(encoding="utf-8")
+        self.assertIn(f"Cortex-M3: {steps[2, 1]}, {steps[4, 2]}, {steps[9, 3]} instructions against", page)
 
 
 class Kept(unittest.TestCase):

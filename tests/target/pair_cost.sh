@@ -31,3 +31,9 @@ paste -d' ' "$work/pair.txt" "$work/plain.txt" | awk '
       printf "%3d %2d %6d %6d  %+d (%+.0f %%)\n", $1, $2, $3, $6, $3 - $6, share
       if ($3 == 0 || $6 == 0 || share > 25) bad = 1; lines++ }
     END { exit bad || lines != 6 }'
+# as the page has it
+said=$(paste -d' ' "$work/pair.txt" "$work/plain.txt" | awk '
+    $1 == 2 { printf "%d of %d at n = 2, ", $3 - $6, $3 }
+    $1 == 4 { printf "%d of %d at n = 4, m = 2, ", $3 - $6, $3 }
+    $1 == 9 { printf "%d of %d at n = 9, m = 3", $3 - $6, $3 }')
+tr -s '\n ' ' ' <"$root/tests/README.md" | grep -qF "$said" || { echo "tests/README.md: it is $said" && exit 1; }

@@ -118,7 +118,7 @@ class Browser:
         mouse("mouseMoved", end, 1), mouse("mouseReleased", end, 0)
 
     def key(self, name: str, modifiers: int = 0) -> None:
-        codes = {"End": 35, "z": 90}
+        codes = {"End": 35, "Home": 36, "z": 90}
         for kind in ("rawKeyDown", "keyUp"):
             self._call("Input.dispatchKeyEvent", type=kind, key=name, code=name, windowsVirtualKeyCode=codes[name], modifiers=modifiers)
 

@@ -102,7 +102,7 @@ def changed(path: Path, copy: Path, R: float, P0: float) -> NonlinearModel:
 def described(name: str, model: NonlinearModel) -> dict:
     """As generator_symforce.py reads it"""
     arrays = {"Q": model.Q, "R": np.diag(model.R), "x0": model.x0, "P0": model.P0.ravel()}
-    return {"model": name.removesuffix(LOW), "n": model.n, "l": model.l, "angles": model.angles,
+    return {"model": name.removesuffix(LOW), "n": model.n, "l": model.l, "angles": list(model.angles),
             **{key: one.tolist() for key, one in arrays.items()}}
 
 

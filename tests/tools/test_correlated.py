@@ -93,3 +93,26 @@ def test_what_is_no_s_is_refused():
             decorrelated(model, S, [1.0])
     with pytest.raises(KalmanqError, match="of a model of steps"):
         decorrelated(Model.of_continuous(-1, 1, 1, 1, dt=1, P0=1), 0.1, [1.0])
+
+
+@pytest.mark.parametrize("seed", range(6))
+def test_a_root_of_many_units_gives_each_variance_back(seed):
+    """One of several, too, and a singular one; one whose units are alike keeps the root that it had"""
+    draw = np.random.default_rng(seed)
+    B, units = draw.normal(size=(2, 4, 4 if seed % 2 else 2)), 10.0 ** draw.uniform(-9, 9, 4)
+    plain = B @ B.swapaxes(1, 2)
+    given = np.stack([plain[0], plain[1] * np.outer(units, units)])
+    made, sigma = root_of(given), np.sqrt(np.diagonal(given, axis1=1, axis2=2))
+    assert np.all(np.abs(made @ made.swapaxes(1, 2) - given) <= 1e-9 * sigma[:, :, None] * sigma[:, None])
+    values, vectors = np.linalg.eigh(given[0])
+    assert np.array_equal(made[0], vectors * np.sqrt(values.clip(0))) and np.array_equal(root_of(given[1]), made[1])
+
+
+def test_it_keeps_variances_that_are_far_below_others():
+    """Of a short step"""
+    step = Model.of_continuous(np.eye(4, k=1), [1, 0, 0, 0], 0.25, [0, 0, 0, 2.0], dt=1e-4, P0=np.ones(4))
+    model = Model(step.A, step.H, step.R, step.Q, P0=step.P0)
+    along = model.Q[:, -1:] / np.sqrt(model.Q[-1, -1])  # of a noise that is part of Q
+    equal, _, _ = decorrelated(model, 0.25 * along, np.ones((3, 1)))
+    sigma = np.sqrt(np.diag(model.Q))
+    assert np.all(np.abs(equal.Q - (model.Q - 0.25 * along @ along.T)) <= 1e-13 * np.outer(sigma, sigma))

@@ -22,6 +22,7 @@ from kalmanq.fitting.coordinates import Cholesky
 from kalmanq.fitting.entries import free_and_held
 from kalmanq.fitting.expectation import Records
 from kalmanq.fitting.problem import Problem
+from kalmanq.fitting.noise import Noise
 from kalmanq.model import model_file
 from kalmanq.pages import pictures
 
@@ -652,3 +653,9 @@ def test_no_maximum_has_its_own_exit_code_and_its_best_point(run, rows, options,
     assert np.all(np.isfinite(model_file.read(out).R)) and (tmp_path / "fit.png").exists()
 
 
+def test_a_singular_q_keeps_a_noise_that_is_small_beside_others():
+    """Of two states that move together, and of one in another unit"""
+    Q = np.array([[4.0, 2.0, 0], [2.0, 1.0, 0], [0, 0, 1e-14]])
+    noise = Noise(Q)
+    sigma = np.sqrt(np.diag(Q))
+    assert noise.F.shape == (3, 2) and np.all(np.abs(noise.whole(noise.inner) - Q) <= 1e-14 * np.outer(sigma, sigma))

@@ -19,6 +19,8 @@ import models
 from command import kalmanq
 from test_commands import refused
 from kalmanq import KalmanqError, KalmanqWarning, ModelError, Quantity, Smoother, _core
+from kalmanq.compiler.equation_run import CompiledEquations
+from kalmanq.data import joining
 from kalmanq.model import model_file
 from kalmanq.nonlinear import NonlinearFilter, NonlinearModel, NonlinearSmoother, read, simulate
 from kalmanq.nonlinear.checks import findings
@@ -314,6 +316,43 @@ def test_sigma_points_beyond_half_a_turn_are_as_any_other(method):
     assert abs(NonlinearFilter(model, "f64", method).run([3.1 + 2 * np.pi]).mean[0, 0] - 1.55) < 1e-12
 
 
+TURNS = {"": 2 * np.pi, "rad": 2 * np.pi, "mrad": 2000 * np.pi, "deg": 360, "Degrees": 360, "°": 360, "mdeg": 360e3, "grad": 400, "turn": 1, "rev": 1,
+         "cycles": 1, "arcmin": 21600, "arcsec": 1296e3}
+
+
+def compass(unit, turn, **changed):
+    """Of a heading that turns ever on, read with an error"""
+    return NonlinearModel(lambda x: [x[0] + 0.05 * turn], lambda x: x, x0=[0.4 * turn], P0=[(0.1 * turn) ** 2], Q=[(0.01 * turn) ** 2],
+                          R=[(0.02 * turn) ** 2], states=["yaw"], **{"measurements": [Quantity("compass", unit)], "angles": ["compass"], **changed})
+
+
+@pytest.mark.parametrize("unit, turn", TURNS.items())
+def test_an_angle_is_wrapped_by_its_unit(unit, turn):
+    """As one that is never wrapped, by the package, simulated, and by the C: below 0, and turns away"""
+    model, whole = compass(unit, turn), compass(unit, turn, angles=[])
+    seen = simulate(whole, 60, 3)[1]
+    drawn = simulate(model, 60, 3)[1]
+    assert np.max(np.abs(drawn)) <= turn / 2 and np.allclose(np.round((seen - drawn) / turn), (seen - drawn) / turn, atol=1e-9)
+    away = seen + turn * np.array([-5, 2, 0, -1, 1] * 12)[:, None]
+    for method in ("extended", "cubature"):
+        wanted = NonlinearFilter(whole, "f64", method).run(seen)
+        for z in (seen, drawn, away):
+            run = NonlinearFilter(model, "f64", method).run(z)
+            assert np.max(np.abs(run.mean - wanted.mean)) < 1e-9 * turn and np.max(np.abs(run.innovation)) < turn / 2
+    if unit in ("", "deg", "turn"):
+        with CompiledEquations(model, "f64") as c:
+            assert np.max(np.abs(c.run(away).mean - wanted.mean)) < 1e-6 * turn
+    assert [one for one in findings(model) if not one.is_good or one.subject.startswith("angle")] == []
+
+
+def test_an_angle_of_no_known_unit_is_refused(tmp_path):
+    with pytest.raises(KalmanqError, match="^angles: compass is in LSB, of which no turn is known: give its unit as rad, deg, "):
+        compass("LSB", 4096)
+    (tmp_path / "yaw.csv").write_text("compass (deg)\n2\n")
+    with pytest.raises(KalmanqError, match="compass .deg. is in deg, the model has compass in rad"):
+        joining.record([tmp_path / "yaw.csv"], compass("", 1))
+
+
 # ------------------------------------------------------------------ Jacobians
 
 
@@ -388,11 +427,26 @@ def test_functions_that_should_agree_are_compared():
     right = told(f=lambda x: x + np.array(given["increment"](x)), innovation=innovation)
     assert right == {}
     units = {**same, "measurements": [Quantity("range", "m"), Quantity("bearing", "deg")], "states": "abcd"}
-    degrees = findings(NonlinearModel(**given, **units, angles=["bearing"]))
-    assert [one.subject for one in degrees if not one.is_good] == ["angle bearing"]
+    degrees = findings(NonlinearModel(**given, **units))
+    assert [one.said for one in degrees if one.subject == "angle bearing"][0].startswith("is in deg and not among angles")
     other = told(f=lambda x: np.array([x[0] + x[2], x[1] + x[3], x[2], x[3] + 0.1]))
     assert "of v_north it is 0" in other["increment"].said
     assert "range" in told(innovation=lambda z, x: -innovation(z, x))["innovation"].said
+
+
+def test_a_formula_of_q_that_is_nan_is_not_the_function():
+    def root(x):
+        try:
+            return math.sqrt(x[0])
+        except ValueError:  # a formula raises nothing
+            return 1.0
+
+    def said(Q):
+        model = NonlinearModel(lambda x: 0.5 * x, lambda x: x[:1], x0=[-2, 1], P0=[1, 1], Q=Q, R=[1])
+        return [one.said for one in findings(model) if one.subject == "formulas" and not one.is_good]
+
+    assert said(lambda x: [0.1 * root(x), 1.0])[0].startswith("of Q an entry of the formula is nan and of the function 0.1, at x = (-2, 1)")
+    assert not said(lambda x, dt=1e-4: [[dt**3 / 3, dt**2 / 2], [dt**2 / 2, dt + 0 * x[0]]])
 
 
 # ------------------------------------------------------------------ bits

@@ -198,6 +198,22 @@ def test_run_compiled_has_the_columns_of_run(tmp_path: Path) -> None:
     assert abs(told["mean"][0] - plain["mean"][0]) < 1e-3 and told["taken"] == plain["taken"]
 
 
+def test_check_has_the_formats_of_the_headers(tmp_path: Path) -> None:
+    """Of compile, with the library and without; the last raw value of a format is within it"""
+    quantities = 'states = {"names": ["x"], "units": ["m"], "ranges": [%s]}\nmeasurements = {"names": ["z1"], "units": ["m"], "ranges": [%s]}\n'
+    for range_ in (1000.0, 1023.99999985):
+        model = Model([[1.0]], [[1.0]], 4.0, 1.0, P0=[100.0], states=[Quantity("x", "m", range_)], measurements=[Quantity("z1", "m", range_)])
+        functions = tmp_path / "functions.py"
+        functions.write_text(quantities % (range_, range_) + "x0, P0, R, Q = [0.0], [100.0], 4.0, [1.0]\ndef f(x): return [x[0]]\ndef h(x): return [x[0]]\n")
+        path = file_of(model, tmp_path)
+        called("compile", path, "--arith", "q31", "-o", tmp_path / "alone.c")
+        called("compile", functions, "--library", "--arith", "q31", "-o", tmp_path / "on.c")
+        formats = {name: re.findall(r" (x|z1) +m .* (Q\d+\.\d+)", (tmp_path / f"{name}.h").read_text()) for name in ("alone", "on")}
+        assert f"the header's formats: {', '.join(map(' '.join, formats['alone']))}\n" in called("check", path)
+        for one in (path, functions):
+            assert re.search(rf" ranges: .*: x {formats['on'][0][1]}\b", called("check", one)), formats
+
+
 def test_check_says_when_it_settles(tmp_path: Path) -> None:
     assert "compiled: the gain is constant after 51 full samples" in called("check", EXAMPLES / "cart.toml")
     never = file_of(Model([[1, 0], [0, 1]], [[1, 1]], 1, [0.1, 0], P0=[1, 1]), tmp_path)

@@ -162,6 +162,81 @@ def test_other_sizes_of_the_noises():
         np.testing.assert_allclose(numbers(found["smoothed"]), Smoother(other).run(z, u, times=times).smoothed.ravel(), rtol=1e-7, atol=1e-7)
 
 
+IN_TIME = {  # of each builder in continuous time, what it is given beside dt
+    "constant_velocity": {"density": [0.5, 2.0], "noise": [0.04, 1.0], "variance": [100.0, 10.0] * 2},
+    "constant_acceleration": {"density": [2.0], "noise": [0.25], "variance": [100.0, 10.0, 1.0]},
+    "random_walk": {"density": [1.0, 1e-3], "noise": [1.0, 0.1], "variance": [10.0, 1.0]},
+    "gauss_markov": {"time_constant": [0.3, 100.0], "sigma": [1.0, 0.02], "noise": [0.1, 0.1]},
+    "clock": {"density": [1e-2, 1e-5], "noise": 1.0, "variance": [10.0, 1.0]},
+    "oscillator": {"period": 3.0, "damping": 0.1, "density": 0.5, "noise": 0.04, "variance": [4.0, 4.0]},
+    **{f"gaussian_process {nu}": {"smoothness": nu, "length": 2.0, "sigma": 1.5, "noise": 0.04} for nu in (0.5, 1.5, 2.5)},
+    "harmonic": {"period": 200.0, "harmonics": 2, "density": [0.1], "noise": 0.1, "variance": [1.0] * 4},
+    "trend_harmonic": {"period": 200.0, "harmonics": 2, "density": [0.1, 1e-4, 0.01], "noise": 0.1, "variance": [1.0] * 6}}
+IN_STEPS = {
+    "level": {"drift": 1.0, "noise": 2.0, "variance": 10.0}, "trend": {"drift": [0.5, 1e-3], "noise": 2.0, "variance": [10.0, 1.0]},
+    "season": {"seasons": 5, "drift": 0.1, "noise": 1.0, "variance": [1.0] * 4},
+    "trend_season": {"seasons": 4, "drift": [0.5, 1e-3, 0.1], "noise": 1.0, "variance": [1.0] * 5},
+    "ar": {"phi": [0.5, 0.25], "variance": 4.0, "noise": 3.0}, "ma": {"theta": [0.5, 0.2], "variance": 4.0, "noise": 0.5},
+    "arma": {"phi": [0.5], "theta": [-0.25], "variance": 1.0, "noise": 0.1},
+    "regression": {"regressors": [1.0, 0.5], "drift": [0.1, 0.01], "noise": 1.0, "variance": [1.0, 1.0]},
+    "factor": {"loadings": [[1.0, 0.5], [0.3, 1.0], [1.0, -1.0]], "transition": [[0.9, 0.1], [0.0, 0.8]], "drift": [1.0, 0.1], "noise": [0.1, 0.2, 0.3]}}
+MIXED = [[0, 1, 0, 0], [-40, -0.2, 1, 0], [0, 0, -1 / 30, 0], [0, 0, 0.5, -2]]  # an oscillator pushed by a slow bias, which a filter follows
+
+
+def of_builder(folder, name, given):
+    text = "".join(f"{key} = {json.dumps(value)}\n" for key, value in {"builder": name.partition(" ")[0], **given}.items())
+    (folder / "model.toml").write_text(f"[model]\n{text}")
+    return model_file.read(folder / "model.toml")
+
+
+def short_and_long_steps(folder):
+    """Of every builder, and of every place of Qc"""
+    for name, given in IN_STEPS.items():
+        yield name, of_builder(folder, name, given)
+    for dt in (1e-4, 1e-2, 10.0):
+        for name, given in IN_TIME.items():
+            yield f"{name}, {dt}", of_builder(folder, name, {**given, "dt": dt})
+        for F in (np.eye(3, k=1), np.array(MIXED)):
+            n = len(F)
+            for which, Qc in (*((k, np.eye(n)[k]) for k in range(n)), ("all", 10.0 ** np.arange(n)), ("block", np.eye(n) + 0.5)):
+                yield f"{n} states, Qc {which}, {dt}", Model.of_continuous(F, np.eye(n)[:1], 0.25, Qc, dt=dt, P0=np.full(n, 100.0))
+
+
+def with_ranges(model):
+    """That a step of ten times dt has the integer bits for"""
+    A = model.A if model.continuous is None else model.continuous.step(10 * model.continuous.dt)[0]
+    spans = 1e3 * np.maximum(1, np.abs(A).max(axis=1))
+    return model.changed(states=[Quantity(one.name, "", span) for one, span in zip(model.states, spans)],
+                         measurements=[Quantity(one.name, "", 10 * spans.max()) for one in model.measurements])
+
+
+@needs_node
+def test_a_slider_moves_a_covariance_to_a_covariance(tmp_path):
+    """All the way, one noise and all of them against each other, at this dt and others: as the package has the model"""
+    cases = []
+    for name, model in short_and_long_steps(tmp_path):
+        content = content_of(with_ranges(model), np.ones((4, model.m)))
+        theta, dt = np.array([one["value"] for one in content["noises"]]), (content["flow"] or {}).get("dt")
+        moved = [theta * 10.0 ** (by * np.array(way)) for by in (-6, -1, 0.3, 6) for way in (*np.eye(len(theta)), (-1.0) ** np.arange(len(theta)))]
+        cases.append({"name": name, "content": content, "sweep": [
+            {"theta": one.tolist(), "arithmetic": arithmetic, **({"dt": by * dt} if dt else {})}
+            for one in moved for by in ((1, 0.1, 10) if dt else (1,)) for arithmetic in ("f64", "f32", "q31")]})
+    for case, told in zip(cases, in_node(cases)):
+        assert not [one for one in zip(case["sweep"], told) if isinstance(one[1], str)], case["name"]
+        for asked, total in list(zip(case["sweep"], told))[::27]:
+            filter_ = Filter(model_of(case["content"], asked["theta"], asked.get("dt")), asked["arithmetic"])
+            filter_.run(np.ones((4, case["content"]["m"])))
+            assert asked["arithmetic"] == "f64" and total == pytest.approx(filter_.log_likelihood, rel=1e-7, abs=1e-7), (case["name"], asked)
+
+
+@needs_node
+def test_a_noise_of_a_short_step_has_all_its_degrees_of_freedom():
+    """Of EM: the position's variance is 1e-18 of the acceleration's"""
+    model = Model.of_continuous(np.eye(3, k=1), [[1, 0, 0]], 0.25, [0, 0, 2.0], dt=1e-4, P0=[100, 10, 1])
+    found, = in_node([{"content": content_of(model, np.ones((11, 1))), "em": "degrees", "asked": {}}])
+    assert found == [30, 11]
+
+
 @needs_node
 @pytest.mark.parametrize("name, rows", [("track", {10: 3, 11: 3, 12: 1, 30: 8, 34: 4}), ("nile", {20: 5, 22: 3})])
 def test_what_comes_late_counts_from_the_row_that_it_comes_in(name, rows):
@@ -517,6 +592,21 @@ def test_nothing_stale_is_shown(chromium, tmp_path):
     do("$('reset').click(); change({ arithmetic: 'q31', theta: set.theta.map(() => 1e12) })")
     assert "the sigma of x is up to" in text("message")  # as `kalmanq run` warns
     assert text("total") != "–" and not chromium.run("document.body.className") and not chromium.errors
+
+
+@needs_browser
+def test_a_slider_of_a_short_step_leaves_the_page_full(chromium, tmp_path):
+    model, path = of_builder(tmp_path, "constant_acceleration", {**IN_TIME["constant_acceleration"], "dt": 0.01}), tmp_path / "lift.html"
+    path.write_text(page.page(with_ranges(model), np.ones((50, 1)), None, None, SOURCES), encoding="utf-8")
+    ready(chromium, path)
+    for arithmetic in ("f32", "q31", "f64"):
+        chromium.run(f"document.querySelector('[value={arithmetic}]').click()")
+        for place, end in ((0, "End"), (0, "Home"), (2, "Home"), (2, "End"), (1, "Home")):
+            chromium.run(f"document.getElementById('noise-{place}').focus()")
+            chromium.key(end)
+            settled(chromium)
+            assert chromium.run("document.body.dataset.refused || ''") == "" and chromium.run("Number.isFinite(drawn.total) && drawn.smoothed !== null"), (arithmetic, place, end)
+    assert not chromium.errors
 
 
 @needs_browser

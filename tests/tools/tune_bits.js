@@ -8,10 +8,12 @@ whole._compile(["engine.js", "em.js", "equations.js"].map((name) => fs.readFileS
 const engine = whole.exports;
 const packed = (values) => Buffer.from(values.buffer, values.byteOffset, values.byteLength).toString("base64");
 
-async function one(core, { content, asked, names, free, code, late, em }) {
+async function one(core, { content, asked, names, free, code, late, em, sweep }) {
   if (code) return engine.codeOf(content, asked);
   const made = await engine.made(core, content);
   if (late) made.setLate(late.cells, late.rows);
+  if (sweep) return sweep.map((asked) => { try { return made.run(asked).total; } catch (problem) { return refused(problem).refused; } });
+  if (em === "degrees") return engine.degrees(made);
   if (em === "step") {
     const at = asked.theta.map((_, k) => k), f = engine.logLikelihoodOf(made, asked, at, { calls: 0 });
     return engine.expectationStep(f, asked.theta.map(Math.log), engine.degrees(made), made.model.noises.map((one) => one.power)).map(Math.exp);

@@ -32,7 +32,7 @@ def check(options: Options, console: Console) -> None:
     if options.data is not None and options.model.suffix != ".py":
         raise KalmanqError(f"{options.data}: a linear model is checked without data")
     model = read_any(options.model, options.data)
-    made = [*linear.findings(model), settling.finding(model)] if isinstance(model, Model) else nonlinear.findings(model, _rows(options, model))
+    made = _of_linear(model) if isinstance(model, Model) else nonlinear.findings(model, _rows(options, model))
     if options.json:
         print_json({one.subject: {"good": one.is_good, "said": one.said} for one in made})
     else:
@@ -41,6 +41,11 @@ def check(options: Options, console: Console) -> None:
             console.print(f"  {'ok ' if one.is_good else 'NO '} {one.subject}: {one.said}")
     if not all(one.is_good for one in made):
         raise SystemExit(REFUSED)
+
+
+def _of_linear(model: Model) -> list[linear.Finding]:
+    made = [*linear.findings(model), settling.finding(model)]
+    return [*made, settling.formats(model)] if any(one.subject == "ranges" and one.is_good for one in made) else made
 
 
 def _rows(options: Options, model: nonlinear.NonlinearModel) -> Optional[nonlinear.Rows]:

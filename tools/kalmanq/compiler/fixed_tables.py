@@ -5,10 +5,10 @@ from __future__ import annotations
 import math
 from typing import Any, Iterable, Sequence
 
-from kalmanq.core import lib
+from kalmanq.core import ffi, lib
 from kalmanq.formulas.graph import Node
 from kalmanq.model import Quantity
-from kalmanq.run.parts import Parts
+from kalmanq.run.parts import Parts, prepare_format
 
 
 def tables_of_process(n: int, l: int, parts: Parts) -> list[str]:
@@ -48,12 +48,8 @@ def constant_entry(one: Node, exponent: int) -> tuple[int, int]:
 
 
 def fraction_of(one: Quantity) -> int:
-    """As kq_format_prepare_q31 has it"""
-    if one.fraction is not None:
-        return one.fraction
-    assert one.range is not None
-    fraction = 31 - math.frexp(one.range)[1]
-    return fraction if math.ldexp(one.range, fraction) <= 2**31 - 0.5 else fraction - 1
+    """As the library's tables have it"""
+    return prepare_format("ranges", one, ffi.new("kq_format_q31 *")) if one.fraction is None else one.fraction
 
 
 def _array(kind: str, name: str, cells: Iterable[str]) -> str:

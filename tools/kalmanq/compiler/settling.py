@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from kalmanq.compiler import enclosure
+from kalmanq.compiler.product import compiled
 from kalmanq.compiler.request import GAP, LONGEST_GAP, Options, request
 from kalmanq.errors import KalmanqError
 from kalmanq.model import Model
@@ -19,6 +20,16 @@ def finding(model: Model) -> Finding:
         return Finding(True, "compiled", f"the gain is worked out in each row: {_reason(model)}")
     return Finding(True, "compiled", f"the gain is constant after {steady.samples} full samples, and again "
                    f"{steady.after_gap[0]} after one that is missing")
+
+
+def formats(model: Model) -> Finding:
+    """Of the C in q31, by which its header is written: where a word needs room for more than the range, not the library's"""
+    try:
+        arithmetic = compiled(model, "filter", Options("q31")).arithmetic
+    except KalmanqError as problem:
+        return Finding(True, "compiled in q31", f"refused: {problem}")
+    made = (f"{one.name} {arithmetic.format_of(which, k)}" for which in ("states", "measurements") for k, one in enumerate(getattr(model, which)))
+    return Finding(True, "compiled in q31", f"the header's formats: {', '.join(made)}")
 
 
 def _reason(model: Model) -> str:

@@ -26,9 +26,11 @@ class Noise:
             self.F, self.axes = G[:, np.any(G != 0, axis=0)], None
             self.inner = np.eye(self.F.shape[1])
         else:
-            values, vectors = np.linalg.eigh(Q)
-            there = values > 1e-12 * max(values[-1], 0)
-            self.F, self.axes, self.inner = vectors[:, there], None, np.diag(values[there])
+            deviation = np.sqrt(np.diag(Q))
+            unit = np.where(deviation > 0, deviation, 1.0)  # of correlations: a noise that is small beside the others is one
+            values, vectors = np.linalg.eigh(Q / np.outer(unit, unit))
+            there = values > 1e-12 * values[-1]
+            self.F, self.axes, self.inner = unit[:, None] * vectors[:, there], None, np.diag(values[there])
 
     def whole(self, inner: np.ndarray) -> np.ndarray:
         return inner if self.F is None else self.F @ inner @ self.F.T

@@ -13,6 +13,7 @@ from kalmanq.model.arrays import numbers_of
 from kalmanq.model.continuous import UNITS, Continuous
 
 SIZE_MAX = 16
+ROOT_LOST = 1e-9  # of sigma_i sigma_j
 
 
 @dataclass(frozen=True)
@@ -241,7 +242,17 @@ def _split(B: Optional[np.ndarray], has_offset: bool) -> dict[str, Optional[np.n
 
 
 def root_of(P: np.ndarray) -> np.ndarray:
-    """L with P = L L', of a P that may be singular, or of several."""
+    """L with P = L L', of a P that may be singular, or of several.  Eigenvalues lose variances that are far below others: such a P has the
+    root of its correlations.  Others keep theirs, so that a seed draws what it drew"""
+    sigma = np.sqrt(np.diagonal(P, axis1=-2, axis2=-1))[..., None]
+    unit = np.where(sigma > 0, sigma, 1.0)
+    of_pairs = unit * unit.swapaxes(-1, -2)
+    made, scaled = _eigen_root(P), unit * _eigen_root(P / of_pairs)
+    is_lost = np.any(np.abs(made @ made.swapaxes(-1, -2) - P) > ROOT_LOST * of_pairs, axis=(-2, -1))
+    return np.where(is_lost[..., None, None], scaled, made)
+
+
+def _eigen_root(P: np.ndarray) -> np.ndarray:
     values, vectors = np.linalg.eigh(P)
     return vectors * np.sqrt(values.clip(0))[..., None, :]
 

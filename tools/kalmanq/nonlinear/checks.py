@@ -10,6 +10,7 @@ import numpy as np
 from kalmanq.errors import KalmanqError, KalmanqWarning
 from kalmanq.formulas.tracing import Untraced
 from kalmanq.nonlinear import jacobians
+from kalmanq.nonlinear.angles import turn_of
 from kalmanq.nonlinear.calls import Instant
 from kalmanq.nonlinear.filters import NonlinearFilter
 from kalmanq.nonlinear.model import NonlinearModel
@@ -98,15 +99,8 @@ def _formulas(model: NonlinearModel, points: list[jacobians.Point], where: str) 
 
 
 def _angles(model: NonlinearModel) -> list[Finding]:
-    made = []
-    for c, one in enumerate(model.measurements):
-        unit = one.unit.lower()
-        if c in model.angles and unit in ("deg", "degree", "degrees", "°"):
-            made.append(Finding(False, f"angle {one.name}", f"is in {one.unit}; angles are wrapped in rad"))
-        elif c not in model.angles and unit == "rad" and "innovation" not in model.given:
-            made.append(Finding(True, f"angle {one.name}", "is in rad and not among angles: where it passes half a turn "
-                                "its innovation jumps"))
-    return made
+    return [Finding(True, f"angle {one.name}", f"is in {one.unit} and not among angles: where it passes half a turn its innovation jumps")
+            for c, one in enumerate(model.measurements) if c not in model.angles and "innovation" not in model.given and turn_of(one.unit)]
 
 
 def _ranges(model: NonlinearModel, rows: Rows, where: str) -> Finding:
@@ -115,8 +109,8 @@ def _ranges(model: NonlinearModel, rows: Rows, where: str) -> Finding:
     except KalmanqError as problem:
         return ranges_refused(model, f"{where}: {problem}")
     parts = NonlinearFilter(model, "q31").parts
-    formats = ", ".join(f"{one.name} Q{31 - bits}.{bits}" for which in ("states", "measurements") for one, bits in
-                        zip(getattr(model, which), parts.fractions(which)))
+    formats = ", ".join(f"{what}{one.name} Q{31 - bits}.{bits}" for which, what in (("states", ""), ("measurements", "innovation of "))
+                        for one, bits in zip(getattr(model, which), parts.fractions(which)))
     if "saturated" in run.event_names:
         return Finding(False, "ranges", f"{where} a state saturated: {formats}")
     return Finding(True, "ranges", f"fit {where}: {formats}")

@@ -2,9 +2,8 @@
 
 from __future__ import annotations
 
-import math
 from functools import cached_property
-from typing import Any, Optional, Sequence
+from typing import Any, Mapping, Optional, Sequence
 
 import numpy as np
 
@@ -23,11 +22,11 @@ Rows = list[list[Node]]
 class Formulas:
     """Untraced is raised by what needs a function that has no formula.
 
-    given   functions by name, as in NonlinearModel; angles: measurements that are angles; count: of the numbers that f
+    given   functions by name, as in NonlinearModel; angles: how large a turn of each measurement is that is an angle; count: of the numbers that f
             moves, n where these are the states; graph: of other symbols that the functions know
     """
 
-    def __init__(self, given: dict[str, Given], count: int, n: int, m: int, l: int, angles: Sequence[int], graph: Optional[Graph] = None,
+    def __init__(self, given: dict[str, Given], count: int, n: int, m: int, l: int, angles: Mapping[int, float], graph: Optional[Graph] = None,
                  noises: Optional[Noises] = None):
         self.noises, self.given, self.count, self.n, self.m, self.angles = noises, given, count, n, m, angles
         self.graph = graph or tracing.graph_of_formulas()
@@ -101,7 +100,7 @@ class Formulas:
         made = self._traced("innovation", self.m) if "innovation" in self.given else None
         with using(self.graph):
             made = made or [sub(z, h) for z, h in zip(self.z, self.expected)]
-            return [_wrapped(one) if c in self.angles else one for c, one in enumerate(made)]
+            return [_wrapped(one, self.angles[c]) if c in self.angles else one for c, one in enumerate(made)]
 
     @cached_property
     def corrected(self) -> list[Node]:
@@ -183,8 +182,7 @@ def values_of(x: np.ndarray, t: float, u: np.ndarray, dt: Optional[float] = None
             "dt": dt if getattr(t, "dt", None) is None else t.dt}
 
 
-def _wrapped(angle: Node) -> Node:
+def _wrapped(angle: Node, turn: float) -> Node:
     """Within half a turn"""
-    turns = call("floor", add(mul(angle, 0.5 / math.pi), 0.5))
-    return select(logic("or", compare("lt", math.pi, angle), compare("lt", angle, -math.pi)),
-                  sub(angle, mul(2 * math.pi, turns)), angle)
+    turns = call("floor", add(mul(angle, 1 / turn), 0.5))
+    return select(logic("or", compare("lt", turn / 2, angle), compare("lt", angle, -turn / 2)), sub(angle, mul(turn, turns)), angle)

@@ -16,7 +16,8 @@ Point = tuple[np.ndarray, float, np.ndarray]  # x, t, u
 
 ALLOWED = 1e-6  # of an entry
 FIRST_ORDER = 1e-2  # of its row: of errors a Jacobian need only hold to first order
-ALIKE, NOISES_ALIKE = 1e-12, 1e-9  # formulas and functions; of Q or R, of its largest entry
+ALIKE, NOISES_ALIKE = 1e-12, 1e-9  # formulas and functions; of Q or R, of sigma_i sigma_j, of G of its row
+ROUNDING = 16 * np.finfo(float).eps  # of the largest entry
 EXACT = 1e-11  # of its row, each column by its scale: what the right entry itself is off by
 
 
@@ -68,7 +69,7 @@ def unlike_formula(model: NonlinearModel, points: Sequence[Point]) -> Optional[s
         for x, t, u in points:
             right = getattr(model, function)(x, t, u)
             made = np.array(program.values(values_of(x, t, u, model.dt)), float)
-            off = np.abs(made - right) > ALIKE * (np.abs(right) + np.max(np.abs(x)))
+            off = ~(np.abs(made - right) <= ALIKE * (np.abs(right) + np.max(np.abs(x))))  # a formula that is NaN is no other's
             if np.any(off):
                 i = int(np.argmax(off))
                 return (f"of {names[i]} the formula is {made[i]:.9g} and the function {right[i]:.9g}, at x = "
@@ -83,10 +84,12 @@ def _unlike_noise(model: NonlinearModel, points: Sequence[Point]) -> Optional[st
                                  ("R", f.noise_of_sensors, model.measurement_noise)):
         program = Program([one for row in rows or [] for one in row])
         for x, t, u in points if rows else ():
-            right = np.ravel(function(x, t, u))
-            made = np.array(program.values(values_of(x, t, u, model.dt)), float)
-            if np.any(np.abs(made - right) > NOISES_ALIKE * np.abs(right).max()):
-                i = int(np.argmax(np.abs(made - right)))
+            right = np.asarray(function(x, t, u))
+            made = np.array(program.values(values_of(x, t, u, model.dt)), float).reshape(right.shape)
+            size = np.abs(right).max(axis=1, keepdims=True) if name == "G" else np.sqrt(np.outer(np.diag(right), np.diag(right)))
+            off = ~(np.abs(made - right) <= NOISES_ALIKE * size + ROUNDING * np.abs(right).max())
+            if np.any(off):
+                i = tuple(np.argwhere(off)[0])
                 return (f"of {name} an entry of the formula is {made[i]:.9g} and of the function {right[i]:.9g}, at x = "
                         f"({', '.join(f'{value:.6g}' for value in x)}), t = {t:g}")
     return None

@@ -16,6 +16,7 @@ from kalmanq.formulas.tracing import Untraced
 from kalmanq.model import Model, Quantities
 from kalmanq.model import Sensor as LateSensor
 from kalmanq.model.arrays import numbers_of
+from kalmanq.nonlinear.angles import turns_of, wrapped
 from kalmanq.nonlinear.calls import OF_ROW, OF_STEP, STEP, Given, Instant, Stacked
 from kalmanq.nonlinear.formulas import Formulas, Jacobian
 from kalmanq.nonlinear.noises import Noises, length, looked_at
@@ -67,7 +68,7 @@ class NonlinearModel:
     sensors    in the place of h and R where there are several: {name: (h, R) or (h, R, H), ...}.  Their measurements follow one another;
                an update takes the sensors in this order, each at what the one before has left
     delays     {name of a sensor: how late it tells}: in seconds where a function takes t or dt, otherwise in rows
-    angles     the measurements, by name or number, that are angles in rad: their innovations are wrapped
+    angles     the measurements, by name or number, that are angles: their innovations are wrapped, by their unit (none: rad)
     controls   names of the controls; their columns are u
     A measurement's range, for fixed point, is that of its innovation (extended.h).
     simulated_controls   l numbers of t: u where measurements are simulated
@@ -120,7 +121,9 @@ class NonlinearModel:
         self.R = None if self.noises.functions else self.frame.R
         self.x0 = self.frame.x0 if nominal is None else np.array(x0, float)
         self.carried = self.carried or self.states
-        self.angles = self._angles(angles)
+        self.angles = turns_of(angles, self.measurements)
+        self.measurements = self.frame.measurements = tuple(  # so that a file whose heading has another unit is refused
+            replace(one, unit="rad") if c in self.angles and not one.unit else one for c, one in enumerate(self.measurements))
         self._R = R
         self.sensors = [Sensor("", 0, m)]
         if sensors:
@@ -164,18 +167,6 @@ class NonlinearModel:
         self.dt = _step(dt) if self.takes_step and dt is not None else None
         for key in self.given.keys() & set(OF_STEP):
             self.given[key].dt = self.dt
-
-    def _angles(self, given: Sequence[Union[int, str]]) -> list[int]:
-        names = [one.name for one in self.measurements]
-        made = []
-        for which in [given] if isinstance(given, (str, int)) else given:
-            if which in names:
-                made.append(names.index(which))
-            elif isinstance(which, (int, np.integer)) and not isinstance(which, bool) and 0 <= which < self.m:
-                made.append(int(which))
-            else:
-                raise ModelError("angles", f"there is no measurement {which!r}")
-        return made
 
     def __copy__(self) -> NonlinearModel:
         """Itself: to another process it goes as its file (file.py)"""
@@ -308,7 +299,7 @@ class NonlinearModel:
         else:
             e = z - self.expected(x, t, u)
         e = np.where(there, e, 0.0)
-        return unwrapped(e, self.angles) if near is None else near + unwrapped(e - near, self.angles)
+        return wrapped(e, self.angles) if near is None else near + wrapped(e - near, self.angles)
 
     def transition(self, x: np.ndarray, t: float, u: np.ndarray = NOTHING) -> np.ndarray:
         """A = df/dx, n x n"""
@@ -365,14 +356,6 @@ class NonlinearModel:
 
     def __repr__(self) -> str:
         return f"NonlinearModel({self.name!r}, n={self.n}, m={self.m}, l={self.l})"
-
-
-def unwrapped(change: np.ndarray, angles: Sequence[int]) -> np.ndarray:
-    """Angles within half a turn"""
-    made = change.copy()
-    for c in angles:
-        made[c] -= 2 * np.pi * np.round(made[c] / (2 * np.pi))
-    return made
 
 
 def _nominal(names: Any, x0: ArrayLike) -> Any:

@@ -8,6 +8,7 @@ import numpy as np
 
 from kalmanq.errors import KalmanqError
 from kalmanq.model import root_of
+from kalmanq.nonlinear.angles import wrapped
 from kalmanq.nonlinear.model import NonlinearModel
 
 
@@ -33,9 +34,7 @@ def simulate(model: NonlinearModel, rows: int, seed: Union[int, np.random.SeedSe
             z[t] = model.expected(x[t], at[t], u[t]) + v
         except KalmanqError as problem:
             raise KalmanqError(str(problem), problem.status, t) from problem
-    for c in model.angles:
-        z[:, c] -= 2 * np.pi * np.round(z[:, c] / (2 * np.pi))
-    return x, z, u
+    return x, wrapped(z, model.angles), u
 
 
 def rows_of_run(model: NonlinearModel, rows: int, seed: np.random.SeedSequence, gap: Optional[tuple[int, int]],

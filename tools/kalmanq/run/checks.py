@@ -91,7 +91,7 @@ def _fixed_point(model: Model) -> Finding:
         return ranges_refused(model, str(problem))
     formats = ", ".join(f"{one.name} Q{31 - bits}.{bits}" for one, bits in
                         zip(model.states, parts.fractions("states")))
-    return Finding(True, "ranges", f"fit: {formats}")
+    return Finding(True, "ranges", f"fit the library's formats: {formats}")
 
 
 def ranges_refused(model: Any, said: str) -> Finding:

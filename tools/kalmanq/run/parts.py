@@ -212,6 +212,17 @@ def prepared(parts: Parts, kind: str, length: int, what: str, prepare: Callable[
     return made
 
 
+def prepare_format(which: str, quantity: Quantity, made: Any) -> int:
+    """Its fraction bits; made: a kq_format_q31"""
+    fraction = lib.KQ_FRACTION_BEST_Q31 if quantity.fraction is None else quantity.fraction
+    range_error = ffi.new("kq_range_error_q31 *")
+    status = lib.kq_format_prepare_q31(made, fraction, quantity.range, range_error)
+    if status == lib.KQ_ERR_RANGE and range_error.bits:
+        raise ModelError(which, f"{quantity.name} needs {range_error.bits} more integer bits for its range")
+    require(status, f"the format of {quantity.name}")
+    return int(made.fraction)
+
+
 def prepare_formats(model: Model, which: str) -> Any:
     quantities: Sequence[Quantity] = getattr(model, which)
     if which == "measurements" and model.d is not None:  # what is left without d
@@ -220,12 +231,7 @@ def prepare_formats(model: Model, which: str) -> Any:
     for k, quantity in enumerate(quantities):
         if quantity.range is None:
             raise ModelError(which, f"{quantity.name} has no range, which fixed point needs: give the states and measurements ranges")
-        fraction = lib.KQ_FRACTION_BEST_Q31 if quantity.fraction is None else quantity.fraction
-        range_error = ffi.new("kq_range_error_q31 *")
-        status = lib.kq_format_prepare_q31(made + k, fraction, quantity.range, range_error)
-        if status == lib.KQ_ERR_RANGE and range_error.bits:
-            raise ModelError(which, f"{quantity.name} needs {range_error.bits} more integer bits for its range")
-        require(status, f"the format of {quantity.name}")
+        prepare_format(which, quantity, made + k)
     return made
 
 

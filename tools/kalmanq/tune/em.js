@@ -10,13 +10,13 @@ function support(part, size, first = 0) {
   return Array.from({ length: size }, (_, i) => i).filter((i) => part[first + i * size + i] !== 0);
 }
 
-/* Of a positive semi-definite matrix, by elimination */
+/* Of a positive semi-definite matrix, by elimination.  What is left of a variance is compared with that variance: they are of different units */
 function rankOf(part, size, first = 0) {
-  const a = part.slice(first, first + size * size), most = Math.max(...support(part, size, first).map((i) => part[first + i * size + i]), 0);
+  const a = part.slice(first, first + size * size);
   let rank = 0;
   for (let i = 0; i < size; i++) {
     const pivot = a[i * size + i];
-    if (!(pivot > 1e-12 * most)) continue;
+    if (!(pivot > 1e-12 * part[first + i * size + i])) continue;
     rank++;
     for (let r = i + 1; r < size; r++) for (let c = i + 1; c < size; c++) a[r * size + c] -= (a[r * size + i] * a[i * size + c]) / pivot;
   }

@@ -48,16 +48,16 @@ class Shape:
                 "Qc": np.zeros((1, 1)) if model.continuous is None else model.continuous.Qc}
 
 
-def noises_of(model: Model, shape: Shape) -> tuple[list[Noise], list[Any]]:
-    """And the model file, its text in pieces: between them what the page puts in, [[size, factor], ...], {"root": ...} or {"dt": ...}"""
-    candidates = _of_builder(model) if model.builder else None
-    made = None if candidates is None else _measured(candidates, model, shape)
-    if made is None or not {one.kind for one in made} >= _kinds(model):
-        made = _measured(_of_entries(model), model, shape)
+def noises_of(model: Model, shape: Shape) -> tuple[list[Noise], dict[str, np.ndarray], list[Any]]:
+    """And by matrix what no noise makes; and the model file, its text in pieces: between them what the page puts in, [[size, factor], ...],
+    {"root": ...} or {"dt": ...}"""
+    made, rest = _measured(_of_builder(model), model, shape) if model.builder else ([], {})
+    if not _are_all(made, rest, model, shape):
+        made, rest = _measured(_of_entries(model), model, shape)
         model = _without_builder(model)
     if not made:
         raise KalmanqError("all noises are 0: there is nothing to tune; give a Q, G, Qc or R that is not 0")
-    return made, _pieces(model, made, has_dt(model, shape))
+    return made, rest, _pieces(model, made, has_dt(model, shape))
 
 
 def has_dt(model: Model, shape: Shape) -> bool:
@@ -65,52 +65,61 @@ def has_dt(model: Model, shape: Shape) -> bool:
     return model.continuous is not None and shape.dt is None
 
 
-def rest_of(given: np.ndarray, noises: Sequence[Noise], name: str) -> np.ndarray:
-    """What no noise makes of a matrix"""
-    made, size = given.copy(), np.abs(given).max(initial=0)
-    for one in noises:
-        if name in one.parts:
-            made = made - one.value**one.power * one.parts[name]
-    return np.where(np.abs(made) <= CLOSE * size, 0.0, made)
-
-
-def _kinds(model: Model) -> set[str]:
-    return {name for name in ("Q", "R") if np.any(getattr(model, name))}
+def _are_all(made: Sequence[Noise], rest: dict[str, np.ndarray], model: Model, shape: Shape) -> bool:
+    """Is the model the sum of its noises?"""
+    given = shape.arrays(model)
+    return bool(made) and {one.kind for one in made} >= {name for name in ("Q", "R") if np.any(given[name])} and all(np.allclose(
+        sum((one.value**one.power * one.parts[name] for one in made if name in one.parts), rest[name]), given[name], rtol=CLOSE, atol=0) for name in MATRICES)
 
 
 # ------------------------------------------------------------------------------ what may be one
 
-Candidate = tuple[str, float, Callable[[float], Model]]  # name, size, and the model with another size
+Sizes = dict[str, float]  # by name
+Candidates = tuple[Sizes, Callable[[Sizes], Model]]  # and the model with others
 
 
-def _of_builder(model: Model) -> Iterator[Candidate]:
+def _of_builder(model: Model) -> Candidates:
+    sizes: Sizes = {}
     for name, given in model.builder.items():
         if name in ("builder", "P0", "x0", "c", "d", "dt") or isinstance(given, (str, bool)):
             continue
         if isinstance(given, list):
             if all(isinstance(one, (int, float)) for one in given):
-                for k, value in enumerate(given):
-                    yield f"{name}[{k}]", float(value), _with_entry(model, name, given, k)
+                sizes.update({f"{name}[{k}]": float(value) for k, value in enumerate(given)})
         elif isinstance(given, float) or name in searched(model.builder):
-            yield name, float(given), lambda value, name=name: model_file.rebuilt(model, {name: value})
+            sizes[name] = float(given)
+    return sizes, lambda others: model_file.rebuilt(model, _parameters(model, others))
 
 
-def _with_entry(model: Model, name: str, given: list[float], k: int) -> Callable[[float], Model]:
-    return lambda value: model_file.rebuilt(model, {name: [*given[:k], value, *given[k + 1 :]]})
+def _parameters(model: Model, sizes: Sizes) -> dict[str, Any]:
+    """Of its builder"""
+    made = {name: list(one) if isinstance(one, list) else one for name, one in model.builder.items()}
+    for key, value in sizes.items():
+        name, _, index = key.rstrip("]").partition("[")
+        if index:
+            made[name][int(index)] = value
+        else:
+            made[name] = value
+    return made
 
 
-def _of_entries(model: Model) -> Iterator[Candidate]:
+def _of_entries(model: Model) -> Candidates:
+    """Columns of G, blocks of Q or Qc, and of R"""
     of = model.continuous
-    if model.G is not None:
-        for c in range(model.G.shape[1]):
-            yield f"G[*,{c}] x", 1.0, lambda value, c=c: model.changed(G=model.G * np.where(np.arange(model.G.shape[1]) == c, np.sqrt(value), 1.0))
-    else:
-        name, Q = ("Qc", of.Qc) if of else ("Q", model.Q)
-        for key, value, part in blocks(name, Q):
-            yield key, value, (lambda size, part=part, value=value: model.flowing(Qc=Q + (size - value) * part)) if of else \
-                (lambda size, part=part, value=value: model.changed(Q=Q + (size - value) * part))
-    for key, value, part in blocks("R", model.R):
-        yield key, value, lambda size, part=part, value=value: model.changed(R=model.R + (size - value) * part)
+    matrices = {**({} if model.G is not None else {"Qc": of.Qc} if of else {"Q": model.Q}), "R": model.R}
+    found = {key: (name, value, part) for name, given in matrices.items() for key, value, part in blocks(name, given)}
+    columns = {} if model.G is None else {f"G[*,{c}] x": c for c in range(model.G.shape[1])}
+
+    def changed(sizes: Sizes) -> Model:
+        made = {name: given.copy() for name, given in matrices.items()}
+        for key in sizes.keys() & found.keys():
+            name, value, part = found[key]
+            made[name] = made[name] + (sizes[key] - value) * part
+        if columns:
+            made["G"] = model.G * np.sqrt([sizes.get(key, 1.0) for key in columns])
+        return model.flowing(**made) if of else model.changed(**made)
+
+    return {**dict.fromkeys(columns, 1.0), **{key: value for key, (_, value, _) in found.items()}}, changed
 
 
 def blocks(name: str, given: np.ndarray) -> Iterator[tuple[str, float, np.ndarray]]:
@@ -137,43 +146,43 @@ def blocks(name: str, given: np.ndarray) -> Iterator[tuple[str, float, np.ndarra
 # ------------------------------------------------------------------------------ what is one
 
 
-def _measured(candidates: Iterator[Candidate], model: Model, shape: Shape) -> list[Noise]:
-    made = []
-    for key, value, changed in candidates:
-        if value > 0:
-            noise = _noise(key, value, changed, model, shape)
-            made += [noise] if noise else []
+def _measured(candidates: Candidates, model: Model, shape: Shape) -> tuple[list[Noise], dict[str, np.ndarray]]:
+    """And what no noise makes.  A part is made as the package makes the model with this noise alone: a difference of two models would
+    be no covariance where a step is short"""
+    sizes, changed = candidates
+    found = [_noise(key, value, lambda size, key=key: changed({key: size}), shape) for key, value in sizes.items() if value > 0]
+    made = [one for one in found if one]
+    none = {one.key: 0.0 for one in made}
+    rest = shape.arrays(changed(none))
+    for one in made:
+        alone = shape.arrays(changed({**none, one.key: one.value}))
+        parts = {name: (alone[name] - rest[name]) / one.value**one.power for name in MATRICES}
+        one.parts = {name: part for name, part in parts.items() if np.any(part)}
     for one in made:
         _describe(one, model, made)
-    return made
+    return made, {name: rest[name] for name in MATRICES}
 
 
-def _noise(key: str, value: float, changed: Callable[[float], Model], model: Model, shape: Shape) -> Optional[Noise]:
-    """None: it is of more than noises, or no power of it makes them"""
+def _noise(key: str, value: float, changed: Callable[[float], Model], shape: Shape) -> Optional[Noise]:
+    """Without its parts.  None: it is of more than noises, or no power of it makes them"""
     try:
-        one, two, four = (shape.arrays(changed(factor * value)) for factor in (1, 2, 4))
+        _, one, two, four = (shape.arrays(changed(factor * value)) for factor in (0, 1, 2, 4))
     except KalmanqError:
         return None
     if any(not _same(one[name], four[name]) for name in ("A", "B", "H", "x0", "d")):
         return None
     for power in (1, 2):
-        parts = {name: (four[name] - one[name]) / (4**power - 1) / value**power for name in MATRICES}
-        if all(np.allclose(two[name], one[name] + (2**power - 1) * value**power * parts[name], rtol=CLOSE, atol=0) for name in MATRICES):
+        gains = {name: (four[name] - one[name]) / (4**power - 1) for name in MATRICES}
+        if all(np.allclose(two[name], one[name] + (2**power - 1) * gains[name], rtol=CLOSE, atol=0) for name in MATRICES):
             columns = [] if one["G"] is None else _columns(one["G"], four["G"], power)
-            if columns is None or not (np.any(parts["Q"]) or np.any(parts["R"])):
+            if columns is None or not (np.any(gains["Q"]) or np.any(gains["R"])):
                 return None
-            parts = {name: _rounded(part) for name, part in parts.items() if np.any(part)}
-            return Noise(key, value, parts, "R" if "R" in parts else "Q", power=power, columns=columns)
+            return Noise(key, value, {}, "R" if np.any(gains["R"]) else "Q", power=power, columns=columns)
     return None
 
 
 def _same(a: Optional[np.ndarray], b: Optional[np.ndarray]) -> bool:
     return a is b is None or (a is not None and b is not None and np.array_equal(a, b))
-
-
-def _rounded(part: np.ndarray) -> np.ndarray:
-    """1 where differences have left it but for rounding"""
-    return np.where(np.abs(part - np.round(part)) < CLOSE, np.round(part), part)
 
 
 def _columns(one: np.ndarray, four: np.ndarray, power: int) -> Optional[list[int]]:
@@ -258,14 +267,8 @@ def _begins(text: str, mark: str) -> Iterator[int]:
 
 def _with_marks(model: Model, noises: Sequence[Noise], marked: Callable[[Any], float]) -> Model:
     if model.builder and all(one.key.partition("[")[0] in model.builder for one in noises):
-        made, builder = model.changed(), {name: list(one) if isinstance(one, list) else one for name, one in model.builder.items()}
-        for k, one in enumerate(noises):
-            name, _, index = one.key.rstrip("]").partition("[")
-            if index:
-                builder[name][int(index)] = marked([[k, 1.0]])
-            else:
-                builder[name] = marked([[k, 1.0]])
-        made.builder = builder
+        made = model.changed()
+        made.builder = _parameters(model, {one.key: marked([[k, 1.0]]) for k, one in enumerate(noises)})
         return made
     R = _marked_sums(model.R, noises, "R", marked)
     if model.G is not None:

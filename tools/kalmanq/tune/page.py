@@ -6,7 +6,7 @@ import base64
 import gzip
 import json
 from pathlib import Path
-from typing import Any, Optional, Sequence, Union
+from typing import Any, Optional, Union
 
 import numpy as np
 
@@ -16,7 +16,7 @@ from kalmanq.model import Model
 from kalmanq.nonlinear import NonlinearModel
 from kalmanq.run.filters import Filter
 from kalmanq.tune import emitted, equations
-from kalmanq.tune.noises import Noise, Shape, has_dt, noises_of, rest_of
+from kalmanq.tune.noises import Shape, has_dt, noises_of
 from kalmanq.tune.packing import noise_content, packed, quantities
 
 HERE = Path(__file__).resolve().parent
@@ -74,7 +74,7 @@ def for_script(given: Any) -> str:
 def content(model: Model, z: np.ndarray, u: Optional[np.ndarray], times: Optional[np.ndarray], sources: dict[str, Any]) -> dict[str, Any]:
     dt, which = steps_of(model, times)
     shape = Shape(dt)
-    noises, template = noises_of(model, shape)
+    noises, rest, template = noises_of(model, shape)
     arrays = shape.arrays(model)
     filter_ = Filter(model)
     filter_.run(z, u, times=times)
@@ -84,10 +84,10 @@ def content(model: Model, z: np.ndarray, u: Optional[np.ndarray], times: Optiona
         "processes": len(arrays["A"]), "factor": 0 if model.G is None else model.G.shape[1],
         "unknown": sum(1 << int(i) for i in np.flatnonzero(model.unknown)),
         **{name: packed(arrays[name]) for name in ("A", "B", "Q", "G", "H", "R", "x0", "P0", "d")},
-        "rest": {name: packed(rest_of(arrays[name], noises, name)) for name in ("Q", "R", "P0")},
+        "rest": {name: packed(rest[name]) for name in ("Q", "R", "P0")},
         "z": packed(z), "u": packed(_with_ones(model, u, len(z))), "which": packed(which), "times": packed(times),
         "unit": model.continuous.unit if model.continuous and times is not None else "",
-        "flow": flow(model, noises) if has_dt(model, shape) else None,
+        "flow": flow(model, rest["Qc"]) if has_dt(model, shape) else None,
         "noises": [noise_content(one) for one in noises], "template": template, "total": filter_.log_likelihood,
         "cores": CORES, "costs": costs(model)}
 
@@ -116,10 +116,10 @@ def steps_of(model: Model, times: Optional[np.ndarray]) -> tuple[Optional[np.nda
     return dt, np.concatenate([[0], order[np.searchsorted(dt[order], between)]]).astype(float)
 
 
-def flow(model: Model, noises: Sequence[Noise]) -> dict[str, Any]:
+def flow(model: Model, rest: np.ndarray) -> dict[str, Any]:
     """By which the page makes a step of another dt"""
     of = model.continuous
-    return {"F": packed(of.F), "B": packed(of.B), "dt": of.dt, "unit": of.unit, "rest": packed(rest_of(of.Qc, noises, "Qc"))}
+    return {"F": packed(of.F), "B": packed(of.B), "dt": of.dt, "unit": of.unit, "rest": packed(rest)}
 
 
 def _with_ones(model: Model, u: Optional[np.ndarray], rows: int) -> Optional[np.ndarray]:
