@@ -303,6 +303,8 @@ KQ_NODISCARD kq_status kq_forecast_f64(const kq_filter_f64 *f, const kq_process_
  *            addresses; later checks compare it.
  * It compares the numbers with what a call can leave, so it finds few of the turned bits in mean, root and
  * likelihoods (tests/ACCURACY.md).  Measurements correct the others: watch kq_nis.
+ * What is attached (history, lag, instant, start, adaptation, freeze) and its memory are not checked.  A turned bit there
+ * may mislead a smoother or a frozen step, or let it write beside its memory: assign these anew before each use.
  * KQ_ERR_NULL, KQ_ERR_NOT_READY, KQ_ERR_NOT_FINITE (the mean), KQ_ERR_TABLE (damaged: initialise f again).
  * Cost: about n^2 operations. */
 KQ_NODISCARD kq_status kq_filter_check_f32(kq_filter_f32 *f);
