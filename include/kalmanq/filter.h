@@ -166,8 +166,9 @@ KQ_NODISCARD kq_status kq_predict_f64(kq_filter_f64 *f, const kq_process_f64 *p,
  *   s        of n states; read
  *   z        m, in the sensor's units
  * KQ_ERR_NULL, KQ_ERR_NOT_READY, KQ_ERR_MISMATCH, KQ_ERR_NOT_FINITE (z).
- * Events: KQ_EVENT_REDUNDANT, KQ_EVENT_OVERFLOW: a component was not taken; or (OVERFLOW) H P H' was not representable,
- * and sigmas above 2^57 (f32) or 2^497 (f64) over the row's largest entry were held as by kq_predict.  A component is redundant if its
+ * Events: KQ_EVENT_REDUNDANT, KQ_EVENT_OVERFLOW: a component was not taken.  Where H P H' overflows in f32 and f64, states
+ * lose their correlations as in kq_predict, here from a sigma of 2^57 (2^497) over the largest entry of the row: the
+ * component is taken then.  A component is redundant if its
  * innovation variance is below 2^-96 (f32) or 2^-360 (f64): choose units above it.  A noise-free one, or one after a
  * low-noise measurement, is redundant if its innovation variance is rounding.  KQ_EVENT_CONTRADICTION: see status.h.
  * KQ_EVENT_PRECISION (f32): 2^19 components since init had H P H' within the last four bits of S.  Clear it if
@@ -304,7 +305,7 @@ KQ_NODISCARD kq_status kq_forecast_f64(const kq_filter_f64 *f, const kq_process_
  * It compares the numbers with what a call can leave, so it finds few of the turned bits in mean, root and
  * likelihoods (tests/ACCURACY.md).  Measurements correct the others: watch kq_nis.
  * What is attached (history, lag, instant, start, adaptation, freeze) and its memory are not checked.  A turned bit there
- * may mislead a smoother or a frozen step, or let it write beside its memory: assign these anew before each use.
+ * may mislead a smoother or a frozen step, or make it write outside its memory: assign it anew for each recording.
  * KQ_ERR_NULL, KQ_ERR_NOT_READY, KQ_ERR_NOT_FINITE (the mean), KQ_ERR_TABLE (damaged: initialise f again).
  * Cost: about n^2 operations. */
 KQ_NODISCARD kq_status kq_filter_check_f32(kq_filter_f32 *f);
