@@ -26,18 +26,19 @@ static inline num row_norm(const num *S, int n, int i)
    that it grows for some predicts before it is held again: by then a measurement of another state may tell of it. */
 static inline void row_saturate(num *S, int n, int i, num most)
 {
-    for (int j = i; j < n; j++) S[column(j) + i] = j == i ? most * 0x1p-16f : 0;
+    for (int j = i; j < n; j++) S[column(j) + i] = j == i ? most * (num)0x1p-16f : 0;
 }
 
 /* The largest sigma of a state for which h'P h is a number, h being a row of H or NULL: 1/8 of the limit over its largest
    entry, of which there are 16.  Of an H beyond 2^29 there may be none: it is no less than 2^-32 of the limit. */
 static inline num largest_sigma(const num *h, int n)
 {
+    const num most = (num)0x1p32f;
     num size = 1;
     for (int i = 0; h && i < n; i++) {
         if (8 * num_magnitude(h[i]) > size) size = 8 * num_magnitude(h[i]);
     }
-    return num_most_sigma / (size < 0x1p32f ? size : 0x1p32f);
+    return num_most_sigma / (size < most ? size : most);
 }
 
 /* What column `from` holds of row k, the rows below counting no more, becomes part of the pivot of column `to`. */
