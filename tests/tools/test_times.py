@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import re
+from datetime import datetime, timezone
 from pathlib import Path
 
 import numpy as np
@@ -489,7 +490,11 @@ def test_a_frozen_gain_and_regressors_take_times():
 @pytest.mark.parametrize("times, said", [
     ([0, 1, 1, 2], "row 2: the time is not after the one before"), ([0, 1, 0.5, 2], "row 2: the time is not after"),
     ([0, 1, np.nan, 2], "row 2: the time is missing"), ([0, 1, 2], "times are 3, not 4"), (["a", 1, 2, 3], "times: not numbers"),
-    (np.array(["2020-01-01"] * 4, "datetime64[s]"), "times: not numbers: give seconds"),
+    (np.array(["2020-01-01"] * 4, "datetime64[s]"), "row 1: the time is not after the one before"),
+    (["2020-01-01", "2020-01-02", "2020-01-03", "2020-01-04"], "times: not numbers, dates or durations: .* of texts$"),
+    (np.array(["2020-01-01", "NaT", "2020-01-03", "2020-01-04"], "datetime64[s]"), "row 1: the time is missing"),
+    (np.arange(4).astype("timedelta64[M]"), "durations in months, or without a unit"), (np.arange(4).astype("timedelta64"), "without a unit"),
+    ([datetime(2020, 1, 1), datetime(2020, 1, 2, tzinfo=timezone.utc)] * 2, "times: some have a time zone"),
     ([0, 1, 1e300, 2e300], "so long that the model is not representable")])
 def test_what_is_no_time_is_refused(times, said):
     model = Model.of_continuous([[0, 1], [0, 0]], [1, 0], 0.1, [0, 1], dt=0.1, P0=[1, 1])

@@ -9,7 +9,6 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from kalmanq.core import ffi, lib
-from kalmanq.data.rows import rows_of
 from kalmanq.errors import KalmanqError
 from kalmanq.fitting.choice import Choice
 from kalmanq.fitting.entries import ARRAYS
@@ -84,7 +83,7 @@ def fit(model: Union[Model, NonlinearModel], records: Sequence[ArrayLike], free:
                 leave one out, or hold an entry.  Of a nonlinear model: of Q, R, x0, P0, and names of constants of its
                 file, which are free in all that the file makes of them (its likelihood is C, with exact slopes)
     u           for each record T x l, or None
-    times       for each record T, or None, of a model in continuous time or a nonlinear one.  Where its steps are not all dt, Q is Qc; standard_errors has "Qc"
+    times       for each record T, or None, of a model in continuous time or a nonlinear one, as Filter.run has them.  Where its steps are not all dt, Q is Qc; standard_errors has "Qc"
     method      "em" (Shumway and Stoffer 1982), "ml" (BFGS over the likelihood, with Fisher's gradient, Segal and
                 Weinstein 1989), or "both": a few iterations of EM, then ML
     Q_form      "full", "diagonal", or "multiple": of what it is.  Q of a model with G is G Q' G', of Q' this form
@@ -107,14 +106,14 @@ def fit(model: Union[Model, NonlinearModel], records: Sequence[ArrayLike], free:
     _require_counts(starts=(starts, 1), seed=(seed, 0), iterations=(iterations, 1))
     if not tolerance >= 0:
         raise KalmanqError(f"tolerance: {tolerance} is not at least 0")
+    made = Records(model, records, u, times)
     if getattr(model, "d", None) is not None:
-        rest = [rows_of(one, model.measurements, "z") - model.d for one in records]
-        found = fit(model.changed(d=None), rest, free, u=u, times=times, method=method, Q_form=Q_form, R_form=R_form, held=held, starts=starts,
+        rest = [one - model.d for one in made.z]
+        found = fit(model.changed(d=None), rest, free, u=made.u, times=made.times, method=method, Q_form=Q_form, R_form=R_form, held=held, starts=starts,
                     seed=seed, iterations=iterations, tolerance=tolerance, arithmetic=arithmetic, report=report)
         whole = found.model.changed(d=model.d)
         whole.constants = found.model.constants
         return replace(found, model=whole)
-    made = Records(model, records, u, times)
     task = Task(model, made, Choice(model, free, Q_form, R_form, held, isinstance(model, Model) and (made.times is not None or _is_late(model))), method, iterations, tolerance, arithmetic,
                 report)
     if method == "em":
