@@ -21,7 +21,7 @@ SECONDS = np.array([0, 0.1, 0.5, 2.0, 2.2, 9.0])
 
 def of_time(seconds: float = 1.0, **more) -> Model:
     """Of one unit of so many seconds"""
-    return Model.of_continuous([[0, 1], [0, 0]], [1, 0], 0.1, [0, 1], dt=0.1, P0=[1, 1], **more)
+    return Model.of_continuous([[0, 1], [0, 0]], H=[1, 0], R=0.1, Qc=[0, 1], dt=0.1, P0=[1, 1], **more)
 
 
 def dated():
@@ -101,7 +101,7 @@ def test_an_index_that_may_count_rows_is_asked_about():
                         (pandas.to_datetime(["2024-01-01"] * 5), "row 1: the time is not after the one before")):
         with pytest.raises(KalmanqError, match=said):
             Filter(model).run(rows.set_axis(index))
-    seconds = Model.of_continuous([[0.0]], [1], 1, [1], dt=2, P0=[1])
+    seconds = Model.of_continuous([[0.0]], H=[1], R=1, Qc=[1], dt=2, P0=[1])
     assert np.array_equal(Filter(seconds).run(rows.set_axis(range(0, 10, 2))).mean, Filter(seconds).run(z).mean)  # both say the same
     f = Filter(model)
     f.run(rows.set_axis(pandas.date_range("2024-01-01", periods=5, freq="s")))
@@ -110,7 +110,7 @@ def test_an_index_that_may_count_rows_is_asked_about():
 
 
 def test_what_takes_steps_alone_refuses_an_index_of_others():
-    model, z = Model.of_continuous([[0.0]], [1], 1, [1], dt=0.1, P0=[1]), np.arange(6.0)
+    model, z = Model.of_continuous([[0.0]], H=[1], R=1, Qc=[1], dt=0.1, P0=[1]), np.arange(6.0)
     table, even = (pandas.Series(z, index=pandas.to_timedelta(one, unit="s")) for one in (SECONDS, 0.1 * np.arange(6)))
     for make in (SteadyFilter, ReweightedSmoother):
         with pytest.raises(KalmanqError, match="of steps of dt = 0.1 alone, and the step from 0.1 to 0.5 s is not one"):

@@ -11,7 +11,7 @@ from numpy.typing import ArrayLike
 from kalmanq.data.dates import in_index, numbers_from, warn_of_steps
 from kalmanq.errors import KalmanqError
 from kalmanq.model import Model, Quantity
-from kalmanq.model.arrays import numbers_of
+from kalmanq.model.arrays import by_name, numbers_of
 
 
 @dataclass(frozen=True)
@@ -29,6 +29,9 @@ class Varying:
     Q: Optional[ArrayLike] = None
     H: Optional[ArrayLike] = None
     R: Optional[ArrayLike] = None
+
+
+Varying.__init__ = by_name("Varying(A=..., B=..., Q=..., H=..., R=...)", 0)(Varying.__init__)  # type: ignore[method-assign]
 
 
 @dataclass(frozen=True)

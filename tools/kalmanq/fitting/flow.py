@@ -69,8 +69,8 @@ class Flow:
         """With what is free as it is in `arrays`"""
         if not self.labels:
             made = {name: arrays[name] for name in self.free if name in ("H", "R", "x0", "P0")}
-            return self.model.flowing(arrays["F"] if "F" in self.free else None,
-                                      noise.whole(arrays["Q"]) if "Q" in self.free else None, **made)
+            return self.model.flowing(F=arrays["F"] if "F" in self.free else None,
+                                      Qc=noise.whole(arrays["Q"]) if "Q" in self.free else None, **made)
         given: dict[str, Any] = {}
         for label, (name, at) in self.labels.items():
             given.setdefault(name, self.values_of(self.model, name))[at] = arrays[label][0]
