@@ -15,6 +15,7 @@ from kalmanq.errors import KalmanqError
 from kalmanq.model import Model
 from kalmanq.run.parts import Parts
 from kalmanq.run.readings import Readable, Results
+from kalmanq.run.resolution import warn_of_coarse
 from kalmanq.run.results import Run
 from kalmanq.run.steps import Steps
 
@@ -172,6 +173,7 @@ class Filter(Readable):
         run.index = rows.index
         warn_of(run.events, f"{self.model.name}, {self.arithmetic.name}")
         self.warn_of_wide()
+        warn_of_coarse(self, self.arithmetic.name, rows.z)
         return run
 
     def _sequence(self, rows: Rows, robust: Optional[Robust] = None, watch: Optional[Any] = None, *, moves: bool = True,

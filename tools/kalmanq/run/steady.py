@@ -13,6 +13,7 @@ from kalmanq.data.rows import Rows, present_of, require_one_origin, require_step
 from kalmanq.errors import KalmanqError
 from kalmanq.model import Model
 from kalmanq.run.parts import Parts
+from kalmanq.run.resolution import warn_of_coarse
 from kalmanq.run.results import Run
 
 
@@ -49,7 +50,7 @@ class SteadyFilter:
     def __init__(self, model: Model, arithmetic: str = "f64", gain: Optional[ArrayLike] = None):
         self.model = model
         self.parts = Parts(model, arithmetic)
-        self.begins = True  # the next row is the first one
+        self.begins, self.coarse = True, ""  # the next row is the first one; of measurements, as a Filter has it
         self._left: Optional[np.ndarray] = None  # the control of the last row
         self._last: Optional[Rows] = None  # the last row, where it has a time
         a, n, m = self.parts.arithmetic, model.n, model.m
@@ -103,6 +104,7 @@ class SteadyFilter:
             self._handle, len(given), a.pointer(words), a.pointer(present, "uint32_t"), a.pointer(carried),
             self.begins, a.pointer(mean), a.pointer(innovation), done)
         require(status, "the run", int(done[0]))
+        warn_of_coarse(self, a.name, given)
         if len(given):
             self._last = None if rows.times is None else rows[-1:]
             self.begins = False
