@@ -7,6 +7,7 @@ import functools
 import json
 import re
 import subprocess
+import warnings
 from pathlib import Path
 
 import fit_cases
@@ -651,4 +652,76 @@ def test_no_maximum_has_its_own_exit_code_and_its_best_point(run, rows, options,
     assert done.returncode == 3 and said in done.stderr and done.stderr.count("\n") == 1, done.stderr
     assert np.all(np.isfinite(model_file.read(out).R)) and (tmp_path / "fit.png").exists()
 
+
+# ------------------------------------------------------------------------------ where there is no value
+
+
+@pytest.mark.parametrize("method", ["both", "em", "ml"])
+@pytest.mark.parametrize("free", [("Q", "R"), ("A",), ("H", "R"), ("x0",)], ids=lambda one: "".join(one))
+def test_a_likelihood_without_a_value_says_so(free, method):
+    z = 1e200 * np.random.default_rng(0).normal(size=60)
+    found = kalmanq.fit(Model([[1]], H=[1], R=1, Q=1, P0=[1]), [z], free, method=method, iterations=60)
+    assert not found.converged and found.log_likelihood == -np.inf and not found.standard_errors
+    assert found.message.startswith("the log-likelihood is not finite where the search begins: the likelihood is infinite or zero")
+    assert "\n" not in found.message and found.message.endswith("; begin nearer to the records, or take units in which numbers are smaller")
+
+
+def test_starts_without_a_value_do_not_hide_one_that_has_one(tmp_path):
+    z = 1e200 * np.random.default_rng(0).normal(size=60)
+    found = kalmanq.fit(Model([[1]], H=[1], R=1, Q=1, P0=[1]), [z], starts=3)
+    assert not found.converged and "not finite" in found.message
+    with pytest.raises(KalmanqError, match="^the unknown start: the records are so large that no variance stands for it: give P0"):
+        kalmanq.fit(Model([[1]], H=[1], R=1, Q=1), [z])
+    model, data = tmp_path / "wild.toml", tmp_path / "wild.csv"
+    model.write_text("[model]\nA = [[1]]\nH = [1]\nQ = 1\nR = 1\nP0 = 1\n[measurements]\nnames = ['z']\n")
+    data.write_text("z\n" + "".join(f"{one!r}\n" for one in z.tolist()))
+    for more in ((), ("--method", "em"), ("--method", "ml"), ("--starts", 2), ("--json",)):
+        done = command("fit", model, data, *more)
+        assert done.returncode == 3 and done.stderr.count("\n") == 1 and "the log-likelihood is not finite" in done.stderr, done.stderr
+        assert not more or more[0] != "--json" or json.loads(done.stdout)["log_likelihood"] is None
+
+
+@pytest.mark.parametrize("arithmetic", ["f32", "f64"])
+def test_a_history_that_ends_by_an_overflow_says_so(arithmetic):
+    """Not that memory is short, which the host has for all rows"""
+    model, z = Model([[1.5]], H=[1], R=1, Q=1, P0=[1]), np.full(3000, np.nan)
+    z[:5] = 1
+    for run in (kalmanq.Smoother(model, arithmetic).run, kalmanq.Smoother(model.changed(P0=None), arithmetic).run, kalmanq.ReweightedSmoother(model, arithmetic).run,
+                kalmanq.LagSmoother(model, 3, arithmetic).run, kalmanq.InstantSmoother(model, 3, arithmetic).run,
+                lambda z: kalmanq.fit(model.changed(P0=None), [z])):
+        with warnings.catch_warnings(), pytest.raises(KalmanqError, match="a mean or a variance has grown not representable, and what came before") as told:
+            warnings.simplefilter("ignore")
+            run(z)
+        assert "memory" not in str(told.value)
+
+
+def test_what_a_fit_cannot_begin_from_is_said():
+    draw = np.random.default_rng(0)
+    z, one = draw.normal(size=(20, 1)), dict(H=[1], R=1, Q=1)
+    for model, free, more, said in (
+            (Model([[0.5]], **{**one, "R": 0}, P0=[1]), ("R",), dict(R_form="multiple"), "^R is 0, and stays 0: begin with some noise"),
+            (Model([[0.5]], **one, P0=[0]), ("x0", "P0"), {}, "^P0 is singular: what has no noise"),
+            (Model([[0.5]], **{**one, "Q": 1e305}, P0=[1]), ("R",), {}, r"^A, B, Q: a number is too large: in f64 a variance of a state, or a mean, is at most 2\^1000; take"),
+            (Model([[0.5]], **one, P0=[1e305]), ("R",), {}, "^x0, P0: a number is too large: in f64")):
+        with pytest.raises(KalmanqError, match=said):
+            kalmanq.fit(model, [z], free, **more)
+    tiny = Model([[0]], H=[[-2.66e8], [-2.57e8]], R=[1e4, 1e8], Q=0.0119, P0=[0])
+    for method in ("both", "ml"):  # its records are so small that their units have squares that overflow
+        found = kalmanq.fit(tiny, [1e-300 * draw.normal(size=(21, 2))], ("A", "x0"), method=method, iterations=25)
+        assert not found.converged and "\n" not in found.message
+    times = np.cumsum(draw.exponential(1.0, 20) + 1e-3)
+    flowing = Model.of_continuous([[0.0]], H=[1], R=1, Qc=1, dt=0.5, P0=[1])
+    for method in ("both", "em", "ml"):
+        found = kalmanq.fit(flowing, [1e160 * z], times=[times], method=method, iterations=25)
+        assert not found.converged and found.message.startswith("the log-likelihood is not finite where the search begins"), found.message
+
+
+def test_a_function_without_a_value_is_named(tmp_path):
+    model, data = tmp_path / "roots.py", tmp_path / "roots.csv"
+    model.write_text("import numpy as np\nstates, measurements = {'names': ['x']}, {'names': ['z']}\nx0, P0, R, Q, a = [1.0], [1.0], 1.0, 0.1, -1.0\n"
+                     "free = ['a']\ndef f(x): return [x[0] + np.sqrt(a)]\ndef h(x): return [x[0]]\n")
+    data.write_text("z\n" + "1.5\n" * 20)
+    done = command("fit", model, data)
+    assert done.returncode == 3 and done.stderr.count("\n") == 1
+    assert "not finite where the search begins: row 1: " in done.stderr and "line 5: f: answers nan for x at" in done.stderr, done.stderr
 

@@ -23,6 +23,8 @@ def maximise(problem: Problem, limit: int, tolerance: float) -> Optimum:
     problem.allowed = problem.evaluations + limit
     try:
         found, least = search(problem, tolerance, may_narrow=True), -np.inf
+        if not np.isfinite(found.value):  # nowhere
+            return found
     except Narrow as place:
         kept, least, x = problem.coordinates, place.value - SAME, place.x
         found = _narrowed(problem, place, tolerance)
