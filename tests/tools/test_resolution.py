@@ -146,3 +146,20 @@ def test_a_step_that_noise_hides_is_none():
     single, double = Filter(model, "f32").run(z), Filter(model).run(z)
     error = [np.sqrt(np.mean((run.mean[:, 0] - x) ** 2)) for run in (single, double)]
     assert error[0] < 1.02 * error[1]
+
+
+def test_a_nonlinear_model_is_judged_where_h_is(tmp_path):
+    """Its ranges are of innovations"""
+    path, rows = tmp_path / "lon.py", tmp_path / "lon.csv"
+    path.write_text("states, measurements = {'names': ['lon', 'v']}, {'names': ['z'], 'ranges': [1000]}\nx0, P0, R, dt = [-1.221e9, 0.0], [1e4, 1e2], 324.0, 1.0\n"
+                    "Q = [0.0, 4.0]\ndef f(x, t, u, dt): return [x[0] + x[1] * dt, x[1]]\ndef h(x): return [x[0]]\n")
+    rows.write_text("z\n" + "".join(f"{-1221234567 - 45 * k + 17 * (k % 3)}\n" for k in range(80)))
+    for data in ((), (rows,)):
+        done = kalmanq("check", path, *data)
+        assert done.returncode == 1 and "NO  resolution: f32: z is" in done.stdout and " ".join(done.stdout.split()).endswith(LON), done.stdout
+        assert kalmanq("check", path, *data, "--arith", "f64").returncode == 0
+    done = kalmanq("compile", path, "-o", tmp_path / "lon.c")
+    said = " ".join(done.stdout.split())
+    assert "Measurements are coarse: z is -1.221e+09 at first" in said and LON in said and "loses most" not in said
+    assert LON in kalmanq("run", path, rows, "--arith", "f32", "--compiled").stderr
+    assert "step" not in kalmanq("run", path, rows, "--arith", "f64", "--compiled").stderr

@@ -25,7 +25,7 @@ from kalmanq.run import checks as linear
 class Options:
     model: Path = ANY_MODEL
     data: Optional[Path] = typer.Argument(None, metavar="DATA.csv", help="Nonlinear model: data along which the Jacobians are checked.")
-    arithmetic: Optional[Arithmetic] = typer.Option(None, "--arith", help="Linear model: judge the resolution of this arithmetic alone; by default f32, and q31 "
+    arithmetic: Optional[Arithmetic] = typer.Option(None, "--arith", help="Judge the resolution of this arithmetic alone; by default f32, and q31 "
                                                     "where there are ranges.")
     json: bool = JSON
 
@@ -33,10 +33,9 @@ class Options:
 def check(options: Options, console: Console) -> None:
     if options.data is not None and options.model.suffix != ".py":
         raise KalmanqError(f"{options.data}: a linear model is checked without data")
-    if options.arithmetic is not None and options.model.suffix == ".py":
-        raise KalmanqError("--arith: of a linear model (TOML), not of a nonlinear one")
     model = read_any(options.model, options.data)
-    made = [*linear.findings(model, options.arithmetic), settling.finding(model)] if isinstance(model, Model) else nonlinear.findings(model, _rows(options, model))
+    made = [*linear.findings(model, options.arithmetic), settling.finding(model)] if isinstance(model, Model) else \
+        nonlinear.findings(model, _rows(options, model), options.arithmetic)
     if options.json:
         print_json({one.subject: {"good": one.is_good, "said": one.said} for one in made})
     else:

@@ -99,7 +99,7 @@ class CompiledFilter:
         run = self.made(self.model, self.arithmetic, ran.mean, sigma, ran.covariance, emitted=self._told(events))
         self._explain(run, np.asarray(z, float).reshape(len(ran.mean), -1), u, ran)
         self.events |= events
-        if isinstance(self.model, Model):
+        if self.arithmetic != "q31" or isinstance(self.model, Model):
             warn_of_coarse(self, self.arithmetic, np.asarray(z, float).reshape(len(ran.mean), -1))
         if len(run):
             self.begins, self.mean, self.covariance = False, ran.mean[-1], ran.covariance[-1]

@@ -279,6 +279,15 @@ class NonlinearModel:
     def measurement_names(self) -> list[str]:
         return [one.name for one in self.measurements]
 
+    @cached_property
+    def measured(self) -> Model:
+        """A linear model with the noises of this one, whose measurements are h(x0) at first; ranges are of innovations, and it has none"""
+        try:
+            at_first = self.expected(self.x0, self.at_row(0), np.zeros(self.l))
+        except KalmanqError:
+            at_first = None
+        return self.frame.changed(d=at_first, measurements=self.measurement_names)
+
     def moved(self, x: np.ndarray, t: float, u: np.ndarray = NOTHING) -> np.ndarray:
         """f(x)"""
         if "f" not in self.given:

@@ -43,7 +43,7 @@ def unseen(A: np.ndarray, H: np.ndarray) -> list[complex]:
 
 def findings(model: Model, arithmetic: Optional[str] = None) -> list[Finding]:
     """arithmetic: what measurements have to be fine enough for; None: f32, and q31 where there are ranges"""
-    made = [_seen(model), _driven(model), _settles(model), _conditioned(model), _resolved(model, [arithmetic] if arithmetic else ["f32", "q31"])]
+    made = [_seen(model), _driven(model), _settles(model), _conditioned(model), resolution_finding(model, [arithmetic] if arithmetic else ["f32", "q31"])]
     made += [_fixed_point(model)] if any(one.range for one in model.states) else []
     made += [prior_finding(model)] if any(one.range for one in np.array(model.states)[~model.unknown]) else []
     return made
@@ -86,8 +86,8 @@ def _conditioned(model: Model) -> Finding:
     return Finding(True, "conditioning", said + ("; some states are hardly distinguished" if condition > 1e8 else ""))
 
 
-def _resolved(model: Model, arithmetics: Sequence[str]) -> Finding:
-    coarse = [f"{one}: {told}" for one in arithmetics if (told := told_of(model, one))]
+def resolution_finding(model: Any, arithmetics: Sequence[str], z: Optional[np.ndarray] = None) -> Finding:
+    coarse = [f"{one}: {told}" for one in arithmetics if (told := told_of(model, one, z))]
     return Finding(not coarse, "resolution", "; ".join(coarse) or "measurements are finer than their noise")
 
 

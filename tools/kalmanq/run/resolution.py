@@ -59,7 +59,7 @@ def coarse_of(model: Model, arithmetic: str, z: Optional[np.ndarray] = None, lea
     return made
 
 
-def said(found: Sequence[Coarse], arithmetic: str, model: Model, z: Optional[np.ndarray] = None) -> str:
+def said(found: Sequence[Coarse], arithmetic: str, model: Model, z: Optional[np.ndarray] = None, has_q31: bool = True) -> str:
     """One sentence with the cure; empty where nothing is coarse"""
     if not found:
         return ""
@@ -69,13 +69,15 @@ def said(found: Sequence[Coarse], arithmetic: str, model: Model, z: Optional[np.
     kind = {"f32": "a float", "f64": "a double"}[arithmetic]
     told = [f"{one.name} {one.where}, where the step of {kind} is {one.step:g}, and its noise has a sigma of {one.sigma:.3g}" for one in found]
     is_finer = not coarse_of(model, "q31", z) and all(one.step / FINER <= COARSE * one.sigma for one in found)
-    finer = ", or take q31" if arithmetic == "f32" and is_finer else ""
+    finer = ", or take q31" if arithmetic == "f32" and has_q31 and is_finer else ""
     return f"{'; '.join(told)}: subtract an origin from the measurement and x0{finer}"
 
 
-def told_of(model: Model, arithmetic: str, z: Optional[np.ndarray] = None) -> str:
-    """The same of a model, or of data"""
-    return said(coarse_of(model, arithmetic, z), arithmetic, model, z)
+def told_of(model: Any, arithmetic: str, z: Optional[np.ndarray] = None) -> str:
+    """The same of a model, or of data.  Of a nonlinear one its functions are the user's in q31, too"""
+    is_linear = isinstance(model, Model)
+    of = model if is_linear else model.measured
+    return said(coarse_of(of, arithmetic, z), arithmetic, of, z, is_linear)
 
 
 def warn_of_coarse(filter_: Any, arithmetic: str, z: np.ndarray) -> None:
