@@ -670,7 +670,7 @@ def test_starts_without_a_value_do_not_hide_one_that_has_one(tmp_path):
     z = 1e200 * np.random.default_rng(0).normal(size=60)
     found = kalmanq.fit(Model([[1]], H=[1], R=1, Q=1, P0=[1]), [z], starts=3)
     assert not found.converged and "not finite" in found.message
-    with pytest.raises(KalmanqError, match="^the unknown start: the records are so large that no variance stands for it: give P0"):
+    with pytest.raises(KalmanqError, match="^P0 of the diffuse start: the records are so large that no variance stands for it: give P0"):
         kalmanq.fit(Model([[1]], H=[1], R=1, Q=1), [z])
     model, data = tmp_path / "wild.toml", tmp_path / "wild.csv"
     model.write_text("[model]\nA = [[1]]\nH = [1]\nQ = 1\nR = 1\nP0 = 1\n[measurements]\nnames = ['z']\n")

@@ -94,8 +94,8 @@ def resolution_of(product: Product) -> str:
 
 def _resolution(product: Product) -> list[str]:
     coarse = resolution_of(product)
-    return textwrap.wrap(f"Measurements are coarse in {product.given.options.arithmetic}: {coarse}. The errors above are those of measurements "
-                         "that are rounded already.", 112, initial_indent="  ", subsequent_indent="  ") if coarse else []
+    return textwrap.wrap(f"Measurements are coarse in {product.given.options.arithmetic}: {coarse}. The errors above do not count it, as both sides "
+                         "take rounded measurements.", 112, initial_indent="  ", subsequent_indent="  ") if coarse else []
 
 
 def _chosen(product: Product) -> list[str]:

@@ -86,7 +86,7 @@ def known_start(model: Model, records: Records) -> tuple[np.ndarray, np.ndarray]
     P0[unknown, unknown] = np.fmax(FAR * variance, EXACT * spread)[unknown]
     P0[unknown, unknown] = np.where(P0[unknown, unknown] > 0, P0[unknown, unknown], 1.0)
     if not np.all(np.isfinite(P0)):
-        raise KalmanqError("the unknown start: the records are so large that no variance stands for it: give P0, or take other units")
+        raise KalmanqError("P0 of the diffuse start: the records are so large that no variance stands for it: give P0, or take other units")
     x0[unknown] = np.where(np.isfinite(mean), mean, 0.0)[unknown]
     return x0, P0
 
