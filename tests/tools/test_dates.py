@@ -98,7 +98,7 @@ def test_an_index_that_may_count_rows_is_asked_about():
                         (pandas.RangeIndex(0, 10, 2), "may be times or"), (pandas.RangeIndex(5, name="time"), "may be times or"),
                         (pandas.Index(["2024-01-01"] * 5), "^z: its index has no times: pandas.to_datetime"),
                         (pandas.MultiIndex.from_product([["a"], range(5)]), "has no times"),
-                        (pandas.to_datetime(["2024-01-01"] * 5), "row 1: the time is not after the one before")):
+                        (pandas.to_datetime(["2024-01-01"] * 5), "^row 1: the index of z: the time is not after the one before: sort the rows.*; or give times=, or z.to_numpy")):
         with pytest.raises(KalmanqError, match=said):
             Filter(model).run(rows.set_axis(index))
     seconds = Model.of_continuous([[0.0]], H=[1], R=1, Qc=[1], dt=2, P0=[1])

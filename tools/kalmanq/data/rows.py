@@ -79,10 +79,15 @@ def _moves(varying: Optional[Varying]) -> bool:
 def times_in(index: Any, model: Any, name: str) -> Optional[Any]:
     """What the index of a table says of when its rows are.  None: they are steps, and where these are not alike that is warned of"""
     of = getattr(model, "continuous", None)
-    if of is not None:
-        return in_index(index, of.seconds, of.dt, name)
-    if getattr(model, "reads_times", False):
-        return in_index(index, 1.0, model.dt, name)
+    if of is not None or getattr(model, "reads_times", False):
+        unit, dt = (of.seconds, of.dt) if of else (1.0, model.dt)
+        made = in_index(index, unit, dt, name)
+        try:
+            if made is not None:
+                rising(made, len(index), unit)
+        except KalmanqError as problem:
+            raise KalmanqError(f"the index of {name}: {problem.text}; or give times=, or {name}.to_numpy()", row=problem.row) from problem
+        return made
     warn_of_steps(index, name, "a model in continuous time takes them as they are: Model.of_continuous" if isinstance(model, Model) else
                   "functions of dt take them as they are: f(x, t, u, dt)")
     return None
