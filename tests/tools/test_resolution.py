@@ -13,7 +13,9 @@ from command import kalmanq
 from kalmanq import Filter, KalmanqWarning, LagSmoother, Model, Quantity, Smoother, SteadyFilter
 from kalmanq.compiler.simulation import CompiledFilter
 from kalmanq.model import __file__ as package, model_file
+from kalmanq.pages import verdict
 from kalmanq.run.resolution import coarse_of, told_of
+from whole import WHOLE, first
 
 EXAMPLES = Path(package).parents[1] / "examples"
 
@@ -30,6 +32,22 @@ names = ["lat", "lon"]
 """
 RANGES = "ranges = [2e9, 2e9]\n[states]\nranges = [2e9, 1e4, 2e9, 1e4]\n"
 LON = "where the step of a float is 128, and its noise has a sigma of 18: subtract an origin from the measurement and x0"
+
+
+# The same of one state, which is sooner compiled
+LEVEL = """[model]
+A = [[1]]
+H = [1]
+Q = 2500
+R = 324
+x0 = -1221e6
+P0 = 1e4
+[states]
+ranges = [2e9]
+[measurements]
+names = ["lon"]
+ranges = [2e9]
+"""
 
 
 def written(folder: Path, text: str = UBX + RANGES, origin: tuple[float, float] = (0, 0)) -> tuple[Path, Path]:
@@ -89,36 +107,50 @@ def test_commands_say_it_with_the_cure(tmp_path):
         assert done.returncode == 0 and done.stderr.count(LON) == 1 and "do not fit" not in done.stdout, more
         assert "f32 is too coarse for these measurements" in done.stdout or "--compiled" in more  # whose NIS is of double
     assert "step" not in kalmanq("run", model, data, "--arith", "q31").stderr
-    done = kalmanq("compile", model, "-o", tmp_path / "nav.c")
+    model = written(tmp_path, LEVEL)[0]
+    told = json.loads(kalmanq("compile", model, "-o", tmp_path / "nav.c", "--json").stdout)["resolution"]
     report = " ".join((tmp_path / "nav_report.txt").read_text().split())
-    for text in (" ".join(done.stdout.split()), report):
-        assert "Measurements are coarse in f32: lat may be 2e+09" in text and LON in text
-    assert LON in json.loads(kalmanq("compile", model, "-o", tmp_path / "nav.c", "--json").stdout)["resolution"]
-    (tmp_path / "near.toml").write_text((UBX + RANGES).replace("[1e10, 1e4, 1e10, 1e4]", "[144, 10, 324, 10]"))
-    done = kalmanq("compile", tmp_path / "near.toml", "-o", tmp_path / "cov.c", "--form", "covariance")
+    assert told.startswith("lon may be 2e+09") and LON in told and f"Measurements are coarse in f32: {told}." in report
+
+
+@pytest.mark.parametrize("by_command", first(1, [False, True]))
+def test_a_report_does_not_judge_the_model(tmp_path, by_command):
+    model, data = written(tmp_path)
+    if by_command:
+        done = kalmanq("report", model, data, "-o", tmp_path / "page.html", "--arith", "f32")
+        assert done.stdout.startswith("The arithmetic is too coarse") and "its noise has a sigma of 12" in (tmp_path / "page.html").read_text()
+        return
+    read, z = model_file.read(model), np.loadtxt(data, delimiter=",", skiprows=1)
+    for arithmetic in ("f32", "q31"):
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore")
+            found = verdict.findings(Smoother(read, arithmetic).run(z), z)
+        is_coarse = verdict.headline(found) == "The arithmetic is too coarse for these measurements, and the fit cannot be judged."
+        assert is_coarse == (arithmetic == "f32") == all(one.state == "note" for one in found[1:]), arithmetic
+
+
+@WHOLE
+def test_the_proven_forms_say_it_whether_they_are_refused_or_not(tmp_path):
+    model = written(tmp_path, LEVEL)[0]
+    done = kalmanq("compile", model, "-o", tmp_path / "cov.c", "--form", "covariance")
     assert done.returncode == 1 and done.stderr.count("\n") == 1 and LON in done.stderr
-    near = (tmp_path / "near.toml").read_text()
-    (tmp_path / "near.toml").write_text(near.replace("[478e6, 0, -1221e6, 0]", "[0, 0, 0, 0]"))
-    done = kalmanq("compile", tmp_path / "near.toml", "-o", tmp_path / "cov.c", "--form", "covariance")
-    assert done.returncode == 0 and "measurements are coarse in f32: lat may be" in " ".join(done.stdout.split()), done.stderr
-    done = kalmanq("report", model, data, "-o", tmp_path / "page.html", "--arith", "f32")
-    assert "The arithmetic is too coarse for these measurements, and the fit cannot be judged." in done.stdout
-    assert "its noise has a sigma of 12" in (tmp_path / "page.html").read_text()
-    assert "too coarse" not in kalmanq("report", model, data, "-o", tmp_path / "page.html", "--arith", "q31").stdout
+    model.write_text(LEVEL.replace("-1221e6", "0"))
+    done = kalmanq("compile", model, "-o", tmp_path / "cov.c", "--form", "covariance")
+    assert done.returncode == 0 and "measurements are coarse in f32: lon may be" in " ".join(done.stdout.split()), done.stderr
 
 
-@pytest.mark.parametrize("data", [True, False])
+@pytest.mark.parametrize("data", first(1, [True, False]))
 def test_design_names_the_cause(tmp_path, data):
-    model, rows = written(tmp_path)
-    done = kalmanq("design", model, "--core", "m4f", "--arith", "f32", *(("--data", rows) if data else ()))
-    assert done.returncode == 1 and "sigma from double's: lat is as large as 4.78" in done.stderr and LON in done.stderr
+    model, rows = written(tmp_path, LEVEL)
+    done = kalmanq("design", model, "--core", "m4f", "--arith", "f32", "--json", *(("--data", rows) if data else ()))
+    assert done.returncode == 1 and "sigma from double's: lon is as large as 1.22" in done.stderr and LON in done.stderr
     assert done.stderr.count("\n") == 1
-    told = json.loads(kalmanq("design", model, "--core", "m4f", "--json", *(("--data", rows) if data else ())).stdout)
-    assert LON in told["trials"]["f32"]["warnings"][-1]
+    trials = json.loads(done.stdout)["trials"]
+    assert LON in trials["f32"]["warnings"][-1]
     if data:  # of whole numbers
-        assert told["chosen"]["arithmetic"] == "q31"
+        assert not trials["q31"]["warnings"]
     else:
-        assert "lon has steps of 1 in q31" in told["trials"]["q31"]["warnings"][-1]
+        assert "lon has steps of 1 in q31" in trials["q31"]["warnings"][-1]
 
 
 def test_with_an_origin_subtracted_nothing_is_said(tmp_path):
