@@ -56,7 +56,7 @@ def run_of(of: FilterResults) -> kalmanq.Run:
                               Q=interleaved(np.zeros((n, n)), (noise + noise.swapaxes(1, 2)) / 2),
                               H=interleaved(np.zeros((m, n)), at("design")), R=interleaved(np.eye(m), at("obs_cov")))
     unknown = [] if of.initial_diffuse_state_cov is None else np.flatnonzero(np.diag(of.initial_diffuse_state_cov))
-    model = kalmanq.Model(np.eye(n), np.zeros((m, n)), np.eye(m), np.eye(n), B=np.zeros((n, 1)), x0=of.initial_state,
+    model = kalmanq.Model(np.eye(n), H=np.zeros((m, n)), R=np.eye(m), Q=np.eye(n), B=np.zeros((n, 1)), x0=of.initial_state,
                           P0=of.initial_state_cov, unknown=unknown)
     return kalmanq.Smoother(model).run(z, np.ones((len(z), 1)), varying=varying, covariance=True)
 

@@ -25,8 +25,8 @@ def kinematic(axes: int, order: int, dt: float = 0.5, mixing: np.ndarray = CORRE
     letters = "xyz" if axes > 1 else [""]
     states = [Quantity(f"{kind} {axis}".strip(), "") for axis in letters[:axes] for kind in KINDS[:order]]
     measurements = [Quantity(f"range {axis}".strip(), "m", 64.0 if ranged else None) for axis in letters[:axes]]
-    return Model(np.kron(np.eye(axes), A), np.kron(np.eye(axes), np.eye(order)[:1]), np.diag(variances[:axes]),
-                 np.kron(mixing[:axes, :axes], noise), P0=np.full(axes * order, 4.0), states=states,
+    return Model(np.kron(np.eye(axes), A), H=np.kron(np.eye(axes), np.eye(order)[:1]), R=np.diag(variances[:axes]),
+                 Q=np.kron(mixing[:axes, :axes], noise), P0=np.full(axes * order, 4.0), states=states,
                  measurements=measurements, gaps=gaps, name=f"m{axes * order}{axes}")
 
 
@@ -52,7 +52,7 @@ def random_model(seed: int, ranged: bool) -> Model:
     R = spread * 10 ** random.uniform(-2, 1, m)
     B = scale[:, None] * random.standard_normal((n, 1)) * 0.1 if random.random() < 0.3 else None
     span = 100 * np.sqrt(spread)
-    return Model(A, H, R, G=G, B=B, P0=(scale * 10 ** random.uniform(-1, 1)) ** 2, name=f"random{seed}",
+    return Model(A, H=H, R=R, G=G, B=B, P0=(scale * 10 ** random.uniform(-1, 1)) ** 2, name=f"random{seed}",
                  measurements=[Quantity(f"z{j}", "", float(span[j]) if ranged else None) for j in range(m)],
                  controls=None if B is None else [Quantity("u", "", 1.0)],
                  gaps=(Gaps(), Gaps(2, 400), Gaps(5, 400), Gaps(8, 60))[int(random.integers(4))])

@@ -13,7 +13,7 @@ DT = 0.5
 def cart() -> kalmanq.Model:
     """Position and velocity, pushed by a control."""
     return kalmanq.Model(
-        [[1, DT], [0, 1]], [1, 0], 4.0, G=[0.3 * DT**2 / 2, 0.3 * DT], B=[0, DT], P0=[100, 10],
+        [[1, DT], [0, 1]], H=[1, 0], R=4.0, G=[0.3 * DT**2 / 2, 0.3 * DT], B=[0, DT], P0=[100, 10],
         states=[Quantity("position", "m", 5000), Quantity("velocity", "m/s", 200)],
         measurements=[Quantity("range", "m", 5000)], controls=[Quantity("push", "m/s2", 10)])
 
@@ -21,8 +21,8 @@ def cart() -> kalmanq.Model:
 def pair() -> kalmanq.Model:
     """Two correlated components of three states, of which one is not measured by itself."""
     return kalmanq.Model(
-        [[0.9, 0.2, 0], [0, 0.95, 0.1], [0.05, 0, 0.8]], [[1, 0, 0.5], [0, 1, 0]], [[1, 0.4], [0.4, 2]],
-        np.diag([0.1, 0.2, 0.05]), x0=[1, -1, 0], P0=np.diag([4.0, 4, 1]),
+        [[0.9, 0.2, 0], [0, 0.95, 0.1], [0.05, 0, 0.8]], H=[[1, 0, 0.5], [0, 1, 0]], R=[[1, 0.4], [0.4, 2]],
+        Q=np.diag([0.1, 0.2, 0.05]), x0=[1, -1, 0], P0=np.diag([4.0, 4, 1]),
         states=[Quantity(name, "", 64) for name in "abc"],
         measurements=[Quantity("first", "", 256), Quantity("second", "", 256)])
 

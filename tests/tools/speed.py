@@ -29,7 +29,7 @@ def by_kalmanq(z: np.ndarray) -> float:
     import kalmanq
 
     A, H, Q, R, P0 = model()
-    return float(kalmanq.Filter(kalmanq.Model(A, H, R, Q, P0=P0), "f64").run(z).mean[-1, 0])
+    return float(kalmanq.Filter(kalmanq.Model(A, H=H, R=R, Q=Q, P0=P0), "f64").run(z).mean[-1, 0])
 
 
 def by_filterpy(z: np.ndarray) -> float:

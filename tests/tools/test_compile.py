@@ -48,7 +48,7 @@ SCORED = {"nis": True, "lag": 4}  # of the filter that several tests look at
 
 def steered() -> Model:
     """Velocity fades, is pushed, and is measured with a part of the position"""
-    return Model([[1, 0.1], [0, 0.9]], [[1, 0], [0.5, 2]], [0.04, 0.3], G=[0.01, 0.1], B=[0.005, 0.1], P0=[4, 1],
+    return Model([[1, 0.1], [0, 0.9]], H=[[1, 0], [0.5, 2]], R=[0.04, 0.3], G=[0.01, 0.1], B=[0.005, 0.1], P0=[4, 1],
                  states=[Quantity("position", "m"), Quantity("velocity", "m/s")], gaps=Gaps(3, 60), x0=[1, -0.5],
                  measurements=[Quantity("range", "m", 60), Quantity("mixed", "", 60)],
                  controls=[Quantity("push", "", 5)], name="steered")
@@ -327,7 +327,7 @@ int main(void)
 @pytest.mark.parametrize("seed", first(1, SEEDS))
 def test_where_states_are_large_a_mean_of_floats_keeps_to_its_bound(seed: int, tmp_path: Path) -> None:
     """Beside the model with its own numbers, which no float has; a damped record says nothing of it."""
-    model = Model([[1, 0.1], [0, 1]], [1.2521, -0.549], 0.0018, Q=[0.37, 0.29], P0=[1, 1],
+    model = Model([[1, 0.1], [0, 1]], H=[1.2521, -0.549], R=0.0018, Q=[0.37, 0.29], P0=[1, 1],
                   states=[Quantity("position", "", 1e6), Quantity("velocity", "", 1e4)])
     made = Compiled(model, tmp_path, "f32")
     random, x = np.random.default_rng(seed), np.array([8e5, -7e3])

@@ -199,9 +199,9 @@ def test_it_has_settled_after_a_gap(make: Callable[[], Model]) -> None:
 
 
 def test_what_does_not_settle_has_no_fast_path() -> None:
-    bias = Model(np.eye(2), [1, 1], 1.0, Q=[1, 0], P0=[1, 1])
-    unseen = Model(np.eye(2), [1, 0], 1.0, Q=[1, 1], P0=[1, 1])
-    explodes = Model([[1e9, 0], [0, 0.9]], [0, 1], 1.0, Q=[0.1, 0.1], P0=[1, 1])
+    bias = Model(np.eye(2), H=[1, 1], R=1.0, Q=[1, 0], P0=[1, 1])
+    unseen = Model(np.eye(2), H=[1, 0], R=1.0, Q=[1, 1], P0=[1, 1])
+    explodes = Model([[1e9, 0], [0, 0.9]], H=[0, 1], R=1.0, Q=[0.1, 0.1], P0=[1, 1])
     for model in (bias, unseen, explodes):
         product = compiled(model, "x")
         assert product.steady is None and "SETTLED" not in product.code
@@ -347,25 +347,25 @@ def test_a_sample_without_a_predict_does_not_count(tmp_path: Path) -> None:
 
 A_BIT = 0.1
 TROUBLE = {
-    "fades without noise": lambda: Model([[1, 1], [0, 0.5]], [1, 0], 1, Q=[A_BIT, 0], P0=[1, 1]),
-    "nothing is driven": lambda: Model([[1, 1], [0, 1]], [1, 0], 1, Q=[0, 0], P0=[1, 1]),
-    "all fades": lambda: Model([[0.5, 0], [0, 0.9]], [1, 1], 1, Q=[0, 0], P0=[1, 1]),
-    "unseen": lambda: Model([[1, 0], [0, 0.9]], [0, 1], 1, Q=[0.01, A_BIT], P0=[1, 1]),
-    "a delay line": lambda: Model([[1, 0, 0], [1, 0, 0], [0, 1, 0]], [0, 0, 1], 1, Q=[A_BIT, 0, 0], P0=[1, 1, 1]),
-    "known at first": lambda: Model([[1, 1], [0, 1]], [1, 0], 1, Q=[A_BIT, A_BIT], P0=[0, 0]),
-    "known for ever": lambda: Model([[1, 1], [0, 1]], [1, 0], 1, Q=[0, 0], P0=[0, 0]),
-    "an oscillator": lambda: Model([[0.8, 0.6], [-0.6, 0.8]], [1, 0], 1, Q=[0, 0], P0=[1, 1]),
-    "unstable": lambda: Model([[1.2, 0], [0, 0.9]], [1, 1], 1, Q=[A_BIT, A_BIT], P0=[1, 1]),
-    "signs": lambda: Model([[-1, 0], [0, -0.5]], [-2, 0.5], 1, Q=[1, 0], P0=[1, 1]),
-    "a short step": lambda: Model([[1, 1e-6], [0, 1]], [1, 0], 1e-4, Q=[1e-12, 1e-4], P0=[1, 1]),
-    "a sum": lambda: Model([[2, -1], [1, 0]], [1, 0], 1, Q=[1e-3, 0], P0=[1, 1]),
-    "no row of A": lambda: Model([[0, 0], [1, 0]], [1, 1], 1, Q=[1, 0], P0=[1, 1]),
-    "a row of H that is 0": lambda: Model([[1, 1], [0, 1]], [[1, 0], [0, 0]], [1, 1], Q=[A_BIT, A_BIT], P0=[1, 1]),
-    "a column of B that is 0": lambda: Model(1, 1, 1, Q=1, P0=1, B=[[1.0, 0.0]]),
-    "a clock in s": lambda: Model([[1, 1], [0, 1]], [1, 0], 1e-28, Q=[1e-30, 1e-34], P0=[1e-24, 1e-28]),
-    "a clock that fades": lambda: Model([[1, 1], [0, 0.9]], [1, 0], 1e-24, Q=[1e-26, 0], P0=[1e-20, 1e-24]),
-    "large units": lambda: Model([[1, 1], [0, 1]], [1, 0], 1e18, Q=[1e16, 1e12], P0=[1e22, 1e18]),
-    "far from 0": lambda: Model([[1, 1], [0, 1]], [1, 0], 1, Q=[A_BIT, A_BIT], P0=[1, 1], x0=[101325, 0]),
+    "fades without noise": lambda: Model([[1, 1], [0, 0.5]], H=[1, 0], R=1, Q=[A_BIT, 0], P0=[1, 1]),
+    "nothing is driven": lambda: Model([[1, 1], [0, 1]], H=[1, 0], R=1, Q=[0, 0], P0=[1, 1]),
+    "all fades": lambda: Model([[0.5, 0], [0, 0.9]], H=[1, 1], R=1, Q=[0, 0], P0=[1, 1]),
+    "unseen": lambda: Model([[1, 0], [0, 0.9]], H=[0, 1], R=1, Q=[0.01, A_BIT], P0=[1, 1]),
+    "a delay line": lambda: Model([[1, 0, 0], [1, 0, 0], [0, 1, 0]], H=[0, 0, 1], R=1, Q=[A_BIT, 0, 0], P0=[1, 1, 1]),
+    "known at first": lambda: Model([[1, 1], [0, 1]], H=[1, 0], R=1, Q=[A_BIT, A_BIT], P0=[0, 0]),
+    "known for ever": lambda: Model([[1, 1], [0, 1]], H=[1, 0], R=1, Q=[0, 0], P0=[0, 0]),
+    "an oscillator": lambda: Model([[0.8, 0.6], [-0.6, 0.8]], H=[1, 0], R=1, Q=[0, 0], P0=[1, 1]),
+    "unstable": lambda: Model([[1.2, 0], [0, 0.9]], H=[1, 1], R=1, Q=[A_BIT, A_BIT], P0=[1, 1]),
+    "signs": lambda: Model([[-1, 0], [0, -0.5]], H=[-2, 0.5], R=1, Q=[1, 0], P0=[1, 1]),
+    "a short step": lambda: Model([[1, 1e-6], [0, 1]], H=[1, 0], R=1e-4, Q=[1e-12, 1e-4], P0=[1, 1]),
+    "a sum": lambda: Model([[2, -1], [1, 0]], H=[1, 0], R=1, Q=[1e-3, 0], P0=[1, 1]),
+    "no row of A": lambda: Model([[0, 0], [1, 0]], H=[1, 1], R=1, Q=[1, 0], P0=[1, 1]),
+    "a row of H that is 0": lambda: Model([[1, 1], [0, 1]], H=[[1, 0], [0, 0]], R=[1, 1], Q=[A_BIT, A_BIT], P0=[1, 1]),
+    "a column of B that is 0": lambda: Model(1, H=1, R=1, Q=1, P0=1, B=[[1.0, 0.0]]),
+    "a clock in s": lambda: Model([[1, 1], [0, 1]], H=[1, 0], R=1e-28, Q=[1e-30, 1e-34], P0=[1e-24, 1e-28]),
+    "a clock that fades": lambda: Model([[1, 1], [0, 0.9]], H=[1, 0], R=1e-24, Q=[1e-26, 0], P0=[1e-20, 1e-24]),
+    "large units": lambda: Model([[1, 1], [0, 1]], H=[1, 0], R=1e18, Q=[1e16, 1e12], P0=[1e22, 1e18]),
+    "far from 0": lambda: Model([[1, 1], [0, 1]], H=[1, 0], R=1, Q=[A_BIT, A_BIT], P0=[1, 1], x0=[101325, 0]),
 }
 
 
@@ -399,10 +399,10 @@ def test_nothing_is_undefined(what: str, tmp_path: Path) -> None:
 
 def test_every_entry_is_read_where_a_part_is_constant(tmp_path: Path) -> None:
     """One entry is carried and those after it are constant: they are not read behind the carried ones."""
-    one = Driven(Model(np.eye(2), [1, 0], 1.0, Q=[1, 0], P0=[4, 0]), tmp_path / "0")
+    one = Driven(Model(np.eye(2), H=[1, 0], R=1.0, Q=[1, 0], P0=[4, 0]), tmp_path / "0")
     one.predict()
     assert np.allclose(one.covariance, [[5, 0], [0, 0]])
-    one = Driven(Model(np.eye(2), [1, 0], 1.0, Q=[1, 0], P0=[4, 9]), tmp_path / "9")
+    one = Driven(Model(np.eye(2), H=[1, 0], R=1.0, Q=[1, 0], P0=[4, 9]), tmp_path / "9")
     one.predict()
     assert np.allclose(one.covariance, [[5, 0], [0, 9]])
 
@@ -454,7 +454,7 @@ def test_a_refused_row_changes_nothing_but_its_event(tmp_path: Path) -> None:
 
 def test_groups_of_correlated_measurements_are_taken_together(tmp_path: Path) -> None:
     R = np.array([[1, 0.5, 0], [0.5, 1, 0], [0, 0, 1]])
-    one = Driven(Model(1, [[1], [1], [1]], R, Q=1, P0=1), tmp_path)
+    one = Driven(Model(1, H=[[1], [1], [1]], R=R, Q=1, P0=1), tmp_path)
     assert one.update([1, 2, 3]) == 7
     assert one.update([1, np.nan, 3]) == 4 and one.events == 1
     assert one.update([1, 2, 3], 0b101) == 4 and one.events == 1
@@ -676,7 +676,7 @@ def test_an_int_of_16_bits_counts_as_far(arithmetic: str, said: str, tmp_path: P
 @pytest.mark.skipif(not shutil.which("avr-gcc"), reason="no compiler for AVR")
 def test_the_table_of_roots_stays_in_the_flash_of_an_avr(tmp_path: Path) -> None:
     """Of 2 kB of RAM it would take 384 bytes, as constants do there"""
-    model = Model(1.0, 1.0, 4.0, 0.04, P0=100.0, states=[kalmanq.Quantity("level", range=1000)],
+    model = Model(1.0, H=1.0, R=4.0, Q=0.04, P0=100.0, states=[kalmanq.Quantity("level", range=1000)],
                   measurements=[kalmanq.Quantity("count", range=1000)])
     written(tmp_path, compiled(model, "flt", Options("q31")).sources())
     cc("avr-gcc", "-mmcu=atmega328p", "-Os", *STRICT, "-c", "flt.c", "-o", "flt.o", folder=tmp_path)
@@ -690,7 +690,7 @@ def test_the_table_of_roots_stays_in_the_flash_of_an_avr(tmp_path: Path) -> None
 def test_sixteen_controls_have_names_of_their_own(arithmetic: str) -> None:
     """u12 is a control, and was an entry of U"""
     A = 0.9 * np.eye(3) + np.triu(np.full((3, 3), 0.05), 1)
-    model = Model(A, [1, 0, 0], 1.0, 0.1 * np.eye(3), B=0.1 * np.ones((3, 16)), P0=np.eye(3))
+    model = Model(A, H=[1, 0, 0], R=1.0, Q=0.1 * np.eye(3), B=0.1 * np.ones((3, 16)), P0=np.eye(3))
     z, u = np.random.default_rng(1).standard_normal((40, 1)), np.random.default_rng(2).standard_normal((40, 16))
     expected = kalmanq.Filter(model, "f64").run(z, u)
     with Host(compiled(model, "flt", Options(arithmetic))) as host:
@@ -699,13 +699,13 @@ def test_sixteen_controls_have_names_of_their_own(arithmetic: str) -> None:
 
 
 def test_sixteen_measurements_have_a_bit_each(tmp_path: Path) -> None:
-    model = Model(0.9, np.ones((16, 1)), np.ones(16), Q=0.1, P0=1)
+    model = Model(0.9, H=np.ones((16, 1)), R=np.ones(16), Q=0.1, P0=1)
     accurate(model.changed(name="many"), "f32", 200, (1,), tmp_path)
 
 
 @pytest.mark.parametrize("arithmetic", ["f32", "f64", "q31"])
 def test_a_model_without_any_noise_compiles(arithmetic: str, tmp_path: Path) -> None:
-    for model in (Model([[1, 1], [0, 1]], [1, 0], 1e-30, [0, 0], P0=[0, 0]), Model(1, 1, 1e-30, 0, P0=0)):
+    for model in (Model([[1, 1], [0, 1]], H=[1, 0], R=1e-30, Q=[0, 0], P0=[0, 0]), Model(1, H=1, R=1e-30, Q=0, P0=0)):
         with Host(compiled(model, "filter", Options(arithmetic))) as host:
             ran = host.run(np.zeros((5, 1)))
         assert not np.any(ran.mean) and not np.any(ran.covariance)

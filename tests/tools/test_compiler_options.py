@@ -27,7 +27,7 @@ MEAN, COVARIANCE = 7e-4, 5e-4  # of q31: sigma, sigma_i sigma_j
 def navigation() -> Model:
     """A position ten times less often than a speed, which has a bias"""
     dt = 0.01
-    return Model([[1, dt, 0], [0, 1, 0], [0, 0, 1]], [[1, 0, 0], [0, 1, 1]], [4, 0.01], [1e-6, 1e-3, 1e-7],
+    return Model([[1, dt, 0], [0, 1, 0], [0, 0, 1]], H=[[1, 0, 0], [0, 1, 1]], R=[4, 0.01], Q=[1e-6, 1e-3, 1e-7],
                  P0=[100, 10, 1], name="navigation")
 
 
@@ -128,7 +128,7 @@ unsigned run(int rows, int *is_there)
 
 
 def test_a_lag_needs_a_constant_gain():
-    drifts = Model([[1, 1], [0, 1]], [1, 0], 1.0, [0.1, 0], P0=[1, 1])
+    drifts = Model([[1, 1], [0, 1]], H=[1, 0], R=1.0, Q=[0.1, 0], P0=[1, 1])
     with pytest.raises(KalmanqError, match="--lag"):
         compiled(drifts, "flt", Options(lag=2))
 
@@ -318,8 +318,8 @@ def test_a_large_model_takes_loops_by_itself():
 def dense(n: int) -> Model:
     draws = np.random.default_rng(1)
     G = draws.standard_normal((n, n))
-    return Model(0.9 * np.eye(n) + 0.05 * draws.standard_normal((n, n)), draws.standard_normal((4, n)), np.ones(4),
-                 G @ G.T / n, P0=10 * np.ones(n))
+    return Model(0.9 * np.eye(n) + 0.05 * draws.standard_normal((n, n)), H=draws.standard_normal((4, n)), R=np.ones(4),
+                 Q=G @ G.T / n, P0=10 * np.ones(n))
 
 
 # ------------------------------------------------------------------------------ the struct, and starting anew
@@ -356,7 +356,7 @@ int flow(const flt_filter *f) { return flt_mean_flow(f); }
 
 def test_the_end_of_a_control_s_range_is_a_raw_value():
     for span, fraction in ((1.0, 30), (0.5, 31), (0.75, 31), (4.0, 28), (50.0, 25)):
-        model = Model([[1.0]], [[1.0]], 0.01, 1e-4, B=[0.1], P0=[1.0], controls=[Quantity("on", range=span)])
+        model = Model([[1.0]], H=[[1.0]], R=0.01, Q=1e-4, B=[0.1], P0=[1.0], controls=[Quantity("on", range=span)])
         header = compiled(model, "flt", Options("q31")).header
         found = int(re.search(r"FLT_U_ON_FRACTION = (\d+)", header).group(1))
         assert found == fraction and span * 2**found <= 2**31 - 1
@@ -364,7 +364,7 @@ def test_the_end_of_a_control_s_range_is_a_raw_value():
 
 
 def test_q31_takes_0_for_a_control_that_is_no_value(tmp_path):
-    model = Model([[1.0]], [[1.0]], 0.01, 1e-4, B=[0.1], P0=[1.0], controls=[Quantity("on", range=2.0)])
+    model = Model([[1.0]], H=[[1.0]], R=0.01, Q=1e-4, B=[0.1], P0=[1.0], controls=[Quantity("on", range=2.0)])
     called = library(tmp_path, compiled(model, "flt", Options("q31")), """
 #include <math.h>
 #include "flt.h"

@@ -24,7 +24,7 @@ def random_model(seed: int) -> Model:
     if seed % 3 == 0:
         F = np.triu(F, 1)  # its powers end
     G = draws.standard_normal((n, n))
-    return Model.of_continuous(F, np.eye(1, n), 0.1, G @ G.T, dt=float(10.0 ** draws.uniform(-3, 0)),
+    return Model.of_continuous(F, H=np.eye(1, n), R=0.1, Qc=G @ G.T, dt=float(10.0 ** draws.uniform(-3, 0)),
                                B=draws.standard_normal((n, 2)), P0=np.ones(n))
 
 
@@ -110,7 +110,7 @@ def test_noises_that_move_several_states_are_their_density(seed, tmp_path):
 def test_dt_is_a_number():
     for dt in (0, -1, np.nan, np.inf, "1", True):
         with pytest.raises(ModelError, match="dt"):
-            Model.of_continuous([[0]], [1], 1, [1], dt=dt, P0=[1])
+            Model.of_continuous([[0]], H=[1], R=1, Qc=[1], dt=dt, P0=[1])
 
 
 # ------------------------------------------------------------------------------ NAME_move
@@ -122,7 +122,7 @@ MODELS = {
 
 
 def test_a_decay_that_is_1_in_a_float_is_a_field_all_the_same():
-    model = Model.of_continuous([[0, 1, 0], [0, 0, 0], [0, 0, -1e-9]], [[1, 0, 1]], 0.01, [0, 0.5, 1e-9], dt=0.05, P0=[1, 1, 1])
+    model = Model.of_continuous([[0, 1, 0], [0, 0, 0], [0, 0, -1e-9]], H=[[1, 0, 1]], R=0.01, Qc=[0, 0.5, 1e-9], dt=0.05, P0=[1, 1, 1])
     assert np.float32(model.A[2, 2]) == 1
     made = compiled(model, "flt", Options("f32", tunable=True))
     assert made.arithmetic.coefficients.places == [(0, 1), (2, 2)]

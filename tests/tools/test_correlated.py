@@ -19,7 +19,7 @@ def drawn(seed: int):
     joint = (root := r.normal(size=(n + m, rank + m))) @ root.T
     A, H, B = 0.9 * r.normal(size=(n, n)) / n, r.normal(size=(m, n)), r.normal(size=(n, l)) if l else None
     offsets = {"c": r.normal(size=n), "d": r.normal(size=m)} if seed % 3 == 0 else {}
-    model = Model(A, H, joint[n:, n:], joint[:n, :n], B=B, P0=np.eye(n), x0=r.normal(size=n), **offsets,
+    model = Model(A, H=H, R=joint[n:, n:], Q=joint[:n, :n], B=B, P0=np.eye(n), x0=r.normal(size=n), **offsets,
                   states=[Quantity(f"x{i}", range=2.0**10) for i in range(n)], measurements=[Quantity(f"z{j}", range=2.0**10) for j in range(m)],
                   controls=[Quantity("u", range=16)] * l or None)
     z, u = r.normal(size=(ROWS, m)), r.normal(size=(ROWS, l)) if l else None
@@ -79,7 +79,7 @@ def test_ignoring_it_costs_what_it_costs():
     joint = np.array([[1.0, -0.9], [-0.9, 1.0]])
     noise = (root_of(joint) @ r.normal(size=(2, 5000))).T
     x = np.concatenate([[0], np.cumsum(noise[:-1, 0])])
-    z, model = x + noise[:, 1], Model(1, 1, 1, 1, P0=1)
+    z, model = x + noise[:, 1], Model(1, H=1, R=1, Q=1, P0=1)
     equal, controls, varying = decorrelated(model, -0.9, z)
     errors = [np.sqrt(np.mean((run.mean[:, 0] - x)**2)) for run in (Filter(model).run(z), Filter(equal).run(z, controls, varying=varying))]
     run = Filter(equal).run(z, controls, varying=varying)
@@ -87,12 +87,12 @@ def test_ignoring_it_costs_what_it_costs():
 
 
 def test_what_is_no_s_is_refused():
-    model = Model(1, 1, 1, 1, P0=1)
+    model = Model(1, H=1, R=1, Q=1, P0=1)
     for S, said in ((1.1, "not positive semidefinite"), ([1, 2], "1 x 1"), (np.nan, "not finite")):
         with pytest.raises(KalmanqError, match=said):
             decorrelated(model, S, [1.0])
     with pytest.raises(KalmanqError, match="of a model of steps"):
-        decorrelated(Model.of_continuous(-1, 1, 1, 1, dt=1, P0=1), 0.1, [1.0])
+        decorrelated(Model.of_continuous(-1, H=1, R=1, Qc=1, dt=1, P0=1), 0.1, [1.0])
 
 
 @pytest.mark.parametrize("seed", range(6))
@@ -110,8 +110,8 @@ def test_a_root_of_many_units_gives_each_variance_back(seed):
 
 def test_it_keeps_variances_that_are_far_below_others():
     """Of a short step"""
-    step = Model.of_continuous(np.eye(4, k=1), [1, 0, 0, 0], 0.25, [0, 0, 0, 2.0], dt=1e-4, P0=np.ones(4))
-    model = Model(step.A, step.H, step.R, step.Q, P0=step.P0)
+    step = Model.of_continuous(np.eye(4, k=1), H=[1, 0, 0, 0], R=0.25, Qc=[0, 0, 0, 2.0], dt=1e-4, P0=np.ones(4))
+    model = Model(step.A, H=step.H, R=step.R, Q=step.Q, P0=step.P0)
     along = model.Q[:, -1:] / np.sqrt(model.Q[-1, -1])  # of a noise that is part of Q
     equal, _, _ = decorrelated(model, 0.25 * along, np.ones((3, 1)))
     sigma = np.sqrt(np.diag(model.Q))

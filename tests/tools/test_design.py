@@ -158,7 +158,7 @@ int main(int count, char **given)
     "-std=c++11", *(flag for flag in STRICT if not flag.startswith("-std"))])])
 def test_values_in_units_and_back(language, flags, tmp_path):
     """The header is C and C++; its macros round, saturate and have no undefined behaviour, at any fraction."""
-    model = Model(np.eye(2), [[1, 0]], 1, [1, 1e-6], B=[1e-10, 0], P0=[1e4, 1e-4], states=[
+    model = Model(np.eye(2), H=[[1, 0]], R=1, Q=[1, 1e-6], B=[1e-10, 0], P0=[1e4, 1e-4], states=[
         Quantity("position", range=1000), Quantity("tilt", range=0.1)], measurements=[Quantity("position", range=500)],
         controls=[Quantity("push", range=1e12)], name="written")
     parts = Parts(model, "q31")
@@ -188,18 +188,18 @@ def test_values_in_units_and_back(language, flags, tmp_path):
 
 
 def test_names_are_identifiers():
-    model = Model(np.eye(2), [[1, 0]], 1, np.eye(2), P0=[1, 1], states=["a b", "a-b"], measurements=["3 z"], name="9 for")
+    model = Model(np.eye(2), H=[[1, 0]], R=1, Q=np.eye(2), P0=[1, 1], states=["a b", "a-b"], measurements=["3 z"], name="9 for")
     made = source(Parts(model, "f32"), "lean")
     assert made.name == "filter_9_for"
     assert "FILTER_9_FOR_A_B,\n    FILTER_9_FOR_A_B_," in made.header
 
 
 def test_a_correlated_or_unknown_start_has_its_ways():
-    correlated = Model(1, [[1], [1]], [[1, 0.5], [0.5, 1]], 1, P0=1)
+    correlated = Model(1, H=[[1], [1]], R=[[1, 0.5], [0.5, 1]], Q=1, P0=1)
     assert ways_of(Parts(correlated, "f32")) == ["init"]
     with pytest.raises(KalmanqError, match="cannot be written as lean"):
         source(Parts(correlated, "f32"), "lean")
-    assert ways_of(Parts(Model(1, 1, 1, 1, P0=None), "f32")) == ["init", "sizes"]
+    assert ways_of(Parts(Model(1, H=1, R=1, Q=1, P0=None), "f32")) == ["init", "sizes"]
 
 
 # ------------------------------------------------------------------------------ ranges and errors
@@ -207,7 +207,7 @@ def test_a_correlated_or_unknown_start_has_its_ways():
 
 def test_the_reach_has_what_is_between_components():
     """Two gauges of one state that contradict each other: between them the mean is far off."""
-    model = Model(1, [[1], [1]], [1e-4, 1e-4], 1e-6, P0=100, states=["level"])
+    model = Model(1, H=[[1], [1]], R=[1e-4, 1e-4], Q=1e-6, P0=100, states=["level"])
     found = reach(model, [Record(np.array([[0.0, 0.0], [9.0, -9.0]]))])
     assert 3 < found.states[0] <= 4.5 + 0.1 and found.measurements[0] == 9
 
@@ -250,8 +250,8 @@ def test_the_promised_error_is_that_of_other_records(make):
 
 def test_without_range_or_data_a_wandering_state_is_refused_and_a_stationary_one_is_not():
     with pytest.raises(KalmanqError, match="level has no range.*its states wander"):
-        with_ranges(Model(1, 1, 1, 1, P0=1, states=["level"]), [])
-    ranged, notes = with_ranges(Model(0.5, 1, 1, 0.75, P0=1), [])
+        with_ranges(Model(1, H=1, R=1, Q=1, P0=1, states=["level"]), [])
+    ranged, notes = with_ranges(Model(0.5, H=1, R=1, Q=0.75, P0=1), [])
     assert 6 * 1 * 1.5 <= ranged.states[0].range < 11 and len(notes) == 2
 
 
@@ -284,7 +284,7 @@ def test_ranges_of_one_record_hold_others(seed, others):
 
 def test_ranges_hold_the_prior():
     """Of a record that begins near x0, where the next one need not"""
-    model = Model(1, 1, 1.0, 0.1, P0=1e4, states=["level"], measurements=["z"])
+    model = Model(1, H=1, R=1.0, Q=0.1, P0=1e4, states=["level"], measurements=["z"])
     ranged, notes = with_ranges(model, [Record(np.zeros((200, 1)))])
     assert min(ranged.states[0].range, ranged.measurements[0].range) > 6 * 100
     assert re.fullmatch(r"level: a range of \S+ was chosen; the model \S+ in 10000 rows \(farther: a "
@@ -319,7 +319,7 @@ def test_a_life_is_as_its_covariance_says(steps):
 
 def test_only_what_wanders_is_said_to():
     """A model with controls that fade does not, and needs no data"""
-    model = Model([[0.9, 0.1], [0, 0.8]], [1, 0], 1, [0.1, 0.1], B=[0, 1], P0=[1, 1], controls=[Quantity("u", range=3)])
+    model = Model([[0.9, 0.1], [0, 0.8]], H=[1, 0], R=1, Q=[0.1, 0.1], B=[0, 1], P0=[1, 1], controls=[Quantity("u", range=3)])
     ranged, notes = with_ranges(model, [])
     assert all(one.range for one in (*ranged.states, *ranged.measurements)) and "wander" not in "".join(map(str, notes))
     x = np.zeros(2)
@@ -335,7 +335,7 @@ def test_only_what_wanders_is_said_to():
 
 
 def test_what_grows_by_a_power_has_its_data_alone():
-    model = Model(1.5, 1, 1, 1, P0=1)
+    model = Model(1.5, H=1, R=1, Q=1, P0=1)
     ranged, notes = with_ranges(model, [Record(np.full((50, 1), 4.0))])
     assert ranged.states[0].range < 15 and "the model grows without end: the range comes from the data alone" in str(notes[0])
 
@@ -415,7 +415,7 @@ def test_a_life_is_no_longer_than_q31_is_accurate_with():
 
 
 def test_saturating_ranges_are_warned_of():
-    model = Model(1, 1, 1e-4, 1.0, P0=1, states=[Quantity("level", range=4)], measurements=[Quantity("z", range=1e6)])
+    model = Model(1, H=1, R=1e-4, Q=1.0, P0=1, states=[Quantity("level", range=4)], measurements=[Quantity("z", range=1e6)])
     records = [type(draw(model)[0])(np.cumsum(np.full((400, 1), 0.5), axis=0))]
     trial = design(model, LARGE, records).trials["q31"]
     assert not trial.is_good and trial.warnings
@@ -428,7 +428,7 @@ def velocity(q=0.1, R=0.01, n=2, **given):
     """Position and velocity; after 30 rows without a measurement R < 2^-16 S"""
     A, Q = np.eye(n) + np.eye(n, k=1), np.zeros((n, n))
     Q[-2:, -2:] = q * np.array([[1 / 3, 1 / 2], [1 / 2, 1]])
-    return Model(A, np.eye(1, n), R, Q, P0=np.ones(n), name="velocity", **{
+    return Model(A, H=np.eye(1, n), R=R, Q=Q, P0=np.ones(n), name="velocity", **{
         "states": [Quantity(f"x{i}", range=1e6) for i in range(n)], "measurements": [Quantity("z", range=1e6)], **given})
 
 
@@ -463,7 +463,7 @@ def test_lean_is_offered_where_it_comes_back_from_an_outage(arithmetic, gap, out
 
 
 @pytest.mark.parametrize("model, why", [
-    (Model(1.5, 1, 1, 1, P0=1, states=[Quantity("x", range=1e6)], measurements=[Quantity("z", range=1e6)]),
+    (Model(1.5, H=1, R=1, Q=1, P0=1, states=[Quantity("x", range=1e6)], measurements=[Quantity("z", range=1e6)]),
      "after 100 rows without measurements a sigma is not within 2 % of the full sensor's in 4 rows"),
     (velocity(R=1e-9), "on the records R is less than 2^-14 S"),
     (velocity(gaps=Gaps(30, 10)), "on the records R is less than 2^-14 S"),
@@ -485,7 +485,7 @@ def test_random_lean_designs_come_back_from_their_outage(models):
         given = {"q": 10.0 ** random.uniform(-3, 3), "R": 10.0 ** random.uniform(-2, 1)}
         gaps = Gaps(int(10 ** random.uniform(0, 3)), 100)
         model = velocity(**given, n=n, gaps=gaps) if n > 1 else Model(
-            random.uniform(1, 1.2), 1, given["R"], given["q"], P0=1, gaps=gaps,
+            random.uniform(1, 1.2), H=1, R=given["R"], Q=given["q"], P0=1, gaps=gaps,
             states=[Quantity("x", range=1e6)], measurements=[Quantity("z", range=1e6)])
         for arithmetic, found in design(model, LARGE, [type(draw(five.level())[0])(np.zeros((300, 1)))]).lean.items():
             if not found.refused:
@@ -652,7 +652,7 @@ def test_an_unknown_core_is_a_usage_error():
 
 def test_a_model_without_ranges_is_no_fixed_point():
     with pytest.raises(ModelError):
-        Parts(Model(1, 1, 1, 1, P0=1), "q31")
+        Parts(Model(1, H=1, R=1, Q=1, P0=1), "q31")
 
 
 @pytest.mark.parametrize("name, states", [
@@ -660,7 +660,7 @@ def test_a_model_without_ranges_is_no_fixed_point():
     ("t", ["*/ int x; /*", "a??/"]), ("stdint", ["a\nb", "ß"]), ("while", ["", " "]), ("main", ["x", "X"])])
 @pytest.mark.parametrize("arithmetic", ["f32", "q31"])
 def test_any_names_make_c(name, states, arithmetic, tmp_path):
-    model = Model(np.eye(2), [1, 0], 1, np.eye(2), P0=[1, 1], name=name, measurements=[Quantity("h", "*/", 9)],
+    model = Model(np.eye(2), H=[1, 0], R=1, Q=np.eye(2), P0=[1, 1], name=name, measurements=[Quantity("h", "*/", 9)],
                   states=[Quantity(one, "m/*s", 9) for one in states])
     made = source(Parts(model, arithmetic), "lean")
     (tmp_path / f"{made.name}.h").write_text(made.header, encoding="utf-8")

@@ -39,7 +39,7 @@ def drawn(which: str, seed: int) -> tuple[np.ndarray, np.ndarray]:
 
 def model(which: str, ranges: np.ndarray, most: float, **prior: object) -> Model:
     A, Q, H, R, _, _ = MODELS[which]
-    return Model(A, H, R, Q, states=[Quantity(f"x{i}", "", one) for i, one in enumerate(ranges)],
+    return Model(A, H=H, R=R, Q=Q, states=[Quantity(f"x{i}", "", one) for i, one in enumerate(ranges)],
                  measurements=[Quantity("z", "", most)], **prior)
 
 
@@ -80,7 +80,7 @@ def test_a_design_gives_the_start_room() -> None:
     A, Q, H, R, _, _ = LEVEL_AND_SLOPE
     for seed in range(3):
         records = [Record(drawn("trend", seed)[1][:, None])]
-        ranged, _ = with_ranges(Model(A, H, R, Q), records)
+        ranged, _ = with_ranges(Model(A, H=H, R=R, Q=Q), records)
         made = design(ranged, Part("m3", 128000, 20000), records)
         assert made.trials["q31"].is_good, made.trials["q31"].warnings
 
@@ -90,7 +90,7 @@ def test_a_design_of_a_start_that_the_first_rows_hardly_tell(seed: int) -> None:
     """First estimates go to 5e4 for 50: with that for ranges there was no design.  Other records are held, too."""
     A, Q, H, R, _, _ = WEEKLY
     records = [Record(drawn("weekly", seed)[1][:, None])]
-    ranged, chosen = with_ranges(Model(A, H, R, Q), records)
+    ranged, chosen = with_ranges(Model(A, H=H, R=R, Q=Q), records)
     made = design(ranged, Part("m3", 128000, 20000), records)
     assert made.trials["q31"].is_good and "the ranges are the prior" in made.trials["q31"].warnings[0]
     assert ranged.states[0].range < 1e4 and max(one.range for one in ranged.states[1:]) < 20
@@ -105,7 +105,7 @@ def test_a_design_of_a_start_that_the_first_rows_hardly_tell(seed: int) -> None:
 
 def test_an_unknown_start_that_fades_is_not_said_to_wander() -> None:
     z = np.random.default_rng(1).normal(size=(300, 1))
-    assert not any(one.wanders for one in with_ranges(Model(0.9, 1, 1.0, 0.19), [Record(z)])[1])
-    assert all(one.wanders for one in with_ranges(Model(1, 1, 1.0, 0.19), [Record(z)])[1])
+    assert not any(one.wanders for one in with_ranges(Model(0.9, H=1, R=1.0, Q=0.19), [Record(z)])[1])
+    assert all(one.wanders for one in with_ranges(Model(1, H=1, R=1.0, Q=0.19), [Record(z)])[1])
     with pytest.raises(KalmanqError, match="its start is unknown"):
-        with_ranges(Model(0.9, 1, 1.0, 0.19), [])
+        with_ranges(Model(0.9, H=1, R=1.0, Q=0.19), [])

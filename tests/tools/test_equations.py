@@ -304,7 +304,7 @@ def linear_pair() -> tuple[Model, NonlinearModel]:
     """A linear model, and the same in functions"""
     A, B, H = np.array([[1, 0.1], [-0.05, 0.95]]), np.array([[0.0], [0.1]]), np.array([[1, 0], [0.5, 1]])
     given: dict[str, Any] = dict(x0=[1, 0], P0=[4, 1], Q=[1e-3, 1e-2], R=[0.25, 0.5])
-    linear = Model(A, H, given["R"], given["Q"], B=B, P0=given["P0"], x0=given["x0"], controls=[Quantity("push", "", 5)])
+    linear = Model(A, H=H, R=given["R"], Q=given["Q"], B=B, P0=given["P0"], x0=given["x0"], controls=[Quantity("push", "", 5)])
     return linear, NonlinearModel(lambda x, t, u: A @ x + B @ u, lambda x: H @ x, controls=[Quantity("push", "", 5)], **given)
 
 

@@ -7,6 +7,7 @@ import functools
 import json
 import re
 import subprocess
+import warnings
 from pathlib import Path
 
 import fit_cases
@@ -32,7 +33,7 @@ SEEDS = range(3)
 
 
 def nile_model(**prior) -> Model:
-    return Model([[1]], [1], 1e4, 1e4, **prior)
+    return Model([[1]], H=[1], R=1e4, Q=1e4, **prior)
 
 
 def nile() -> np.ndarray:
@@ -62,7 +63,7 @@ def random_problem(seed: int, unknown: bool):
     A = random.normal(size=(n, n))
     A *= 0.9 / max(np.abs(np.linalg.eigvals(A)))
     B = random.normal(size=(n, 1))
-    model = Model(A, random.normal(size=(m, n)), covariance(random, m), covariance(random, n), B=B,
+    model = Model(A, H=random.normal(size=(m, n)), R=covariance(random, m), Q=covariance(random, n), B=B,
                   x0=random.normal(size=n), P0=covariance(random, n), unknown="all" if unknown else ())
     records = [fit_cases.drawn(A, model.H, model.Q, model.R, T, 10 * seed + k, B=B) for k in range(2)]
     for z, _ in records:
@@ -176,12 +177,12 @@ def test_standard_errors_are_those_of_the_exact_hessian():
 def test_a_form_that_the_model_has_not_is_named(method, tmp_path):
     """Which parameter, which entry, and what to do; a Q from G of a builder, too."""
     z = np.zeros((9, 2))
-    for model in (Model(np.eye(2), np.eye(2), np.eye(2), [[2, 0.5], [0.5, 1]]),
-                  Model(np.eye(2), np.eye(2), np.eye(2), G=[[1, 0.5], [0, 1]])):
+    for model in (Model(np.eye(2), H=np.eye(2), R=np.eye(2), Q=[[2, 0.5], [0.5, 1]]),
+                  Model(np.eye(2), H=np.eye(2), R=np.eye(2), G=[[1, 0.5], [0, 1]])):
         with pytest.raises(KalmanqError, match=r"^Q of the model is not diagonal, Q\[1,0\] is 0.5, .*--q-form multiple"):
             kalmanq.fit(model, [z], Q_form="diagonal", method=method)
     with pytest.raises(KalmanqError, match=r"^R of the model is not diagonal, R\[1,0\] is -0.25, .*--r-form multiple .* or full"):
-        kalmanq.fit(Model(np.eye(2), np.eye(2), [[1, -0.25], [-0.25, 1]], np.eye(2)), [z], R_form="diagonal", method=method)
+        kalmanq.fit(Model(np.eye(2), H=np.eye(2), R=[[1, -0.25], [-0.25, 1]], Q=np.eye(2)), [z], R_form="diagonal", method=method)
     (tmp_path / "z.csv").write_text("east,north\n" + "1,2\n" * 9)
     done = within("fit", EXAMPLES / "track.toml", tmp_path / "z.csv", "--q-form", "diagonal")
     assert done.returncode == 1 and done.stderr.count("\n") == 1 and "Q of the model is not diagonal, Q[1,0] is 0.025" in done.stderr
@@ -200,7 +201,7 @@ def test_the_course_of_a_search_that_begins_again_goes_up_alone():
 
 
 def test_a_trend_is_statsmodels_trend():
-    model = Model([[1, 1], [0, 1]], [1, 0], 3, np.diag([1, 0.1]))
+    model = Model([[1, 1], [0, 1]], H=[1, 0], R=3, Q=np.diag([1, 0.1]))
     found = kalmanq.fit(model, [fit_cases.trend(0)], Q_form="diagonal")
     measured = found.log_likelihood, found.model.R[0, 0], *np.diag(found.model.Q)
     assert np.max(np.abs(np.array(measured) / fit_cases.TREND_EXACT - 1)) < 1e-5
@@ -219,11 +220,11 @@ def best_of(name: str, seed: int) -> float:
     return kalmanq.fit(model, [draw(seed)], starts=3, seed=7, **given).log_likelihood
 
 
-WELL = {"local level": (lambda seed: fit_cases.drawn(1, 1, 0.3, 1, 100, seed)[0], Model([[1]], [1], 5, 5),
+WELL = {"local level": (lambda seed: fit_cases.drawn(1, 1, 0.3, 1, 100, seed)[0], Model([[1]], H=[1], R=5, Q=5),
                         {"free": ("Q", "R")}),
-        "AR(1) and noise": (fit_cases.ar1, Model([[0.5]], [1], 1.5, 1, P0=[1]), {"free": ("A", "Q", "R")}),
-        "trend": (fit_cases.trend, Model([[1, 1], [0, 1]], [1, 0], 3, np.diag([1, 0.1])), {"Q_form": "diagonal"}),
-        "two states": (fit_cases.pair, Model(0.8 * fit_cases.MATRIX, fit_cases.SENSORS, [2, 2], [1, 1], P0=[1, 1]),
+        "AR(1) and noise": (fit_cases.ar1, Model([[0.5]], H=[1], R=1.5, Q=1, P0=[1]), {"free": ("A", "Q", "R")}),
+        "trend": (fit_cases.trend, Model([[1, 1], [0, 1]], H=[1, 0], R=3, Q=np.diag([1, 0.1])), {"Q_form": "diagonal"}),
+        "two states": (fit_cases.pair, Model(0.8 * fit_cases.MATRIX, H=fit_cases.SENSORS, R=[2, 2], Q=[1, 1], P0=[1, 1]),
                        {"free": ("A", "Q", "R")})}
 
 
@@ -242,7 +243,7 @@ def test_a_maximum_inside_is_found_in_60_evaluations(name, method):
     assert inside >= 4
 
 
-SINGULAR = {"track": (fit_cases.track, Model(fit_cases.AXES, fit_cases.PLACES, [2, 2], 0.5 * np.eye(4), P0=[10] * 4),
+SINGULAR = {"track": (fit_cases.track, Model(fit_cases.AXES, H=fit_cases.PLACES, R=[2, 2], Q=0.5 * np.eye(4), P0=[10] * 4),
                       {"Q_form": "full"}),
             "quarters": (fit_cases.quarters, model_file.read(EXAMPLES / "trend_season.toml"), {"Q_form": "diagonal"})}
 
@@ -277,7 +278,7 @@ def test_a_variance_of_0_is_said_and_has_no_standard_error():
     assert np.all(np.isnan(singular.standard_errors["Q"])) and np.all(singular.standard_errors["R"] > 0)
 
 
-PUSHED = Model(fit_cases.AXES, np.eye(4), np.eye(4), 0.1 * np.eye(4), P0=[100] * 4)
+PUSHED = Model(fit_cases.AXES, H=np.eye(4), R=np.eye(4), Q=0.1 * np.eye(4), P0=[100] * 4)
 
 
 @pytest.mark.parametrize("seed, quiet", fit_cases.PUSHED_BEST)
@@ -315,8 +316,8 @@ def test_no_variance_of_what_all_is_measured_is_undetermined(seed):
 def test_the_covariances_of_a_variance_of_0_are_0_and_have_no_standard_errors(seed):
     """The errors of the others are those of a model that has no such noise."""
     z = level_and_slope(seed)
-    full = kalmanq.fit(Model([[1, 1], [0, 1]], [1, 0], 1, [1, 0.1]), [z])
-    none = kalmanq.fit(Model([[1, 1], [0, 1]], [1, 0], 1, [1, 0]), [z])
+    full = kalmanq.fit(Model([[1, 1], [0, 1]], H=[1, 0], R=1, Q=[1, 0.1]), [z])
+    none = kalmanq.fit(Model([[1, 1], [0, 1]], H=[1, 0], R=1, Q=[1, 0]), [z])
     assert full.boundary == ("Q[1,1]",) and abs(full.log_likelihood - none.log_likelihood) < 1e-6
     errors = full.standard_errors["Q"]
     assert np.all(np.isnan([errors[1, 0], errors[0, 1], errors[1, 1]]))
@@ -352,7 +353,7 @@ def two_sensors(seed: int, unit: float) -> np.ndarray:
 def test_the_unit_of_a_start_does_not_matter(unit, seed):
     """The maximum and the standard errors are those from a start in the right unit."""
     z = two_sensors(seed, unit)
-    wrong, right = (kalmanq.fit(Model([[1]], [[1], [unit]], R, 1), [z]) for R in ([1, 1], [1, unit**2]))
+    wrong, right = (kalmanq.fit(Model([[1]], H=[[1], [unit]], R=R, Q=1), [z]) for R in ([1, 1], [1, unit**2]))
     assert wrong.converged and right.converged and abs(wrong.log_likelihood - right.log_likelihood) < 1e-6
     for name in ("Q", "R"):
         assert np.max(np.abs(wrong.standard_errors[name] / right.standard_errors[name] - 1)) < 1e-4
@@ -364,7 +365,7 @@ def test_the_unit_of_a_start_of_two_noises_does_not_matter(unit):
     steps = random.normal(size=(100, 2)) @ [[1, 0.7], [0, 0.7]]
     z = np.cumsum(steps, 0) + 0.5 * random.normal(size=(100, 2))
     for units in ([1, unit], [unit, 1]):
-        wrong, right = (kalmanq.fit(Model(np.eye(2), np.eye(2), np.square(units), Q), [z * units])
+        wrong, right = (kalmanq.fit(Model(np.eye(2), H=np.eye(2), R=np.square(units), Q=Q), [z * units])
                         for Q in ([1, 1], np.square(units)))
         assert wrong.converged and abs(wrong.log_likelihood - right.log_likelihood) < 1e-6
         assert np.max(np.abs(wrong.standard_errors["Q"] / right.standard_errors["Q"] - 1)) < 1e-4
@@ -373,7 +374,7 @@ def test_the_unit_of_a_start_of_two_noises_does_not_matter(unit):
 def test_standard_errors_are_those_of_a_quadratic_profile():
     """Independent measurements of R alone: R^ = mean square, standard error R^ sqrt(2 / T)."""
     z = np.random.default_rng(1).normal(size=400) * 3
-    found = kalmanq.fit(Model([[1]], [1], 1.0, [[0.0]], P0=[[0.0]]), [z], ("R",))
+    found = kalmanq.fit(Model([[1]], H=[1], R=1.0, Q=[[0.0]], P0=[[0.0]]), [z], ("R",))
     assert abs(found.model.R[0, 0] / np.mean(z**2) - 1) < 1e-9
     assert abs(found.standard_errors["R"][0, 0] / (np.mean(z**2) * np.sqrt(2 / 400)) - 1) < 1e-5
 
@@ -403,7 +404,7 @@ def test_held_entries_stay_and_only_the_free_ones_move():
 
 def test_common_factors_keep_their_rank():
     G = np.kron(np.eye(2), [[0.5], [1.0]])
-    model = Model(fit_cases.AXES, fit_cases.PLACES, [2, 2], G=G, P0=[10] * 4)
+    model = Model(fit_cases.AXES, H=fit_cases.PLACES, R=[2, 2], G=G, P0=[10] * 4)
     found = kalmanq.fit(model, [fit_cases.track(0)])
     assert found.converged and found.model.G.shape == (4, 2) and np.linalg.matrix_rank(found.model.Q) == 2
     inner = np.linalg.pinv(G) @ found.model.Q @ np.linalg.pinv(G).T
@@ -413,7 +414,7 @@ def test_common_factors_keep_their_rank():
 
 @pytest.mark.parametrize("form", ["diagonal", "multiple"])
 def test_forms(form):
-    model = Model(fit_cases.MATRIX, fit_cases.SENSORS, [2.0, 1], [[1, 0], [0, 0.5]], P0=[1, 1])
+    model = Model(fit_cases.MATRIX, H=fit_cases.SENSORS, R=[2.0, 1], Q=[[1, 0], [0, 0.5]], P0=[1, 1])
     found = kalmanq.fit(model, [fit_cases.pair(0)], Q_form=form, R_form=form)
     assert found.converged
     for name in ("Q", "R"):
@@ -464,7 +465,7 @@ def test_em_in_f32_is_near_that_in_f64():
 
 
 def test_a_start_may_be_unknown_in_part():
-    model = Model([[1, 1], [0, 1]], [1, 0], 3, np.diag([1, 0.1]), P0=[0, 0.5], unknown=[0])
+    model = Model([[1, 1], [0, 1]], H=[1, 0], R=3, Q=np.diag([1, 0.1]), P0=[0, 0.5], unknown=[0])
     z = fit_cases.trend(2)
     found = kalmanq.fit(model, [z, z[:50]], Q_form="diagonal")
     assert found.converged and found.model.unknown.tolist() == [True, False] and found.model.P0[1, 1] == 0.5
@@ -479,7 +480,7 @@ def test_a_start_may_be_unknown_in_part():
 
 
 def test_what_is_not_determined_is_named():
-    model = Model([[0.5]], [1], 1.5, 1.0, P0=[1])
+    model = Model([[0.5]], H=[1], R=1.5, Q=1.0, P0=[1])
     found = kalmanq.fit(model, [fit_cases.ar1(1)], ("A", "H", "Q", "R", "x0", "P0"))
     assert not found.converged and "not determined" in found.message
     assert found.undetermined == ("H[0,0] +1 %, Q[0,0] -2 %, x0[0] -1 %",)
@@ -487,20 +488,20 @@ def test_what_is_not_determined_is_named():
     with pytest.raises(KalmanqError, match="H cannot be free where P0 of x1 is unknown"):
         kalmanq.fit(nile_model(), [nile()], ("H", "R"))
     with pytest.raises(KalmanqError, match="A cannot be free where P0 of x2 is unknown"):
-        kalmanq.fit(Model([[1, 0.5], [0, 0.9]], [1, 0], 1, [1, 1]), [nile()], ("A", "Q", "R"),
+        kalmanq.fit(Model([[1, 0.5], [0, 0.9]], H=[1, 0], R=1, Q=[1, 1]), [nile()], ("A", "Q", "R"),
                     held={"A": [[1, 0], [1, 1]]})
-    once = Model([[1]], [[1], [1]], [1.0, 1.0], [[0.0]], P0=[[1.0]])
+    once = Model([[1]], H=[[1], [1]], R=[1.0, 1.0], Q=[[0.0]], P0=[[1.0]])
     assert kalmanq.fit(once, [np.random.default_rng(1).normal(size=(50, 2))], ("R",)).converged
-    level, slope = Model([[1, 1], [0, 1]], [1, 0], 3, [[1, 0.1], [0.1, 0.5]]), "Q[0,0] +1 %, Q[1,0] +"
+    level, slope = Model([[1, 1], [0, 1]], H=[1, 0], R=3, Q=[[1, 0.1], [0.1, 0.5]]), "Q[0,0] +1 %, Q[1,0] +"
     for seed in (0, 2, 3):  # the sum of a level's and a slope's noises has three autocovariances for four numbers
         for method in ("ml", "both"):
             found = kalmanq.fit(level, [fit_cases.trend(seed)], method=method)
             assert not found.converged and found.undetermined[0].startswith(slope), found.message
     z = np.column_stack([fit_cases.drawn(1, 1, 0.3, 1, 80, 1)[0], np.full(80, np.nan)])
     for form in ("full", "diagonal"):  # a component that is never there
-        found = kalmanq.fit(Model([[1]], [[1], [1]], [1, 1], 1), [z], R_form=form)
+        found = kalmanq.fit(Model([[1]], H=[[1], [1]], R=[1, 1], Q=1), [z], R_form=form)
         assert not found.converged and "R[1,1] +1 %" in found.undetermined and found.boundary == ()
-    twice = Model(np.eye(2) * 0.5, [1, 1], 1.0, [0.3, 0.5], P0=[1, 1])
+    twice = Model(np.eye(2) * 0.5, H=[1, 1], R=1.0, Q=[0.3, 0.5], P0=[1, 1])
     found = kalmanq.fit(twice, [fit_cases.ar1(2)], ("Q",), Q_form="diagonal")
     assert not found.converged and re.search(r"Q\[0,0\] .* %, Q\[1,1\] .* %", found.undetermined[0])
     found = kalmanq.fit(twice.changed(Q=[0.3, 1e-12]), [fit_cases.ar1(2)], ("Q",), Q_form="diagonal", method="ml")
@@ -514,10 +515,10 @@ def test_a_known_start_determines_H_beside_Q():
     for _ in range(3):
         states.append(0.8 * states[-1] + 0.5 * random.normal(size=300))
     records = list((2 * np.array(states) + 0.3 * random.normal(size=(4, 300))).T)
-    found = kalmanq.fit(Model([[0.8]], [1], 0.1, 0.1, P0=[1]), records, ("H", "Q", "R"))
+    found = kalmanq.fit(Model([[0.8]], H=[1], R=0.1, Q=0.1, P0=[1]), records, ("H", "Q", "R"))
     assert found.converged and found.undetermined == ()
     assert abs(found.model.H[0, 0] - 2) < 3 * found.standard_errors["H"][0, 0] < 0.5
-    em = kalmanq.fit(Model([[0.8]], [1], 0.1, 0.1, P0=[1]), records, ("H", "Q", "R"), method="em", arithmetic="f32")
+    em = kalmanq.fit(Model([[0.8]], H=[1], R=0.1, Q=0.1, P0=[1]), records, ("H", "Q", "R"), method="em", arithmetic="f32")
     assert em.undetermined == ("H +1 %, Q -2 %",)
 
 
@@ -525,8 +526,8 @@ def test_a_known_start_determines_H_beside_Q():
 def test_a_variance_that_begins_next_to_0_is_found(seed):
     """R is flat in its logarithm where it is tiny beside Q, and determined."""
     z = fit_cases.drawn(1, 1, 76, 1, 60, seed)[0]
-    best = kalmanq.fit(Model([[1]], [1], 1, 1), [z], starts=3, seed=7)
-    found = kalmanq.fit(Model([[1]], [1], 1e-3, 200), [z])
+    best = kalmanq.fit(Model([[1]], H=[1], R=1, Q=1), [z], starts=3, seed=7)
+    found = kalmanq.fit(Model([[1]], H=[1], R=1e-3, Q=200), [z])
     assert found.converged and found.boundary == best.boundary == (), found.message
     assert abs(found.log_likelihood - best.log_likelihood) < 1e-6
 
@@ -613,7 +614,7 @@ def test_entries_are_named(tmp_path):
     one, two = (json.loads(within("fit", EXAMPLES / "ar.toml", data, *options, "--json").stdout) for options in (
         ("--free", "A[0,*],Q,R"), ("--free", "Q,A,R", "--hold", "A[1,0],A[1,1]")))
     assert one["A"] == two["A"] and one["A"][1] == [1, 0] and one["A"][0] != model.A[0].tolist()
-    names, held = free_and_held("Q[0,1],R", "", Model(np.eye(2), [1, 0], 1, [1, 1]))
+    names, held = free_and_held("Q[0,1],R", "", Model(np.eye(2), H=[1, 0], R=1, Q=[1, 1]))
     assert names == ["Q", "R"] and held["Q"].tolist() == [[True, False], [False, True]] and "R" not in held
 
 
@@ -659,3 +660,77 @@ def test_a_singular_q_keeps_a_noise_that_is_small_beside_others():
     noise = Noise(Q)
     sigma = np.sqrt(np.diag(Q))
     assert noise.F.shape == (3, 2) and np.all(np.abs(noise.whole(noise.inner) - Q) <= 1e-14 * np.outer(sigma, sigma))
+
+
+# ------------------------------------------------------------------------------ where there is no value
+
+
+@pytest.mark.parametrize("method", ["both", "em", "ml"])
+@pytest.mark.parametrize("free", [("Q", "R"), ("A",), ("H", "R"), ("x0",)], ids=lambda one: "".join(one))
+def test_a_likelihood_without_a_value_says_so(free, method):
+    z = 1e200 * np.random.default_rng(0).normal(size=60)
+    found = kalmanq.fit(Model([[1]], H=[1], R=1, Q=1, P0=[1]), [z], free, method=method, iterations=60)
+    assert not found.converged and found.log_likelihood == -np.inf and not found.standard_errors
+    assert found.message.startswith("the log-likelihood is not finite where the search begins: the likelihood is infinite or zero")
+    assert "\n" not in found.message and found.message.endswith("; begin nearer to the records, or take units in which numbers are smaller")
+
+
+def test_starts_without_a_value_do_not_hide_one_that_has_one(tmp_path):
+    z = 1e200 * np.random.default_rng(0).normal(size=60)
+    found = kalmanq.fit(Model([[1]], H=[1], R=1, Q=1, P0=[1]), [z], starts=3)
+    assert not found.converged and "not finite" in found.message
+    with pytest.raises(KalmanqError, match="^P0 of the diffuse start: the records are so large that no variance stands for it: give P0"):
+        kalmanq.fit(Model([[1]], H=[1], R=1, Q=1), [z])
+    model, data = tmp_path / "wild.toml", tmp_path / "wild.csv"
+    model.write_text("[model]\nA = [[1]]\nH = [1]\nQ = 1\nR = 1\nP0 = 1\n[measurements]\nnames = ['z']\n")
+    data.write_text("z\n" + "".join(f"{one!r}\n" for one in z.tolist()))
+    for more in ((), ("--method", "em"), ("--method", "ml"), ("--starts", 2), ("--json",)):
+        done = command("fit", model, data, *more)
+        assert done.returncode == 3 and done.stderr.count("\n") == 1 and "the log-likelihood is not finite" in done.stderr, done.stderr
+        assert not more or more[0] != "--json" or json.loads(done.stdout)["log_likelihood"] is None
+
+
+@pytest.mark.parametrize("arithmetic", ["f32", "f64"])
+def test_a_history_that_ends_by_an_overflow_says_so(arithmetic):
+    """Not that memory is short, which the host has for all rows"""
+    model, z = Model([[1.5]], H=[1], R=1, Q=1, P0=[1]), np.full(3000, np.nan)
+    z[:5] = 1
+    for run in (kalmanq.Smoother(model, arithmetic).run, kalmanq.Smoother(model.changed(P0=None), arithmetic).run, kalmanq.ReweightedSmoother(model, arithmetic).run,
+                kalmanq.LagSmoother(model, 3, arithmetic).run, kalmanq.InstantSmoother(model, 3, arithmetic).run,
+                lambda z: kalmanq.fit(model.changed(P0=None), [z])):
+        with warnings.catch_warnings(), pytest.raises(KalmanqError, match="a mean or a variance has grown not representable, and what came before") as told:
+            warnings.simplefilter("ignore")
+            run(z)
+        assert "memory" not in str(told.value)
+
+
+def test_what_a_fit_cannot_begin_from_is_said():
+    draw = np.random.default_rng(0)
+    z, one = draw.normal(size=(20, 1)), dict(H=[1], R=1, Q=1)
+    for model, free, more, said in (
+            (Model([[0.5]], **{**one, "R": 0}, P0=[1]), ("R",), dict(R_form="multiple"), "^R is 0, and stays 0: begin with some noise"),
+            (Model([[0.5]], **one, P0=[0]), ("x0", "P0"), {}, "^P0 is singular: what has no noise"),
+            (Model([[0.5]], **{**one, "Q": 1e305}, P0=[1]), ("R",), {}, r"^A, B, Q: a number is too large: in f64 a variance of a state, or a mean, is at most 2\^1000; take"),
+            (Model([[0.5]], **one, P0=[1e305]), ("R",), {}, "^x0, P0: a number is too large: in f64")):
+        with pytest.raises(KalmanqError, match=said):
+            kalmanq.fit(model, [z], free, **more)
+    tiny = Model([[0]], H=[[-2.66e8], [-2.57e8]], R=[1e4, 1e8], Q=0.0119, P0=[0])
+    for method in ("both", "ml"):  # its records are so small that their units have squares that overflow
+        found = kalmanq.fit(tiny, [1e-300 * draw.normal(size=(21, 2))], ("A", "x0"), method=method, iterations=25)
+        assert not found.converged and "\n" not in found.message
+    times = np.cumsum(draw.exponential(1.0, 20) + 1e-3)
+    flowing = Model.of_continuous([[0.0]], H=[1], R=1, Qc=1, dt=0.5, P0=[1])
+    for method in ("both", "em", "ml"):
+        found = kalmanq.fit(flowing, [1e160 * z], times=[times], method=method, iterations=25)
+        assert not found.converged and found.message.startswith("the log-likelihood is not finite where the search begins"), found.message
+
+
+def test_a_function_without_a_value_is_named(tmp_path):
+    model, data = tmp_path / "roots.py", tmp_path / "roots.csv"
+    model.write_text("import numpy as np\nstates, measurements = {'names': ['x']}, {'names': ['z']}\nx0, P0, R, Q, a = [1.0], [1.0], 1.0, 0.1, -1.0\n"
+                     "free = ['a']\ndef f(x): return [x[0] + np.sqrt(a)]\ndef h(x): return [x[0]]\n")
+    data.write_text("z\n" + "1.5\n" * 20)
+    done = command("fit", model, data)
+    assert done.returncode == 3 and done.stderr.count("\n") == 1
+    assert "not finite where the search begins: row 1: " in done.stderr and "line 5: f: answers nan for x at" in done.stderr, done.stderr
+

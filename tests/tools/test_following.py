@@ -148,6 +148,6 @@ def test_what_settling_cannot_do_is_refused():
         FrozenGainFilter(model, bits=0)
     with pytest.raises(KalmanqError, match="range"):
         FrozenGainFilter(model, "q31").step([1e9])
-    unknown = FrozenGainFilter(kalmanq.Model([[1]], [1], 1.0, 0.5))
+    unknown = FrozenGainFilter(kalmanq.Model([[1]], H=[1], R=1.0, Q=0.5))
     run = unknown.run(np.zeros(60))
     assert run.settled[-1] and not run.settled[0]

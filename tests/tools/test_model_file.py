@@ -36,7 +36,7 @@ def test_random_models_come_back_bit_for_bit(seed, tmp_path):
     draw = np.random.default_rng(seed)
     n, m = draw.integers(1, 6, 2)
     root = draw.normal(size=(n, n)) * 10.0 ** draw.integers(-9, 9, (n, 1))
-    model = Model(draw.normal(size=(n, n)), draw.normal(size=(m, n)), draw.random(m), root @ root.T,
+    model = Model(draw.normal(size=(n, n)), H=draw.normal(size=(m, n)), R=draw.random(m), Q=root @ root.T,
                   x0=draw.normal(size=n), P0=draw.random(n), name='a "name" \\ and é')
     path = tmp_path / "model.toml"
     path.write_text(model_file.text_of(model), encoding="utf-8")

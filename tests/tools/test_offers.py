@@ -216,6 +216,6 @@ def test_check_has_the_formats_of_the_headers(tmp_path: Path) -> None:
 
 def test_check_says_when_it_settles(tmp_path: Path) -> None:
     assert "compiled: the gain is constant after 51 full samples" in called("check", EXAMPLES / "cart.toml")
-    never = file_of(Model([[1, 0], [0, 1]], [[1, 1]], 1, [0.1, 0], P0=[1, 1]), tmp_path)
+    never = file_of(Model([[1, 0], [0, 1]], H=[[1, 1]], R=1, Q=[0.1, 0], P0=[1, 1]), tmp_path)
     done = CliRunner().invoke(command_line.app, ["check", str(never)])
     assert re.search(r"worked out in each row: a direction with eigenvalue 1 (is never|has no)", done.output)

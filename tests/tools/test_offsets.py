@@ -101,8 +101,8 @@ def test_c_of_a_continuous_model_acts_over_each_step(seed):
     """Beside a state that stays at 1"""
     times = np.cumsum(np.random.default_rng(seed).exponential(0.1, 80))
     c, F = np.array([0.3, -9.81]), np.array([[0, 1], [0, -0.2]])
-    model = Model.of_continuous(F, [[1, 0]], 0.04, [0.01, 0.5], dt=0.05, c=c, d=[2.0], P0=[1, 1])
-    more = Model.of_continuous(np.block([[F, c[:, None]], [np.zeros((1, 3))]]), [[1, 0, 0]], 0.04, [0.01, 0.5, 0], dt=0.05,
+    model = Model.of_continuous(F, H=[[1, 0]], R=0.04, Qc=[0.01, 0.5], dt=0.05, c=c, d=[2.0], P0=[1, 1])
+    more = Model.of_continuous(np.block([[F, c[:, None]], [np.zeros((1, 3))]]), H=[[1, 0, 0]], R=0.04, Qc=[0.01, 0.5, 0], dt=0.05,
                                x0=[0, 0, 1], P0=[1, 1, 0])
     _, z = simulate(model, 80, seed, times=times)
     run, other = Filter(model).run(z, times=times), Filter(more).run(z - 2, times=times)

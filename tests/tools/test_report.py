@@ -114,7 +114,7 @@ def written(folder: Path, model: Model, z: np.ndarray) -> tuple[Path, Path]:
 
 
 def level(name="level", drift=0.5, noise=2.0, **options) -> Model:
-    return Model([[1.0]], [1.0], noise, Q=[[drift]], name=name, **options)
+    return Model([[1.0]], H=[1.0], R=noise, Q=[[drift]], name=name, **options)
 
 
 # ------------------------------------------------------------------------------ the page
@@ -161,7 +161,7 @@ CASES = {
     "no noise at all": (level(drift=0.0, noise=1e-30, P0=[[0.0]]), np.zeros((40, 1))),
     "constant": (level(), np.full((40, 1), 3.0)),
     "large": (level(P0=[[1e30]]), np.linspace(1e30, 2e30, 40)[:, None]),
-    "never known": (Model([[1.0, 1], [0, 1]], [1.0, 0], 1.0, Q=[0.1, 0.1]), np.array([[1.0], [np.nan], [np.nan]])),
+    "never known": (Model([[1.0, 1], [0, 1]], H=[1.0, 0], R=1.0, Q=[0.1, 0.1]), np.array([[1.0], [np.nan], [np.nan]])),
 }
 
 
@@ -176,7 +176,7 @@ def test_edges(case, tmp_path):
 
 @WHOLE
 def test_sixteen_states_stay_small(tmp_path):
-    model = Model(0.9 * np.eye(16), np.eye(16), np.ones(16), Q=np.full(16, 0.1), P0=np.ones(16),
+    model = Model(0.9 * np.eye(16), H=np.eye(16), R=np.ones(16), Q=np.full(16, 0.1), P0=np.ones(16),
                   states=[Quantity(f"s{k}", "m", 100) for k in range(16)])
     page = reported(*written(tmp_path, model, simulate(model, 600, 1)[1]), tmp_path)
     assert len(page.raw) < 3e6 and "lowest and highest" in page.text

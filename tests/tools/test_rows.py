@@ -73,7 +73,7 @@ def test_a_gate_over_full_rows_is_the_core_s_with_one_limit(arithmetic):
 
 def test_words_are_those_that_the_core_makes():
     """Halves go away from 0, and the last one that the range leaves room for is refused as there."""
-    model = kalmanq.Model([[1]], [1], 1.0, 1.0, P0=[1], states=[Quantity("x", "", 100, 2)],
+    model = kalmanq.Model([[1]], H=[1], R=1.0, Q=1.0, P0=[1], states=[Quantity("x", "", 100, 2)],
                           measurements=[Quantity("z", "", 100.25, 2)])
     parts, one, range_error = Parts(model, "q31"), ffi.new("int32_t *"), ffi.new("kq_range_error_q31 *")
     draw = np.random.default_rng(1)
@@ -100,6 +100,28 @@ def test_numbers_are_those_that_the_core_makes():
         assert [tuple(one) for one in row.tolist()] == [(one.mantissa, one.exponent) for one in out]
         assert a.parameter(given[0]) == {"mantissa": out[0].mantissa, "exponent": out[0].exponent}
     assert np.allclose(a.numbers(made, np.array([0, -17])), values, rtol=2.0**-30)
+
+
+# ------------------------------------------------------------------------------ matrices by their names
+
+
+@pytest.mark.parametrize("said, call", [
+    ("Model(A, H=..., R=..., Q=...)", lambda I: kalmanq.Model(I, I, I, I)), ("Model(A, H=..., R=..., Q=...)", lambda I: kalmanq.Model(I, I, R=I, Q=I)),
+    ("Model.of_continuous(F, H=..., R=..., Qc=..., dt=...)", lambda I: kalmanq.Model.of_continuous(I, I, I, I, dt=1)),
+    ("Varying(A=..., B=..., Q=..., H=..., R=...)", lambda I: kalmanq.Varying(I, I)),
+    ("LeastSquares(x0=..., P0=..., arithmetic=...)", lambda I: kalmanq.LeastSquares([0, 0], [1, 1])),
+    ("run(H=..., z=..., r=...)", lambda I: kalmanq.LeastSquares(x0=[0], P0=[1]).run([1, 2], [3, 4]))])
+def test_matrices_that_may_be_mistaken_for_one_another_have_names(said, call):
+    with pytest.raises(TypeError) as refused:
+        call(np.eye(2))
+    assert str(refused.value) == f"{said}: give the matrices by their names, in any order"
+
+
+def test_matrices_by_name_are_in_any_order():
+    model = kalmanq.Model(Q=[[2.0]], R=3.0, H=[1], A=[[4.0]])
+    assert (model.A, model.H, model.R, model.Q) == (4, 1, 3, 2)
+    model = kalmanq.Model.of_continuous(0.0, Qc=2.0, R=3.0, H=1, dt=0.5)
+    assert (model.R, model.Q) == (3, 1)
 
 
 # ------------------------------------------------------------------------------ rows and controls
@@ -215,7 +237,7 @@ def test_tables_that_do_not_fit_are_refused_by_name():
 
 def test_series_and_what_pandas_calls_missing():
     pandas = pytest.importorskip("pandas")
-    model = kalmanq.Model([[1]], [1], 4.0, 1.0, P0=[100])
+    model = kalmanq.Model([[1]], H=[1], R=4.0, Q=1.0, P0=[100])
     z = pandas.Series([1, None, 3, 2], dtype="Int64", index=[10, 20, 30, 40], name="anything")
     run, exact = Filter(model).run(z), Filter(model).run([1.0, np.nan, 3.0, 2.0])
     assert np.array_equal(run.mean, exact.mean) and list(run.index) == [10, 20, 30, 40]
@@ -267,7 +289,7 @@ def test_what_is_masked_is_missing(arithmetic):
     assert f.taken == 0
     with pytest.raises(KalmanqError, match="push: a control is missing"):
         Filter(model, arithmetic).run(z, np.ma.array(u, mask=u > 2))
-    level = kalmanq.Model(1, 1, 1, 1, P0=100, states=[Quantity("x", range=1e3)], measurements=[Quantity("z", range=1e3)])
+    level = kalmanq.Model(1, H=1, R=1, Q=1, P0=100, states=[Quantity("x", range=1e3)], measurements=[Quantity("z", range=1e3)])
     assert Filter(level, arithmetic).run(np.ma.array([1, 99, 3], mask=[0, 1, 0])).mean[-1, 0] < 3
 
 
@@ -284,7 +306,7 @@ COMPLEX = [np.array([1, 2 + 1j, 3]), [1, 2 + 1j, 3], np.array([1, np.complex128(
 
 @pytest.mark.parametrize("z", COMPLEX, ids=range(len(COMPLEX)))
 def test_complex_numbers_are_refused(z):
-    model = kalmanq.Model(1, 1, 1, 1, P0=1, B=1)
+    model = kalmanq.Model(1, H=1, R=1, Q=1, P0=1, B=1)
     pandas = pytest.importorskip("pandas")
     for given in (z, pandas.Series(z), pandas.DataFrame({"z1": z})):
         with pytest.raises(KalmanqError, match="z: not an array of numbers .*complex"):
@@ -299,6 +321,6 @@ def test_complex_numbers_are_refused(z):
         with pytest.raises(KalmanqError, match=f"{key}: .*complex"):
             kalmanq.Model(**{"A": 1.0, "H": 1.0, "R": 1.0, "Q": 1.0, "x0": 0.0, "P0": 1.0, key: z[1:2]})
     with pytest.raises(KalmanqError, match="H: not an array of numbers .*complex"):
-        kalmanq.Filter(kalmanq.Model(1, 1, 1, 1, P0=1)).run(np.zeros(3), varying=kalmanq.Varying(H=np.array(z)[:, None]))
+        kalmanq.Filter(kalmanq.Model(1, H=1, R=1, Q=1, P0=1)).run(np.zeros(3), varying=kalmanq.Varying(H=np.array(z)[:, None]))
     with pytest.raises(KalmanqError, match="complex"):
-        kalmanq.LeastSquares([0.0], [1.0]).run(np.ones(3), np.zeros(3), z)
+        kalmanq.LeastSquares(x0=[0.0], P0=[1.0]).run(H=np.ones(3), z=np.zeros(3), r=z)

@@ -116,8 +116,8 @@ X0, P0 = np.array([1.0, 0, 0]), np.diag([9.0, 9, 4])
 @pytest.mark.parametrize("arithmetic", ARITHMETICS)
 def test_least_squares_solves_the_normal_equations(arithmetic, forgetting, seed):
     H, z, r = line(150, seed)
-    fit = LeastSquares(X0, P0, arithmetic, forgetting=forgetting, states=STATES, measurement=Quantity("y", "", 16))
-    run = fit.run(H, z, r)
+    fit = LeastSquares(x0=X0, P0=P0, arithmetic=arithmetic, forgetting=forgetting, states=STATES, measurement=Quantity("y", "", 16))
+    run = fit.run(H=H, z=z, r=r)
     limit = 20 * LIMITS[arithmetic]
     for t in (0, 1, 10, 149):
         x, P, residual, weight = models.least_squares(H[: t + 1], z[: t + 1], r[: t + 1], X0, P0, forgetting)
@@ -132,9 +132,9 @@ def test_least_squares_solves_the_normal_equations(arithmetic, forgetting, seed)
 def test_least_squares_in_blocks_are_the_same_bits(arithmetic):
     H, z, _ = line(40, 4)
     units = dict(states=STATES, measurement=Quantity("y", "", 16), forgetting=0.99)
-    whole, blocks = (LeastSquares(X0, P0, arithmetic, **units) for _ in range(2))
-    run = whole.run(H, z, 0.1)
-    parts = [blocks.run(H[a:b], z[a:b], 0.1) for a, b in ((0, 1), (1, 20), (20, 40))]
+    whole, blocks = (LeastSquares(x0=X0, P0=P0, arithmetic=arithmetic, **units) for _ in range(2))
+    run = whole.run(H=H, z=z, r=0.1)
+    parts = [blocks.run(H=H[a:b], z=z[a:b], r=0.1) for a, b in ((0, 1), (1, 20), (20, 40))]
     assert np.array_equal(np.vstack([part.mean for part in parts]), run.mean)
     assert np.array_equal(whole.filter.memory, blocks.filter.memory)
     assert (whole.residual, whole.weight) == (blocks.residual, blocks.weight)
@@ -143,16 +143,16 @@ def test_least_squares_in_blocks_are_the_same_bits(arithmetic):
 
 def test_least_squares_that_cannot_be_say_why():
     with pytest.raises(KalmanqError, match="forgetting"):
-        LeastSquares([0.0], [1.0], forgetting=1.5)
-    fit = LeastSquares([0.0], [1.0])
+        LeastSquares(x0=[0.0], P0=[1.0], forgetting=1.5)
+    fit = LeastSquares(x0=[0.0], P0=[1.0])
     with pytest.raises(KalmanqError, match="H is 1 rows, z 2"):
-        fit.run([[1.0]], [1.0, 2.0])
+        fit.run(H=[[1.0]], z=[1.0, 2.0])
     with pytest.raises(KalmanqError, match="not finite"):
-        fit.run([[1.0]], [np.nan])
+        fit.run(H=[[1.0]], z=[np.nan])
     with pytest.raises(KalmanqError, match="H is 1 x 2, not T x 1"):
-        fit.run([[1.0, 2.0]], [1.0])
+        fit.run(H=[[1.0, 2.0]], z=[1.0])
     with pytest.raises(KalmanqError, match="row 1"):
-        fit.run([[1.0], [1.0]], [1.0, 2.0], [1.0, -1.0])
+        fit.run(H=[[1.0], [1.0]], z=[1.0, 2.0], r=[1.0, -1.0])
 
 
 @pytest.mark.parametrize("arithmetic", ARITHMETICS)

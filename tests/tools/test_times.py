@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import re
+from datetime import datetime, timezone
 from pathlib import Path
 
 import numpy as np
@@ -54,7 +55,7 @@ def random_record(seed: int, rounded: bool = False):
     F, H, R, Qc, B = made
     names = [[Quantity(f"{letter}{k}", "", span) for k in range(size)] for letter, size, span in
              (("x", n, 400), ("z", m, 1600), ("u", l, 20))]
-    model = Model.of_continuous(F, H, R, Qc, dt=0.3, B=B, P0=np.full(n, 2.0), states=names[0], measurements=names[1],
+    model = Model.of_continuous(F, H=H, R=R, Qc=Qc, dt=0.3, B=B, P0=np.full(n, 2.0), states=names[0], measurements=names[1],
                                 controls=names[2])
     x, z = draw.normal(0, 1.4, n), np.empty((ROWS, m))
     for t in range(ROWS):
@@ -295,7 +296,7 @@ def test_a_builder_s_fit_is_the_top_of_the_dense_likelihood(name, rows, tmp_path
 @pytest.mark.parametrize("method, form", first(5, [(method, form) for form in ("full", "diagonal", "multiple") for method in ("ml", "em")]))
 def test_qc_of_steps_of_dt_is_the_q_of_steps(method, form):
     """Two walks, unknown at first, with missing components; and of a size the noise of a cart, step by step of EM"""
-    walks = Model.of_continuous(np.zeros((2, 2)), np.eye(2), np.eye(2), np.eye(2), dt=0.5)
+    walks = Model.of_continuous(np.zeros((2, 2)), H=np.eye(2), R=np.eye(2), Qc=np.eye(2), dt=0.5)
     z = simulate(walks.flowing(Qc=np.diag([0.2, 0.4]), R=np.diag([0.3, 0.5]), P0=np.eye(2), unknown=()), 150, 1)[1]
     z[np.random.default_rng(0).random(z.shape) < 0.1] = np.nan
     cases = [(walks, z)] + [(cart(), simulate(cart(Qc=[0, 0.2]), 200, 1)[1])] * (form == "multiple")
@@ -330,7 +331,7 @@ def test_em_held_entries_and_starts_at_irregular_times():
 def test_the_scale_of_a_sensor_at_irregular_times():
     """Of a second sensor whose gain is not known, held where it would be the unit of the state"""
     F, H = [[0.0, 1.0], [0.0, -0.2]], [[1.0, 0.0], [0.7, 0.3]]
-    truth = Model.of_continuous(F, H, [0.04, 0.02], [0.0, 0.5], dt=0.2, P0=[1.0, 1.0])
+    truth = Model.of_continuous(F, H=H, R=[0.04, 0.02], Qc=[0.0, 0.5], dt=0.2, P0=[1.0, 1.0])
     times = np.cumsum(np.random.default_rng(4).exponential(0.2, 500) + 1e-3)
     z = simulate(truth, 500, 4, times=times)[1]
     found = fit(truth.changed(H=[[1.0, 0.0], [1.0, 0.0]]), [z], ("H", "R", "Q"), times=[times], held={"H": [[1, 1], [0, 0]]})
@@ -461,7 +462,7 @@ def test_a_step_has_one_number_whenever_it_is():
 
 
 def test_jitter_within_a_share_of_dt_is_rounded():
-    model = Model.of_continuous([[0, 1], [0, 0]], [1, 0], 0.1, [0, 1], dt=0.1, P0=[1, 1], jitter=0.05)
+    model = Model.of_continuous([[0, 1], [0, 0]], H=[1, 0], R=0.1, Qc=[0, 1], dt=0.1, P0=[1, 1], jitter=0.05)
     draw = np.random.default_rng(5)
     rows = np.cumsum(draw.choice([1, 1, 1, 2, 7], 200))
     z = draw.normal(size=200)
@@ -475,7 +476,7 @@ def test_jitter_within_a_share_of_dt_is_rounded():
 
 
 def test_a_frozen_gain_and_regressors_take_times():
-    model = Model.of_continuous([[0.0]], [1], 0.5, [0.2], dt=0.1, P0=[1])
+    model = Model.of_continuous([[0.0]], H=[1], R=0.5, Qc=[0.2], dt=0.1, P0=[1])
     z, times = np.random.default_rng(1).normal(size=300), 0.1 * np.arange(300)
     times[200:] += 3
     run = FrozenGainFilter(model).run(z, times=times)
@@ -489,16 +490,20 @@ def test_a_frozen_gain_and_regressors_take_times():
 @pytest.mark.parametrize("times, said", [
     ([0, 1, 1, 2], "row 2: the time is not after the one before"), ([0, 1, 0.5, 2], "row 2: the time is not after"),
     ([0, 1, np.nan, 2], "row 2: the time is missing"), ([0, 1, 2], "times are 3, not 4"), (["a", 1, 2, 3], "times: not numbers"),
-    (np.array(["2020-01-01"] * 4, "datetime64[s]"), "times: not numbers: give seconds"),
+    (np.array(["2020-01-01"] * 4, "datetime64[s]"), "row 1: the time is not after the one before"),
+    (["2020-01-01", "2020-01-02", "2020-01-03", "2020-01-04"], "times: not numbers, dates or durations: .* of texts$"),
+    (np.array(["2020-01-01", "NaT", "2020-01-03", "2020-01-04"], "datetime64[s]"), "row 1: the time is missing"),
+    (np.arange(4).astype("timedelta64[M]"), "durations in months, or without a unit"), (np.arange(4).astype("timedelta64"), "without a unit"),
+    ([datetime(2020, 1, 1), datetime(2020, 1, 2, tzinfo=timezone.utc)] * 2, "times: some have a time zone"),
     ([0, 1, 1e300, 2e300], "so long that the model is not representable")])
 def test_what_is_no_time_is_refused(times, said):
-    model = Model.of_continuous([[0, 1], [0, 0]], [1, 0], 0.1, [0, 1], dt=0.1, P0=[1, 1])
+    model = Model.of_continuous([[0, 1], [0, 0]], H=[1, 0], R=0.1, Qc=[0, 1], dt=0.1, P0=[1, 1])
     with pytest.raises(KalmanqError, match=said):
         Filter(model).run(np.zeros(4), times=times)
 
 
 def test_what_takes_no_times_says_so():
-    steps, model = Model(1, 1, 1, 1, P0=1), Model.of_continuous([[0.0]], [1], 1, [1], dt=0.1, P0=[1])
+    steps, model = Model(1, H=1, R=1, Q=1, P0=1), Model.of_continuous([[0.0]], H=[1], R=1, Qc=[1], dt=0.1, P0=[1])
     for refused, said in ((lambda: Filter(steps).run([1, 2], times=[0, 1]), "F, Qc and dt"),
                           (lambda: Filter(steps).predict(dt=1.0), "F, Qc, dt"),
                           (lambda: Filter(model).predict(dt=0.0), "above 0"),

@@ -57,7 +57,7 @@ def with_gaps(model, rows=120, u=None):
 def several():
     """Two sensors at times of their own, correlated noise, offsets and a control"""
     ranges = [Quantity("x", "m", 1000.0), Quantity("v", "m/s", 100.0)]
-    model = Model.of_continuous([[0, 1], [0, -0.1]], [[1, 0], [0, 1], [1, 1]], [[4, 1, 0], [1, 2, 0], [0, 0, 0.5]], [0.1, 0.3], dt=0.5,
+    model = Model.of_continuous([[0, 1], [0, -0.1]], H=[[1, 0], [0, 1], [1, 1]], R=[[4, 1, 0], [1, 2, 0], [0, 0, 0.5]], Qc=[0.1, 0.3], dt=0.5,
                                 B=[0, 1], c=[0, 0.2], d=[1, 0, -2], P0=[9, 4], states=ranges,
                                 measurements=[Quantity(name, "m", 1000.0) for name in "abc"], controls=[Quantity("push", "N", 10.0)])
     times = np.cumsum(np.random.default_rng(1).choice([0.5, 1.0, 0.75], 90))
@@ -321,12 +321,12 @@ def test_the_fit_finds_the_optimum_of_the_package():
 @needs_node
 def test_a_step_of_em_is_the_cores():
     """Two sensors, one of them with gaps, and a step that the core's EM (em.h) makes of the same rows"""
-    model = Model([[1.0, 1.0], [0.0, 0.9]], [[1.0, 0.0], [0.0, 1.0]], [[2.0, 0], [0, 0.5]], [[0.3, 0], [0, 0.1]], P0=[[4.0, 0], [0, 1.0]])
+    model = Model([[1.0, 1.0], [0.0, 0.9]], H=[[1.0, 0.0], [0.0, 1.0]], R=[[2.0, 0], [0, 0.5]], Q=[[0.3, 0], [0, 0.1]], P0=[[4.0, 0], [0, 1.0]])
     _, z = drawn(model, 80, 4, (30, 36))
     content = content_of(model, z)
     theta = [0.5, 0.2, 1.0, 1.5]
     found, = in_node([{"content": content, "em": "step", "asked": {"theta": theta}}])
-    began = Model(model.A, model.H, np.diag(theta[2:]), np.diag(theta[:2]), P0=model.P0)
+    began = Model(model.A, H=model.H, R=np.diag(theta[2:]), Q=np.diag(theta[:2]), P0=model.P0)
     stepped = Estimation(began, [z], ["Q", "R"], Q_form="diagonal", R_form="diagonal").run(iterations=1).model
     np.testing.assert_allclose(found, [*np.diag(stepped.Q), *np.diag(stepped.R)], rtol=1e-6)
 
@@ -619,7 +619,7 @@ def test_widths_names_and_the_tree(nile, chromium, tmp_path):
     assert chromium.run("ticks(-0.42, 0.42, 3.2).made.length") == 5 and chromium.run("ticks(0, 100, 5).made.length") == 6
     # text of others: shown, never run
     bad = "</script><img src=x onerror=alert(1)>"
-    model = Model([[1.0]], [[1.0]], [[1.0]], [[1.0]], name=bad, states=[bad], measurements=[Quantity(bad, "\"'<b>", 9.0)])
+    model = Model([[1.0]], H=[[1.0]], R=[[1.0]], Q=[[1.0]], name=bad, states=[bad], measurements=[Quantity(bad, "\"'<b>", 9.0)])
     path = tmp_path / "bad.html"
     path.write_text(page.page(model, np.zeros((20, 1)), None, None, {"model": bad, "data": bad}), encoding="utf-8")
     ready(chromium, path)

@@ -68,8 +68,8 @@ def test_rows_blocks_and_sequences_are_the_same_bits(arithmetic):
 @pytest.mark.parametrize("arithmetic", ["f32", "f64"])
 def test_rows_of_the_mean_alone_have_the_bits_of_full_steps(arithmetic, seed):
     """A sequence leaves a root that stands still alone; in a sequence of one row every step is a full one."""
-    turning = kalmanq.Model([[0.27, -0.63, 0], [0.72, 0.18, 0.09], [0, -0.36, 0.45]], [[1, 0, 0.5], [0, 2, 0]],
-                            [0.3, 2.0], [0.1, 0.2, 0.05], P0=np.eye(3))
+    turning = kalmanq.Model([[0.27, -0.63, 0], [0.72, 0.18, 0.09], [0, -0.36, 0.45]], H=[[1, 0, 0.5], [0, 2, 0]],
+                            R=[0.3, 2.0], Q=[0.1, 0.2, 0.05], P0=np.eye(3))
     stood = []
     for model in (models.cart(), turning):
         z, u = models.data(model, 900, seed)
@@ -94,7 +94,7 @@ def test_the_readme_s_program_is_this():
     ahead = re.search(r"^in 1 s +([\d.]+) \+- ([\d.]+) m$", page, re.M)
     past = re.search(r"^4  smoothed ([\d.]+) \+- ([\d.]+) m, ([\d.]+) m/s$", page, re.M)
     assert len(said) == 8 and ahead and past
-    model = kalmanq.Model([[1, 0.1], [0, 1]], [1, 0], 0.04, [[3.3e-5, 5e-4], [5e-4, 1e-2]], P0=[100, 10])
+    model = kalmanq.Model([[1, 0.1], [0, 1]], H=[1, 0], R=0.04, Q=[[3.3e-5, 5e-4], [5e-4, 1e-2]], P0=[100, 10])
     z = np.array([1.14, 1.02, 1.37, 1.58, np.nan, 1.79, 1.86, 2.31])
     smoother = Smoother(model, "f32")
     run = smoother.run(z)
@@ -120,7 +120,7 @@ def test_lag_is_the_smoother_of_what_is_there(arithmetic):
 
 
 def test_nile_with_an_unknown_start():
-    model = kalmanq.Model([[1]], [1], 15098.52, 1469.18, states=[Quantity("level", "", 4000)],
+    model = kalmanq.Model([[1]], H=[1], R=15098.52, Q=1469.18, states=[Quantity("level", "", 4000)],
                           measurements=[Quantity("flow", "", 4000)])
     for arithmetic, limit in (("f64", 1e-5), ("f32", 1e-3), ("q31", 1e-4)):
         run = Smoother(model, arithmetic).run(nile())
@@ -179,7 +179,7 @@ def test_sequences_on_several_cores_are_those_on_one():
 
 
 def test_what_saturates_warns_and_what_is_out_of_range_is_refused():
-    model = kalmanq.Model([[1.5]], [1], 1.0, 1.0, P0=[1], states=[Quantity("x", "", 8)],
+    model = kalmanq.Model([[1.5]], H=[1], R=1.0, Q=1.0, P0=[1], states=[Quantity("x", "", 8)],
                           measurements=[Quantity("z", "", 8)])
     with warnings.catch_warnings(record=True) as caught:
         warnings.simplefilter("always")
@@ -216,14 +216,14 @@ def test_shapes_of_data_are_checked():
         with pytest.raises(KalmanqError):
             f.run(z, u)
     with pytest.raises(KalmanqError, match="fixed point needs"):
-        Filter(kalmanq.Model([[1]], [1], 1, 1, P0=[1]), "q31")
+        Filter(kalmanq.Model([[1]], H=[1], R=1, Q=1, P0=[1]), "q31")
     with pytest.raises(KalmanqError):
         f.forecast(-1)
 
 
 @pytest.mark.parametrize("arithmetic", ARITHMETICS)
 def test_a_start_that_is_never_known_has_no_covariance(arithmetic):
-    model = kalmanq.Model(np.eye(2), [1, 0], 1, np.eye(2), P0=None, states=[Quantity("a", range=50), Quantity("b", range=50)],
+    model = kalmanq.Model(np.eye(2), H=[1, 0], R=1, Q=np.eye(2), P0=None, states=[Quantity("a", range=50), Quantity("b", range=50)],
                           measurements=[Quantity("z", range=50)])
     run = Smoother(model, arithmetic).run([1.0, 2.0, 3.0], covariance=True)
     assert np.all(np.isnan(run.smoothed_covariance)) and np.all(np.isnan(run.smoothed[:, 1]))
@@ -235,7 +235,7 @@ def test_a_start_that_is_never_known_has_no_covariance(arithmetic):
 def wide() -> kalmanq.Model:
     """Its prior is twice as wide as the range that the velocity declares, and it settles at 1e-4 of a range."""
     return kalmanq.Model(
-        [[1, 1], [0, 1]], [1, 0], 1.0, [1e-10, 1e-13], P0=[100, 100],
+        [[1, 1], [0, 1]], H=[1, 0], R=1.0, Q=[1e-10, 1e-13], P0=[100, 100],
         states=[kalmanq.Quantity("position", range=1e5), kalmanq.Quantity("velocity", range=5)],
         measurements=[kalmanq.Quantity("z", range=1e5)])
 
@@ -309,6 +309,6 @@ def test_a_streamed_smoother_is_the_smoother_to_the_bit(arithmetic, make, block,
 
 def test_ranges_that_are_there_in_part_may_be_left_out():
     for ranges, said in (((4.0, None), True), ((4.0, 8.0), False), ((None, None), False)):
-        model = kalmanq.Model([1], [1], 1, 1, P0=[1], states=[Quantity("a", range=ranges[0])], measurements=[Quantity("b", range=ranges[1])])
+        model = kalmanq.Model([1], H=[1], R=1, Q=1, P0=[1], states=[Quantity("a", range=ranges[0])], measurements=[Quantity("b", range=ranges[1])])
         found = [one for one in findings(model) if one.subject == "ranges"]
         assert any(not one.is_good and "or leave all ranges out" in one.said for one in found) == said

@@ -32,7 +32,7 @@ def random_record(seed: int, rounded: bool = False, rows: int = ROWS):
         z, u = (one.astype(np.float32).astype(float) for one in (z, u))
     names = [[Quantity(f"{letter}{k}", "", span) for k in range(size)] for letter, size, span in
              (("x", n, 200), ("z", m, 400), ("u", l, 40))]
-    model = Model(np.eye(n), np.eye(m, n), np.eye(m), np.eye(n), B=np.zeros((n, l)), P0=np.full(n, 4.0), states=names[0],
+    model = Model(np.eye(n), H=np.eye(m, n), R=np.eye(m), Q=np.eye(n), B=np.zeros((n, l)), P0=np.full(n, 4.0), states=names[0],
                   measurements=names[1], controls=names[2])
     return model, made, z, u
 
@@ -80,7 +80,7 @@ def test_some_matrices_beside_the_joint_normal(name, arithmetic, most):
 def test_the_same_matrices_at_each_row_are_the_model(arithmetic):
     """Bit for bit, from a noise factor of lower rank and an unknown start, too"""
     for more in ({"Q": [0.01, 0.02]}, {"G": [0.1, 0.2]}, {"Q": [0.01, 0.02], "P0": None}):
-        model = Model([[1, 0.1], [0, 0.9]], [[1, 0], [1, 1]], [0.1, 0.2], **{"P0": [1, 1], **more},
+        model = Model([[1, 0.1], [0, 0.9]], H=[[1, 0], [1, 1]], R=[0.1, 0.2], **{"P0": [1, 1], **more},
                       states=[Quantity("a", "", 100), Quantity("b", "", 100)],
                       measurements=[Quantity("y", "", 100), Quantity("z", "", 100)])
         z = np.cumsum(np.random.default_rng(3).normal(size=(60, 2)), axis=0)
@@ -136,7 +136,7 @@ def test_smoothers_on_line_are_the_smoother(arithmetic, most):
 
 
 def test_a_frozen_gain_begins_again_where_the_matrices_change():
-    model = Model(1, 1, 1, 0.1, P0=1)
+    model = Model(1, H=1, R=1, Q=0.1, P0=1)
     z = np.random.default_rng(1).normal(size=200)
     A = np.ones(200)
     A[120] = 0.5
@@ -148,7 +148,7 @@ def test_a_frozen_gain_begins_again_where_the_matrices_change():
 
 def test_rows_of_one_sensor_stay_fast_and_the_same():
     """A steady filter of n = 2 rests on what it found; another R in the middle of it is seen at once"""
-    model = Model([[1, 0.1], [0, 1]], [1, 0], 0.1, [0.01, 0.02], P0=[1, 1])
+    model = Model([[1, 0.1], [0, 1]], H=[1, 0], R=0.1, Q=[0.01, 0.02], P0=[1, 1])
     z = np.random.default_rng(1).normal(size=3000)
     R = np.full(3000, 0.1)
     R[1500] = 40.0
@@ -169,7 +169,7 @@ def test_the_likelihood_of_records():
 
 def test_an_adaptation_refuses_what_varies():
     with pytest.raises(KalmanqError, match="one process and one sensor"):
-        AdaptiveFilter(Model(1, 1, 1, 0.1, P0=1)).run(np.zeros(9), varying=Varying(A=np.ones(9)))
+        AdaptiveFilter(Model(1, H=1, R=1, Q=0.1, P0=1)).run(np.zeros(9), varying=Varying(A=np.ones(9)))
 
 
 @pytest.mark.parametrize("given, said", [
@@ -182,14 +182,14 @@ def test_an_adaptation_refuses_what_varies():
     ({"A": "x"}, "A: not an array of numbers")])
 @pytest.mark.parametrize("arithmetic", ["f64", "f32", "q31"])
 def test_what_does_not_fit_is_refused(given, said, arithmetic):
-    model = Model(np.eye(2), [1, 1], 1, [1, 1], P0=[1, 1], states=[Quantity("a", "", 9), Quantity("b", "", 9)],
+    model = Model(np.eye(2), H=[1, 1], R=1, Q=[1, 1], P0=[1, 1], states=[Quantity("a", "", 9), Quantity("b", "", 9)],
                   measurements=[Quantity("z", "", 9)])
     with pytest.raises(KalmanqError, match=said):
         Filter(model, arithmetic).run(np.zeros(30), varying=Varying(**given))
 
 
 def test_a_value_beyond_its_range_names_the_row():
-    model = Model(1, 1, 1, 1, P0=1, states=[Quantity("x", "", 9)], measurements=[Quantity("z", "", 64)])
+    model = Model(1, H=1, R=1, Q=1, P0=1, states=[Quantity("x", "", 9)], measurements=[Quantity("z", "", 64)])
     with pytest.raises(KalmanqError, match="row 17: z = 70: measurements: beyond the declared range"):
         Smoother(model, "q31").run(70.0 * (np.arange(30) == 17), varying=Varying(H=np.ones(30)))
 
@@ -201,7 +201,7 @@ def test_from_an_unknown_start_it_is_least_squares():
     z = H @ [1.5, 1.0] + draw.normal(0, 0.5, 80)
     z[[5, 6, 40]] = np.nan
     there = ~np.isnan(z)
-    run = Smoother(Model(np.eye(2), [1, 1], 0.25, [0, 0])).run(z, varying=Varying(H=H))
+    run = Smoother(Model(np.eye(2), H=[1, 1], R=0.25, Q=[0, 0])).run(z, varying=Varying(H=H))
     exact = np.linalg.lstsq(H[there], z[there], rcond=None)[0]
     assert np.allclose(run.smoothed, exact, rtol=0, atol=1e-12)
     spread = np.sqrt(np.diag(np.linalg.inv(H[there].T @ H[there])) * 0.25)
@@ -211,7 +211,7 @@ def test_from_an_unknown_start_it_is_least_squares():
 @pytest.mark.parametrize("arithmetic", ["f32", "f64", "q31"])
 def test_a_covariance_is_nan_until_the_start_is_known(arithmetic):
     """In a run as row by row; it was the finite part alone"""
-    model = Model([[1, 1], [0, 1]], [1, 0], 0.1, [0.01, 0.02], unknown=["level"], P0=[0, 1],
+    model = Model([[1, 1], [0, 1]], H=[1, 0], R=0.1, Q=[0.01, 0.02], unknown=["level"], P0=[0, 1],
                   states=[Quantity("level", "", 100), Quantity("slope", "", 10)], measurements=[Quantity("z", "", 100)])
     alone, z = Filter(model, arithmetic), np.array([np.nan, np.nan, 1.0, 2.0])
     for t, covariance in enumerate(Filter(model, arithmetic).run(z, covariance=True).covariance):

@@ -29,13 +29,13 @@ def companion() -> Model:
     """A row of A with sum |A_ik| of 8.6"""
     A = np.zeros((4, 4))
     A[0], A[1:, :3] = -np.poly([0.95, 0.9, 0.8, 0.5])[1:], np.eye(3)
-    return Model(A, [1, 0, 0, 0], 0.5, [1, 0, 0, 0], P0=[10] * 4, name="companion",
+    return Model(A, H=[1, 0, 0, 0], R=0.5, Q=[1, 0, 0, 0], P0=[10] * 4, name="companion",
                  states=[Quantity(f"x{i}", "", 1000) for i in range(4)], measurements=[Quantity("z", "", 1000)])
 
 
 def fixed_bias() -> Model:
     """A bias that nothing moves: never settled"""
-    return Model([[1, 0.1], [0, 1]], [1, 0], 0.04, [1e-4, 0], P0=[1, 0.25], name="fixed_bias",
+    return Model([[1, 0.1], [0, 1]], H=[1, 0], R=0.04, Q=[1e-4, 0], P0=[1, 0.25], name="fixed_bias",
                  states=[Quantity("place", "", 100), Quantity("bias", "", 5)], measurements=[Quantity("z", "", 100)])
 
 

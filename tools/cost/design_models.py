@@ -63,7 +63,7 @@ def random_model(random: np.random.Generator, n: int, m: int) -> Model:
         R = R + 0.3
     l = int(random.integers(1, 3)) if random.random() < 0.3 else 0
     unknown = [int(random.integers(n))] if random.random() < 0.2 else []
-    return Model(A, H, R, G @ G.T, B=random.standard_normal((n, l)) * 0.1 if l else None, P0=np.ones(n),
+    return Model(A, H=H, R=R, Q=G @ G.T, B=random.standard_normal((n, l)) * 0.1 if l else None, P0=np.ones(n),
                  unknown=unknown, controls=[f"u{k}" for k in range(l)] if l else None, gaps=Gaps(0, 1))
 
 
@@ -73,7 +73,7 @@ def axes(random: np.random.Generator, count: int, order: int) -> Model:
     G = np.kron(np.eye(count), random.standard_normal((order, order)) * 0.1)
     H = np.kron(np.eye(count), np.eye(1, order))
     l = count if random.random() < 0.5 else 0
-    return Model(A, H, random.uniform(0.5, 2, count), G @ G.T, P0=np.ones(count * order),
+    return Model(A, H=H, R=random.uniform(0.5, 2, count), Q=G @ G.T, P0=np.ones(count * order),
                  B=np.kron(np.eye(count), np.ones((order, 1))) * 0.1 if l else None)
 
 

@@ -32,11 +32,20 @@ NOT_A_VALUE = np.iinfo(np.int32).min  # KQ_NOT_A_VALUE_Q31
 ASKED_FOR = lib.KQ_EVENT_GATED | lib.KQ_EVENT_REJECTIONS | lib.KQ_EVENT_JUMP
 
 
+# A host's histories have room for all rows, so one that ends does so for another cause
+OF_THE_HOST = {lib.KQ_ERR_HISTORY_FULL: "a mean or a variance has grown not representable, and what came before cannot be smoothed: look at A "
+               "over long gaps, or leave out the rows from there on"}
+
+
+def words_of(status: int) -> str:
+    """What a status says here"""
+    return OF_THE_HOST.get(status) or ffi.string(lib.kq_status_text(status)).decode()
+
+
 def require(status: int, what: str, row: Optional[int] = None) -> None:
     """Raises what the C core says of a status that is an error."""
     if status < lib.KQ_OK:
-        said = ffi.string(lib.kq_status_text(status)).decode()
-        raise KalmanqError(f"{what}: {said}", status, row)
+        raise KalmanqError(f"{what}: {words_of(status)}", status, row)
 
 
 def warn_of(events: int, what: str) -> None:

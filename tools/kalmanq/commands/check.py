@@ -11,7 +11,7 @@ import typer
 from rich.console import Console
 
 from kalmanq.commands.messages import REFUSED, print_json
-from kalmanq.commands.options import ANY_MODEL, JSON, command_of, read_any
+from kalmanq.commands.options import ANY_MODEL, JSON, Arithmetic, command_of, read_any
 from kalmanq.compiler import settling
 from kalmanq.compiler.head import count
 from kalmanq.data import joining
@@ -25,6 +25,8 @@ from kalmanq.run import checks as linear
 class Options:
     model: Path = ANY_MODEL
     data: Optional[Path] = typer.Argument(None, metavar="DATA.csv", help="Nonlinear model: data along which the Jacobians are checked.")
+    arithmetic: Optional[Arithmetic] = typer.Option(None, "--arith", help="Judge the resolution of this arithmetic alone; by default f32, and q31 "
+                                                    "where there are ranges.")
     json: bool = JSON
 
 
@@ -32,7 +34,8 @@ def check(options: Options, console: Console) -> None:
     if options.data is not None and options.model.suffix != ".py":
         raise KalmanqError(f"{options.data}: a linear model is checked without data")
     model = read_any(options.model, options.data)
-    made = _of_linear(model) if isinstance(model, Model) else nonlinear.findings(model, _rows(options, model))
+    made = _of_linear(model, options.arithmetic) if isinstance(model, Model) else \
+        nonlinear.findings(model, _rows(options, model), options.arithmetic)
     if options.json:
         print_json({one.subject: {"good": one.is_good, "said": one.said} for one in made})
     else:
@@ -43,8 +46,8 @@ def check(options: Options, console: Console) -> None:
         raise SystemExit(REFUSED)
 
 
-def _of_linear(model: Model) -> list[linear.Finding]:
-    made = [*linear.findings(model), settling.finding(model)]
+def _of_linear(model: Model, arithmetic: Optional[Arithmetic]) -> list[linear.Finding]:
+    made = [*linear.findings(model, arithmetic), settling.finding(model)]
     return [*made, settling.formats(model)] if any(one.subject == "ranges" and one.is_good for one in made) else made
 
 

@@ -156,7 +156,7 @@ def _told(product: Product, found: report.Findings, written: list[Path]) -> dict
             "settles": None if steady is None else {
                 "samples": steady.samples, "after_gap": list(steady.after_gap), "tolerance": steady.tolerance},
             "costs": {f"{core} O2": asdict(cost) for core, cost in costs.estimates(product).items()},
-            "observed": asdict(found), "files": written}
+            "observed": asdict(found), "resolution": report.resolution_of(product), "files": written}
 
 
 command = command_of(Options, compile_file)

@@ -13,9 +13,10 @@ from kalmanq.commands.messages import print_json, tell_written
 from kalmanq.compiler.proven.costs import estimates
 from kalmanq.compiler.proven.files import texts_of
 from kalmanq.compiler.proven.product import Product, Wanted, compiled, fractions_of, ram_of
-from kalmanq.compiler.proven.proof_file import lines_of_class, losses, narrow_ranges, of_means
+from kalmanq.compiler.proven.proof_file import lines_of_class, losses, of_measurements, of_means
 from kalmanq.errors import KalmanqError
 from kalmanq.model import model_file
+from kalmanq.run.resolution import told_of
 
 
 def compile_file(options: Any, name: str, write: Callable[[Any, dict[str, str]], list[Path]], console: Console) -> None:
@@ -24,8 +25,12 @@ def compile_file(options: Any, name: str, write: Callable[[Any, dict[str, str]],
         raise KalmanqError(f"--form {options.form}: is for f32 and q31")
     model = model_file.read_in_time(options.model)
     with console.status("proving", spinner="line"):
-        product = compiled(model, Wanted(options.arithmetic, name, options.form, options.partial, options.nis,
-                                         options.lag, options.bound))
+        try:
+            product = compiled(model, Wanted(options.arithmetic, name, options.form, options.partial, options.nis,
+                                             options.lag, options.bound))
+        except KalmanqError as problem:
+            coarse = told_of(model, options.arithmetic)
+            raise KalmanqError(f"{problem}; {coarse}") if coarse else problem
         texts = texts_of(product, hashlib.sha256(options.model.read_bytes()).hexdigest())
     written = write(options, texts)
     if options.json:
@@ -44,7 +49,7 @@ def _told(product: Product, written: list[Path]) -> dict:
         "proof": {how or "words": {"covariances": one.count, "error": one.error, "pivot": one.pivot}
                   for how, one in proof.found.items()},
         "rounding": proof.rounding, "ends": proof.ends.worst if proof.ends else None,
-        "warnings": narrow_ranges(product),
+        "warnings": of_measurements(product),
         "means": {"worst": proof.mean.worst, "settled": proof.mean.last, "damped": proof.track.worst,
                   "damped_settled": proof.track.last, "covariance": proof.track.covariance},
         "costs": {f"{core} {level}": asdict(cost) for (core, level), cost in estimates(plan).items()},
@@ -64,7 +69,7 @@ def _tell(product: Product, written: list[Path], console: Console) -> None:
                       f"least pivot {one.pivot:.1e}, within {one.error:.1e} sigma_i sigma_j of the exact ones")
     for what, said in of_means(product):
         console.print(f"  {what}: {said}")
-    for line in narrow_ranges(product):
+    for line in of_measurements(product):
         console.print(f"  {line}")
     for one in product.refused:
         console.print(f"  not {one.form}: {one.reason}")

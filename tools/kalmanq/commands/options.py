@@ -15,6 +15,7 @@ from rich.console import Console
 from kalmanq.commands.messages import console, told_in_one_line
 from kalmanq.core import ARITHMETICS
 from kalmanq.data.layouts import Source, layout_of
+from kalmanq.data.rows import require_steps as require_even
 from kalmanq.errors import KalmanqError
 from kalmanq.model import Model, model_file
 from kalmanq.nonlinear import NonlinearModel, file as nonlinear_file
@@ -102,14 +103,8 @@ def _source(given: Any, layout: Any) -> Any:
 
 
 def require_steps(model: Model, times: Optional[np.ndarray], what: str) -> None:
-    """Of what runs steps of dt alone"""
-    if times is None or model.continuous is None:
-        return
-    steps, dt = model.continuous.between(times), model.continuous.dt
-    if np.any(steps != dt):
-        at = int(np.argmax(steps != dt))
-        raise KalmanqError(f"{what}: a filter of steps of dt = {dt:g} alone, and the step from {times[at]:g} to {times[at + 1]:g} {model.continuous.unit} is not one: "
-                           f"leave {what} out; --jitter takes steps that are nearly dt for dt; --time none takes each row for one")
+    """Of an option whose filter runs steps of dt alone"""
+    require_even(model, times, what, f"leave {what} out; --jitter takes steps that are nearly dt for dt; --time none takes each row for one")
 
 
 def refuse_compiled(is_compiled: bool, model: AnyModel, arithmetic: str = "f32", more: str = "") -> None:

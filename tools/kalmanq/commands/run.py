@@ -299,7 +299,8 @@ class _FileRun:
         console.print(f"log-likelihood {self.log_likelihood:.6f}; {self.taken} measurements taken, "
                       f"{self.missing} missing{ratio}")
         if options.robust is None and self.taken >= LEAST_JUDGED and not 1 / FAR_NIS < self.nis / self.taken < FAR_NIS:
-            console.print("the data do not fit the model; kalmanq report shows where, kalmanq fit finds Q and R")
+            console.print(f"{options.arithmetic} is too coarse for these measurements, which says nothing of the model" if self.filter.coarse else
+                          "the data do not fit the model; kalmanq report shows where, kalmanq fit finds Q and R")
         if told.get("passes", 1) > 1:
             said = "settled" if told["is_settled"] else \
                 "not settled: take no more from them than from the first" if told["halvings"] else "not settled"

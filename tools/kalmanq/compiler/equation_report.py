@@ -18,6 +18,7 @@ from kalmanq.compiler.request import Options
 from kalmanq.errors import KalmanqError
 from kalmanq.nonlinear import NonlinearModel, NonlinearFilter, prior_points, simulate, wrong_entries
 from kalmanq.nonlinear.jacobians import points_along
+from kalmanq.run.resolution import told_of
 
 ROWS = 400
 SEEDS = (1, 2, 3)
@@ -30,7 +31,8 @@ FAINT = 0.05  # sigma: an error of a formula above is told
 class Findings:
     """Over simulated rows with missing components, beside the same C in double: errors of means in sigma and of covariances
     in sigma_i sigma_j; beside: of the C in double beside the library's filter; least: R / S of a component; lost: rows
-    whose functions were not finite; first: error of means in as many rows as NAME_test.c has"""
+    whose functions were not finite; first: error of means in as many rows as NAME_test.c has; coarse: what is said of measurements
+    beside their noise"""
 
     mean: float
     covariance: float
@@ -40,6 +42,7 @@ class Findings:
     lossy: Sequence[Lossy]
     why_not: str = ""
     first: float = 0.0
+    coarse: str = ""
 
 
 def drawn(model: NonlinearModel, rows: int, seed: int) -> tuple[Record, np.ndarray]:
@@ -90,7 +93,8 @@ def _findings(model: NonlinearModel, product: Product, host: Host) -> Findings:
             points.append((runs[1].mean, _sigma(runs[1]), record.now, record.clock))
     mean, covariance, first, lost, beside, least = (np.array(column) for column in zip(*tried))
     return Findings(float(mean.max()), float(covariance.max()), float(beside.max()), float(least.min()), int(lost.sum()),
-                    lossy_formulas(model, points) if options.arithmetic == "f32" else (), first=float(first.max()))
+                    lossy_formulas(model, points) if options.arithmetic == "f32" else (), first=float(first.max()),
+                    coarse=told_of(model, options.arithmetic))
 
 
 def _whole_groups(product: Product, z: np.ndarray) -> np.ndarray:
@@ -172,7 +176,9 @@ def _told(found: Findings) -> list[str]:
     worst = [one for one in found.lossy if one.error > FAINT]
     made = [f"In float {one} is off by {one.error:.1e} sigma at {one.where}: write it so that nothing cancels, or use --arith f64."
             for one in worst]
-    if found.mean > COARSE and found.lossy and not worst:
+    if found.coarse:
+        made.append(f"Measurements are coarse: {found.coarse}.")
+    elif found.mean > COARSE and found.lossy and not worst:
         made.append(f"Float is coarse here: means are off by {found.mean:.1e} sigma, and the formula that loses most is "
                     f"{found.lossy[0]}, {found.lossy[0].error:.1e} sigma a row. --arith f64 is finer.")
     return made

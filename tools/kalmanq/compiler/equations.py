@@ -52,7 +52,7 @@ def equations(model: NonlinearModel, name: str, options: Options) -> Equations:
     _refuse_numbers(model, options)
     _refuse_no_noise(model, options)
     R = np.eye(model.m) if model.R is None else frame.R  # in the place of what is worked out in each call
-    whole = Model(frame.A, frame.H, R, frame.Q, x0=frame.x0, P0=frame.P0, states=frame.states,
+    whole = Model(frame.A, H=frame.H, R=R, Q=frame.Q, x0=frame.x0, P0=frame.P0, states=frame.states,
                   measurements=frame.measurements, name=model.name, **controls)
     given = request(whole, name, options)
     if model.R is None:

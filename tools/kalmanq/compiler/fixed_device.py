@@ -152,13 +152,13 @@ class FixedDevice(Device):
         A = np.eye(n) if self.B is None else self._constants(self.transition).reshape(n, n)
         more = {"B": self.B, "controls": self.controls} if self.B is not None and self.B.size else {}
         more.update({"G": model.G} if model.G is not None else {"Q": model.Q})
-        return Parts(Model(A, np.zeros((1, n)), 1.0, x0=model.x0, P0=model.P0, states=self.states,
+        return Parts(Model(A, H=np.zeros((1, n)), R=1.0, x0=model.x0, P0=model.P0, states=self.states,
                            measurements=[Quantity("z", "", 1.0)], **more), "q31")
 
     def _sensor_parts(self, sensor: Sensor) -> Parts:
         n = self.n
         H = self._constants(self.rows_of(sensor)).reshape(sensor.m, n)
-        made = Parts(Model(np.eye(n), H, self.noise(sensor), np.zeros((n, n)), x0=self.given.model.x0, P0=self.given.model.P0,
+        made = Parts(Model(np.eye(n), H=H, R=self.noise(sensor), Q=np.zeros((n, n)), x0=self.given.model.x0, P0=self.given.model.P0,
                            states=self.states, measurements=self.taken[sensor.first:sensor.first + sensor.m]), "q31")
         if sensor not in self.plain:
             made.take_innovations()

@@ -4,6 +4,7 @@ For kalmanq design and report, which write no file of it unless they are told to
 from __future__ import annotations
 
 import decimal
+import warnings
 from dataclasses import asdict, dataclass, field
 from typing import Any, Iterator, Mapping, Optional, Sequence
 
@@ -15,14 +16,14 @@ from kalmanq.compiler.host import Host, NoCompiler
 from kalmanq.compiler.product import Product, compiled
 from kalmanq.compiler.proven import costs as covariance_costs, product as proven
 from kalmanq.compiler.proven.plan import Plan
-from kalmanq.compiler.proven.proof_file import warnings
+from kalmanq.compiler.proven.proof_file import warnings as warnings_of
 from kalmanq.compiler.proven.refusals import refuse
 from kalmanq.compiler.request import Options
 from kalmanq.compiler.simulation import CompiledFilter
 from kalmanq.core import lib
-from kalmanq.errors import KalmanqError
+from kalmanq.errors import KalmanqError, KalmanqWarning
 from kalmanq.firmware import costs as library
-from kalmanq.firmware.designs import Designs, Way, trial_of
+from kalmanq.firmware.designs import Designs, Way, cause_of, trial_of
 from kalmanq.firmware.reach import Record
 from kalmanq.firmware.steps_kept import latest_of
 from kalmanq.model import Model
@@ -95,7 +96,7 @@ def _factor(model: Model, arithmetic: str, name: str) -> Offer:
         return Offer(**made, remark=f"not tried: {problem}")
     except KalmanqError as problem:
         return Offer(arithmetic, "refused", remark=str(problem))
-    return Offer(**made, mean=found.mean, covariance=found.covariance, remark=" ".join(report.warned(found, arithmetic)))
+    return Offer(**made, mean=found.mean, covariance=found.covariance, remark=" ".join(report.warned(product, found)))
 
 
 def _covariance(model: Model, arithmetic: str, factor: Offer) -> list[Offer]:
@@ -111,7 +112,7 @@ def _covariance(model: Model, arithmetic: str, factor: Offer) -> list[Offer]:
              for core, one in _costs(plan).items() if _saves(one.two_calls, factor.costs.get(core))}
     if not costs:
         return []
-    said = [f"kalmanq compile --form covariance is for {_gaps(model)}", *warnings(found)]
+    said = [f"kalmanq compile --form covariance is for {_gaps(model)}", *warnings_of(found)]
     return [Offer(arithmetic, "covariance", costs, proven.ram_of(plan), plan.rows, proof.mean.worst,
                   proven.MARGIN[arithmetic] * proof.worst.error, None, "; ".join(said))]
 
@@ -171,6 +172,7 @@ def add_ways(made: Designs, found: Sequence[Offer], records: Sequence[Record]) -
             soft = SOFT_FLOAT.get(made.part.core, 0) if one.arithmetic == "f32" else 0
             sums = library.Cost(cost.two_calls, cost.flash + soft, one.ram or 0, cost.stack or 0)
             trial = trial_of(f"{WAY} in {one.arithmetic}", made.model.n, _tried(one, records, exact))
+            trial.cause = cause_of(made.model, one.arithmetic, records, trial)
             made.ways.append(Way(one.arithmetic, WAY, sums, made.part.holds(sums), trial))
 
 
@@ -182,6 +184,8 @@ def _tried(one: Offer, records: Sequence[Record], exact: Sequence[Run]) -> Itera
     with CompiledFilter(model, one.arithmetic, one.product) as host:
         for record, double in zip(records, exact):
             host.restart()
-            run = host.run(record.z, record.u)
+            with warnings.catch_warnings():
+                warnings.simplefilter("ignore", KalmanqWarning)  # told of the trial
+                run = host.run(record.z, record.u)
             run.events = lib.KQ_EVENT_SATURATED if host.events else 0
             yield run, double, Filter(bounded, "f64").run(record.z, record.u) if bounded else None

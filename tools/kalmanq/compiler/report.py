@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import textwrap
 from dataclasses import dataclass
 from typing import Sequence
 
@@ -12,6 +13,8 @@ from kalmanq.compiler.product import Product, settling
 from kalmanq.compiler.record import Accuracy, tried
 from kalmanq.compiler.request import GAP
 from kalmanq.compiler.trial import trial
+from kalmanq.model import Model
+from kalmanq.run.resolution import told_of
 
 ROWS = 2000
 SEEDS = (1, 2, 3)
@@ -42,7 +45,7 @@ def files(product: Product, host: Host, found: Findings, source: str) -> dict[st
 
 
 def lines(product: Product, found: Findings) -> list[str]:
-    return [*_what(product), *_settles(product), *_accuracy(found), *_coarse(found, product.given.options.arithmetic),
+    return [*_what(product), *_settles(product), *_accuracy(found), *_coarse(found, product.given.options.arithmetic), *_resolution(product),
             *_chosen(product), *_unknown(product), *_correlated(product),
             *product.told_late]
 
@@ -83,6 +86,18 @@ def _coarse(found: Findings, arithmetic: str) -> list[str]:
             f"  small beside it. {cure}"]
 
 
+def resolution_of(product: Product) -> str:
+    """Of measurements that are coarse beside their noise"""
+    arithmetic, model = product.given.options.arithmetic, product.given.model
+    return told_of(product.arithmetic.model if arithmetic == "q31" else model, arithmetic) if isinstance(model, Model) else ""
+
+
+def _resolution(product: Product) -> list[str]:
+    coarse = resolution_of(product)
+    return textwrap.wrap(f"Measurements are coarse in {product.given.options.arithmetic}: {coarse}. The errors above do not count it, as both sides "
+                         "take rounded measurements.", 112, initial_indent="  ", subsequent_indent="  ") if coarse else []
+
+
 def _chosen(product: Product) -> list[str]:
     """Ranges of q31 that the model does not declare"""
     declared, ranged = product.given.model, product.arithmetic.model
@@ -110,5 +125,5 @@ def _correlated(product: Product) -> list[str]:
                       for group in groups)] if groups else []
 
 
-def warned(found: Findings, arithmetic: str) -> Sequence[str]:
-    return [line.strip() for line in _coarse(found, arithmetic)]
+def warned(product: Product, found: Findings) -> Sequence[str]:
+    return [line.strip() for line in [*_coarse(found, product.given.options.arithmetic), *_resolution(product)]]

@@ -15,6 +15,7 @@ from kalmanq.compiler.product import Product, compiled
 from kalmanq.compiler.request import Options
 from kalmanq.data.rows import controls_of
 from kalmanq.model import Model
+from kalmanq.run.resolution import warn_of_coarse
 from kalmanq.run.results import Run
 
 NAME = "filter_of"
@@ -67,7 +68,7 @@ class CompiledFilter:
         of = self.product.given.of.doubles()
         self.mean, self.covariance = np.array(of.x0), np.array(of.P0)
         self.begins, self.left = True, self._rest()  # the last row's control moves the state to the next
-        self.events, self.digest = 0, 0
+        self.events, self.digest, self.coarse = 0, 0, ""
         self._ahead: list[Ahead] = []
 
     def __enter__(self) -> CompiledFilter:
@@ -98,6 +99,8 @@ class CompiledFilter:
         run = self.made(self.model, self.arithmetic, ran.mean, sigma, ran.covariance, emitted=self._told(events))
         self._explain(run, np.asarray(z, float).reshape(len(ran.mean), -1), u, ran)
         self.events |= events
+        if self.arithmetic != "q31" or isinstance(self.model, Model):
+            warn_of_coarse(self, self.arithmetic, np.asarray(z, float).reshape(len(ran.mean), -1))
         if len(run):
             self.begins, self.mean, self.covariance = False, ran.mean[-1], ran.covariance[-1]
             self.left = self.left if u is None else controls_of(u, self.model, len(run))[-1]

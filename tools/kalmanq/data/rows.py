@@ -2,15 +2,16 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import Any, Mapping, Optional, Sequence
 
 import numpy as np
 from numpy.typing import ArrayLike
 
+from kalmanq.data.dates import in_index, numbers_from, warn_of_steps
 from kalmanq.errors import KalmanqError
 from kalmanq.model import Model, Quantity
-from kalmanq.model.arrays import numbers_of
+from kalmanq.model.arrays import by_name, numbers_of
 
 
 @dataclass(frozen=True)
@@ -30,51 +31,82 @@ class Varying:
     R: Optional[ArrayLike] = None
 
 
+Varying.__init__ = by_name("Varying(A=..., B=..., Q=..., H=..., R=...)", 0)(Varying.__init__)  # type: ignore[method-assign]
+
+
 @dataclass(frozen=True)
 class Rows:
     """T rows that have been looked at: z (T x m; NaN: missing), u (T x l, or None), times (T, or None), and by name the
-    matrices that vary (T x ...)"""
+    matrices that vary (T x ...).  index: of the table that z or u was; origin: the date that times are counted from, if any"""
 
     z: np.ndarray
     u: Optional[np.ndarray] = None
     times: Optional[np.ndarray] = None
     matrices: Mapping[str, np.ndarray] = field(default_factory=dict)
+    index: Optional[Any] = None
+    origin: Optional[np.datetime64] = None
 
     @classmethod
-    def of(cls, model: Model, z: Any, u: Any = None, times: Any = None, varying: Optional[Varying] = None) -> Rows:
-        made = rows_of(z, model.measurements, "z")
-        return cls(made, controls_of(u, model, len(made)), None if times is None else times_of(times, model, len(made), varying),
-                   {} if varying is None else _matrices_of(varying, model, len(made)))
+    def of(cls, model: Model, z: Any, u: Any = None, times: Any = None, varying: Optional[Varying] = None,
+           origin: Optional[np.datetime64] = None) -> Rows:
+        """Rows stay as they are.  origin: of rows before"""
+        if isinstance(z, cls):
+            return z
+        made, index = rows_of(z, model.measurements, "z"), index_of(z, u)
+        if times is None and index is not None and not _moves(varying):
+            times = times_in(index, model, "u" if index_of(z) is None else "z")
+        at, begun = (None, None) if times is None else times_of(times, model, len(made), varying, origin)
+        return cls(made, controls_of(u, model, len(made)), at, {} if varying is None else _matrices_of(varying, model, len(made)), index,
+                   begun)
 
     def __len__(self) -> int:
         return len(self.z)
 
     def __getitem__(self, rows: slice) -> Rows:
-        return Rows(self.z[rows], *(None if one is None else one[rows] for one in (self.u, self.times)),
-                    {name: one[rows] for name, one in self.matrices.items()})
+        z, u, times = (None if one is None else one[rows] for one in (self.z, self.u, self.times))
+        return replace(self, z=z, u=u, times=times, matrices={name: one[rows] for name, one in self.matrices.items()})
 
     @property
     def is_varying(self) -> bool:
         return self.times is not None or bool(self.matrices)
 
 
-def times_of(given: Any, model: Model, rows: int, varying: Optional[Varying] = None) -> np.ndarray:
-    """The time of each row, in the unit of dt, rising"""
+def _moves(varying: Optional[Varying]) -> bool:
+    """Are there other steps than the model's?"""
+    return varying is not None and any(getattr(varying, name) is not None for name in "ABQ")
+
+
+def times_in(index: Any, model: Any, name: str) -> Optional[Any]:
+    """What the index of a table says of when its rows are.  None: they are steps, and where these are not alike that is warned of"""
+    of = getattr(model, "continuous", None)
+    if of is not None or getattr(model, "reads_times", False):
+        unit, dt = (of.seconds, of.dt) if of else (1.0, model.dt)
+        made = in_index(index, unit, dt, name)
+        try:
+            if made is not None:
+                rising(made, len(index), unit)
+        except KalmanqError as problem:
+            raise KalmanqError(f"the index of {name}: {problem.text}; or give times=, or {name}.to_numpy()", row=problem.row) from problem
+        return made
+    warn_of_steps(index, name, "a model in continuous time takes them as they are: Model.of_continuous" if isinstance(model, Model) else
+                  "functions of dt take them as they are: f(x, t, u, dt)")
+    return None
+
+
+def times_of(given: Any, model: Model, rows: int, varying: Optional[Varying] = None,
+             origin: Optional[np.datetime64] = None) -> tuple[np.ndarray, Optional[np.datetime64]]:
+    """The time of each row, in the unit of dt, rising; and the date that it is counted from, if it is one"""
     if getattr(model, "continuous", None) is None:
         raise KalmanqError("times: the model is of steps that are all alike: give F, Qc and dt (Model.of_continuous)")
-    if varying is not None and any(getattr(varying, name) is not None for name in "ABQ"):
+    if _moves(varying):
         raise KalmanqError("times: the times make A, B and Q, so these cannot vary otherwise")
-    return rising(given, rows)
+    return rising(given, rows, model.continuous.seconds, origin)
 
 
-def rising(given: Any, rows: int) -> np.ndarray:
-    """Times as numbers, each after the one before"""
-    try:
-        made = numbers_of(given) if np.asarray(given).dtype.kind not in "mM" else None
-    except (TypeError, ValueError, OverflowError):
-        made = None
-    if made is None:
-        raise KalmanqError("times: not numbers: give seconds, such as (t - t[0]) / np.timedelta64(1, 's')")
+def rising(given: Any, rows: int, unit: float = 1.0, origin: Optional[np.datetime64] = None
+           ) -> tuple[np.ndarray, Optional[np.datetime64]]:
+    """Times as numbers of units of so many seconds, each after the one before; and the date that they are counted from, if any"""
+    made, begun = numbers_from(given, unit, origin)
     if made.shape != (rows,):
         raise KalmanqError(f"times are {shape_of(made)}, not {rows}")
     if not np.all(np.isfinite(made)):
@@ -82,7 +114,24 @@ def rising(given: Any, rows: int) -> np.ndarray:
     if np.any(np.diff(made) <= 0):
         raise KalmanqError("the time is not after the one before: sort the rows, and join rows of one time",
                            row=int(np.argmax(np.diff(made) <= 0)) + 1)
-    return made
+    return made, begun
+
+
+def require_one_origin(before: Optional[np.datetime64], now: Optional[np.datetime64]) -> None:
+    """Of rows that follow rows with times"""
+    if (before is None) != (now is None):
+        raise KalmanqError(f"times: {'numbers' if now is None else 'dates'}, the rows before had {'numbers' if before is None else 'dates'}")
+
+
+def require_steps(model: Model, times: Optional[np.ndarray], what: str, cure: str) -> None:
+    """Of what runs steps of dt alone"""
+    if times is None or model.continuous is None:
+        return
+    steps, dt = model.continuous.between(times), model.continuous.dt
+    if np.any(steps != dt):
+        at = int(np.argmax(steps != dt))
+        raise KalmanqError(f"{what}: a filter of steps of dt = {dt:g} alone, and the step from {times[at]:g} to {times[at + 1]:g} {model.continuous.unit} "
+                           f"is not one: {cure}")
 
 
 def _matrices_of(varying: Varying, model: Model, rows: int) -> dict[str, np.ndarray]:

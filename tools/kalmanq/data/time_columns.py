@@ -38,6 +38,13 @@ class Origin:
     zone: str = ""
 
 
+def unit_in(name: str, said: str = "") -> str:
+    """Of times whose column has that name; said: what is known of it otherwise"""
+    said = said or unit_of(name) or re.split("[ _]", without_unit(name))[-1]
+    said = SPELT.get(said.lower(), said)
+    return said if said in PER_SECOND and (said != name or name in UNITS_ALONE) else ""
+
+
 class TimeColumn:
     """A column that is read in seconds since its first row, or since another's.  Each row has a time, after the one before.
 
@@ -48,9 +55,7 @@ class TimeColumn:
         self.source, self.name, self.place, self.dt = source, name, place, dt
         self.origin: Optional[Origin] = None
         self.step = np.nan
-        said = unit_of(source.layout.time or "") or unit_of(name) or re.split("[ _]", without_unit(name))[-1]
-        said = SPELT.get(said.lower(), said)
-        self.unit = said if said in PER_SECOND and (said != name or name in UNITS_ALONE) else ""
+        self.unit = unit_in(name, unit_of(source.layout.time or ""))
         self.kind, self._zone = "", ""
         self._per_second, self._base = 1.0, 0
         self._last: Optional[tuple[float, str]] = None

@@ -92,9 +92,10 @@ class Times:
         self._last = float(times[there[-1]])
         following = np.flatnonzero(np.diff(there) == 1)  # rows without a time between them say nothing
         steps = times[there[following + 1]] - times[there[following]]
-        self._take(steps, line + there[following + 1], unit)
+        self.take(steps, line + there[following + 1], unit)
 
-    def _take(self, steps: np.ndarray, lines: np.ndarray, unit: float) -> None:
+    def take(self, steps: np.ndarray, lines: np.ndarray, unit: float) -> None:
+        """lines: of the row after each step; unit: of the last decimal"""
         if not len(steps):
             return
         if self._median is None:
@@ -111,11 +112,12 @@ class Times:
         self._least = min(self._least, float(steps[ahead].min()))
         self._most = max(self._most, float(steps[ahead].max()))
 
-    def warn(self, source: str, cure: str) -> None:
+    def warn(self, source: str, cure: str, what: str = "", stacklevel: int = 2) -> None:
+        """what: has these times, if no column"""
         if self._is_time and self._row:
-            warnings.warn(f"{source}: row {self._row}: the times of column {self.name} are irregular, steps are "
+            warnings.warn(f"{source}: row {self._row}: the times of {what or f'column {self.name}'} are irregular, steps are "
                           f"{self._least:.6g} to {self._most:.6g}, most {self._median:.6g}: each row is taken for one "
-                          f"step of the model; {cure}", KalmanqWarning, stacklevel=2)
+                          f"step of the model; {cure}", KalmanqWarning, stacklevel=stacklevel)
 
 
 def _numbers(cells: Sequence[str]) -> tuple[Optional[np.ndarray], float]:

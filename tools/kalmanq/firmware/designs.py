@@ -18,12 +18,14 @@ from kalmanq.firmware.reach import Reach, Record, draw, reach
 from kalmanq.model import Gaps, Model
 from kalmanq.run.filters import Filter
 from kalmanq.run.parts import Parts
+from kalmanq.run.resolution import COARSE, coarse_of, said
 from kalmanq.run.results import Run
 
 ACCURATE, TOLERABLE = 1e-4, 1e-3  # of sigma: means farther from double's are warned of, are not recommended
 BLUNT = 2.0**-14  # R / S from which on a lean sensor is safe: what is less than 2^-16 it takes coarsely
 GAP = 10  # rows, where a model declares no gap
 OUTAGE, LONGEST = 10, 100_000  # so many gaps, and rows, are what lean has to come back from
+SUMMED = 4  # an error of the mean is at most about so many roundings of a measurement
 NEAR, SOON = 0.02, 4  # all sigmas as near to the full filter's in so many rows a state
 DRAWN, DRAWN_SEEDS = 4000, range(100, 103)  # rows and seeds of records beside those that are given
 SETTLED = 100  # rows before the outage
@@ -77,6 +79,7 @@ class Trial:
     refused: str = ""
     cure: str = ""
     reading: Optional[Reading] = None  # where it is not refused
+    cause: str = ""  # of its error, where measurements are coarse beside their noise
     start: float = 0.0  # how far first estimates are from those of an unknown start, where the ranges are the prior
 
     @property
@@ -93,7 +96,8 @@ class Trial:
             made.append(f"{self.arithmetic}: the ranges are the prior of the diffuse start; it takes first estimates "
                         f"{self.start:.1g} sigma from double's")
         if self.worst.max(initial=0) > ACCURATE:
-            made.append(f"{self.arithmetic}: a mean is {self.worst.max():.1g} sigma from double's")
+            cause = f": {self.cause}" if self.cause else ""
+            made.append(f"{self.arithmetic}: a mean is {self.worst.max():.1g} sigma from double's{cause}")
         return made
 
 
@@ -157,6 +161,8 @@ def design(model: Model, part: Part, records: Sequence[Record], notes: Sequence[
     runs = [_run(model, "f64", record) for record in records]
     trials = {name: _try(model, name, records, runs) for name in ("f32", "q31")}
     trials["q31"].cure = _cure(model, records, runs, trials["q31"])
+    for name, trial in trials.items():
+        trial.cause = cause_of(model, name, records, trial)
     made = Designs(model, part, reach(model, records), trials, [], notes=list(notes))
     drawn = [one for one in draw(model.changed(gaps=Gaps()), DRAWN, DRAWN_SEEDS) if len(one.z)]
     for name, trial in trials.items():
@@ -211,6 +217,12 @@ def trial_of(name: str, n: int, runs: Iterable[tuple[Run, Run, Optional[Run]]]) 
     except KalmanqError as problem:
         return Trial(name, worst, worst, refused=f"{name}: {problem}")
     return Trial(name, worst, np.sqrt(squares / np.maximum(count, 1)), events, start=start)
+
+
+def cause_of(model: Model, arithmetic: str, records: Sequence[Record], trial: Trial) -> str:
+    """Of an error: steps of the measurements that are about as large, if there are any"""
+    worst, z = trial.worst.max(initial=0), np.concatenate([one.z for one in records])
+    return said(coarse_of(model, arithmetic, z, min(COARSE, worst / SUMMED)), arithmetic, model, z) if worst > ACCURATE else ""
 
 
 def _cure(model: Model, records: Sequence[Record], exact: Sequence[Run], trial: Trial) -> str:

@@ -49,6 +49,7 @@ class Estimation:
         choice = Choice(model, free, Q_form, R_form, held)
         choice.require_em(model)
         self.model, self.records = model, Records(model, z, u)
+        self.records.require_steps("EM of the core")
         self._problem = Problem(model, self.records, choice, arithmetic)
         require(self._problem.expectation.status, "EM")
 

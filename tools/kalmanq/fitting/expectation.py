@@ -8,11 +8,11 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from kalmanq.core import ffi, lib, require
-from kalmanq.data.rows import controls_of, present_of, rising, rows_of, times_of
+from kalmanq.data.rows import Rows, Varying, present_of
 from kalmanq.errors import KalmanqError
 from kalmanq.model import Model
 from kalmanq.nonlinear import NonlinearModel
-from kalmanq.nonlinear.filters import controls_of as controls_of_equations
+from kalmanq.nonlinear.filters import rows_at
 from kalmanq.run.filters import Smoother
 from kalmanq.run.parts import Parts
 
@@ -26,31 +26,29 @@ EXACT = 1e6  # times the variance of the measurements, of a state that is measur
 
 class Records:
     """Rows that have been looked at once: z (T x m; NaN: missing) and u (T x l, or None) of each record; `times` (T, or None)
-    where not all steps are dt, otherwise None."""
+    where not all steps are dt, otherwise None.  varying: of each, whose matrices are not looked at"""
 
     def __init__(self, model: Union[Model, NonlinearModel], z: Sequence[ArrayLike], u: Optional[Sequence[Optional[ArrayLike]]] = None,
-                 times: Optional[Sequence[Optional[ArrayLike]]] = None):
-        if u is not None and len(u) != len(z):
-            raise KalmanqError(f"u has {len(u)} records, z has {len(z)}")
-        self.z = [rows_of(one, model.measurements, "z") for one in z]
-        controls = controls_of_equations if isinstance(model, NonlinearModel) else controls_of
-        self.u = [controls(None if u is None else u[k], model, len(one)) for k, one in enumerate(self.z)]
+                 times: Optional[Sequence[Optional[ArrayLike]]] = None, varying: Optional[Sequence[Varying]] = None):
+        for name, one in (("u", u), ("times", times)):
+            if one is not None and len(one) != len(z):
+                raise KalmanqError(f"{name} has {len(one)} records, z has {len(z)}")
+        given = [[None] * len(z) if one is None else one for one in (u, times, varying)]
+        made = [rows_at(model, *one[:3]) if isinstance(model, NonlinearModel) else Rows.of(model, *one) for one in zip(z, *given)]
+        self.z, self.u = [one.z for one in made], [one.u for one in made]
         if not self.z:
             raise KalmanqError("there is no record")
         if not all(map(len, self.z)):
             raise KalmanqError("a record without rows")
         if any(np.any(np.isinf(one)) for one in self.z):
             raise KalmanqError("z: a measurement is not finite")
-        self.times = None if times is None else self._irregular(model, times)
+        at, of = [one.times for one in made], getattr(model, "continuous", None)
+        self.times = at if any(one is not None and (of is None or np.any(of.between(one) != of.dt)) for one in at) else None
 
-    def _irregular(self, model: Model, given: Sequence[Optional[ArrayLike]]) -> Optional[list[Optional[np.ndarray]]]:
-        if len(given) != len(self):
-            raise KalmanqError(f"times has {len(given)} records, z has {len(self)}")
-        if isinstance(model, NonlinearModel):
-            return [None if one is None else rising(one, len(z)) for z, one in zip(self.z, given)]
-        made = [None if one is None else times_of(one, model, len(z)) for z, one in zip(self.z, given)]
-        of = getattr(model, "continuous", None)
-        return made if any(one is not None and np.any(of.between(one) != of.dt) for one in made) else None
+    def require_steps(self, what: str) -> None:
+        """Of what knows nothing of times"""
+        if self.times is not None:
+            raise KalmanqError(f"{what}: of records whose rows are dt apart: fit and likelihood take others")
 
     def __len__(self) -> int:
         return len(self.z)
@@ -87,6 +85,8 @@ def known_start(model: Model, records: Records) -> tuple[np.ndarray, np.ndarray]
     P0[unknown], P0[:, unknown] = 0, 0
     P0[unknown, unknown] = np.fmax(FAR * variance, EXACT * spread)[unknown]
     P0[unknown, unknown] = np.where(P0[unknown, unknown] > 0, P0[unknown, unknown], 1.0)
+    if not np.all(np.isfinite(P0)):
+        raise KalmanqError("P0 of the diffuse start: the records are so large that no variance stands for it: give P0, or take other units")
     x0[unknown] = np.where(np.isfinite(mean), mean, 0.0)[unknown]
     return x0, P0
 

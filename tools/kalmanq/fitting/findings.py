@@ -146,7 +146,7 @@ def _flat_ones(problem: Problem, optimum: Optimum, tangents: dict[str, np.ndarra
     for curvature, way in known.flat():
         moved = max((float(np.max(np.abs(tangent @ way) / _unit(problem, name))) for name, tangent in tangents.items()
                      if name not in singular), default=0.0)
-        if moved > MOVES * one and abs(curvature) < max(noise, UNKNOWN * moved**2):
+        if moved > MOVES * one and abs(curvature) < max(noise, UNKNOWN * moved * moved):
             made.append(way)
     return made
 

@@ -8,8 +8,7 @@ from typing import Callable, Mapping, Optional, Sequence, Union
 import numpy as np
 from numpy.typing import ArrayLike
 
-from kalmanq.core import ffi, lib
-from kalmanq.data.rows import rows_of
+from kalmanq.core import lib, words_of
 from kalmanq.errors import KalmanqError
 from kalmanq.fitting.choice import Choice
 from kalmanq.fitting.entries import ARRAYS
@@ -84,7 +83,7 @@ def fit(model: Union[Model, NonlinearModel], records: Sequence[ArrayLike], free:
                 leave one out, or hold an entry.  Of a nonlinear model: of Q, R, x0, P0, and names of constants of its
                 file, which are free in all that the file makes of them (its likelihood is C, with exact slopes)
     u           for each record T x l, or None
-    times       for each record T, or None, of a model in continuous time or a nonlinear one.  Where its steps are not all dt, Q is Qc; standard_errors has "Qc"
+    times       for each record T, or None, of a model in continuous time or a nonlinear one, as Filter.run has them.  Where its steps are not all dt, Q is Qc; standard_errors has "Qc"
     method      "em" (Shumway and Stoffer 1982), "ml" (BFGS over the likelihood, with Fisher's gradient, Segal and
                 Weinstein 1989), or "both": a few iterations of EM, then ML
     Q_form      "full", "diagonal", or "multiple": of what it is.  Q of a model with G is G Q' G', of Q' this form
@@ -107,14 +106,14 @@ def fit(model: Union[Model, NonlinearModel], records: Sequence[ArrayLike], free:
     _require_counts(starts=(starts, 1), seed=(seed, 0), iterations=(iterations, 1))
     if not tolerance >= 0:
         raise KalmanqError(f"tolerance: {tolerance} is not at least 0")
+    made = Records(model, records, u, times)
     if getattr(model, "d", None) is not None:
-        rest = [rows_of(one, model.measurements, "z") - model.d for one in records]
-        found = fit(model.changed(d=None), rest, free, u=u, times=times, method=method, Q_form=Q_form, R_form=R_form, held=held, starts=starts,
+        rest = [one - model.d for one in made.z]
+        found = fit(model.changed(d=None), rest, free, u=made.u, times=made.times, method=method, Q_form=Q_form, R_form=R_form, held=held, starts=starts,
                     seed=seed, iterations=iterations, tolerance=tolerance, arithmetic=arithmetic, report=report)
         whole = found.model.changed(d=model.d)
         whole.constants = found.model.constants
         return replace(found, model=whole)
-    made = Records(model, records, u, times)
     task = Task(model, made, Choice(model, free, Q_form, R_form, held, isinstance(model, Model) and (made.times is not None or _is_late(model))), method, iterations, tolerance, arithmetic,
                 report)
     if method == "em":
@@ -141,13 +140,13 @@ def _require_counts(**given: tuple[int, int]) -> None:
 
 
 def _fit_of(task: Task, best: Ended, ended: list[Ended]) -> Fit:
-    found = None if best.optimum is None else findings(best.problem, best.optimum)
+    found = findings(best.problem, best.optimum) if best.optimum and np.isfinite(best.value) else None
     distance = best.distance
     undetermined = found.undetermined if found else _as_far_as_em_knows(task)
     why = _why_not(task, best, found, undetermined)
     why = task.choice.named(why)
     said = why or f"at the maximum: about {max(distance, 1e-12):.1g} of log-likelihood is left"
-    if len(ended) > 1:
+    if len(ended) > 1 and np.isfinite(best.value):
         there = sum(abs(one.value - best.value) < SAME_TOP for one in ended)
         said += f"; {there} of {len(ended)} starts ended there"
     return Fit(
@@ -166,12 +165,14 @@ def _as_far_as_em_knows(task: Task) -> tuple[str, ...]:
 def _why_not(task: Task, best: Ended, found: Optional[Findings], undetermined: Sequence[str]) -> str:
     """Why this is no maximum, in a line; empty where it is one."""
     if not np.isfinite(best.value):
-        return "the log-likelihood is not finite"
+        status = best.status or best.problem.status
+        cause = f": {words_of(status)}" if status < lib.KQ_OK else _refused(task)
+        return f"the log-likelihood is not finite where the search begins{cause}; begin nearer to the records, or take units in which numbers are smaller"
     exhausted = best.optimum is not None and best.optimum.is_exhausted
     if found and found.runaway:
         return f"no maximum: the log-likelihood rises without an end with {', '.join(found.runaway)}"
     if best.status < lib.KQ_OK:
-        return f"EM ended: {ffi.string(lib.kq_status_text(best.status)).decode()}"
+        return f"EM ended: {words_of(best.status)}"
     if exhausted:
         return f"given up after {best.evaluations} evaluations: {_left(best)}"
     if best.optimum and not best.optimum.information.is_finite:
@@ -183,6 +184,15 @@ def _why_not(task: Task, best: Ended, found: Optional[Findings], undetermined: S
     if not best.distance <= task.tolerance or not best.em_is_near:
         return f"not at the maximum after {len(best.course)} evaluations: {_left(best)}"
     return ""
+
+
+def _refused(task: Task) -> str:
+    """What a filter of the model says of the records, where it does not run"""
+    try:
+        likelihood(task.model, task.records.z, task.records.u, times=task.records.times)
+        return ""
+    except KalmanqError as problem:
+        return f": {problem}"
 
 
 def _left(best: Ended) -> str:

@@ -69,8 +69,8 @@ class Flow:
         """With what is free as it is in `arrays`"""
         if not self.labels:
             made = {name: arrays[name] for name in self.free if name in ("H", "R", "x0", "P0")}
-            return self.model.flowing(arrays["F"] if "F" in self.free else None,
-                                      noise.whole(arrays["Q"]) if "Q" in self.free else None, **made)
+            return self.model.flowing(F=arrays["F"] if "F" in self.free else None,
+                                      Qc=noise.whole(arrays["Q"]) if "Q" in self.free else None, **made)
         given: dict[str, Any] = {}
         for label, (name, at) in self.labels.items():
             given.setdefault(name, self.values_of(self.model, name))[at] = arrays[label][0]
@@ -127,6 +127,8 @@ class FlowExpectation:
             for rows in self.rows:
                 run = Filter(self.model)
                 run._sequence(rows)
+                if run.events & lib.KQ_EVENT_OVERFLOW:  # a measurement that the filter has left out
+                    return lib.KQ_ERR_LIKELIHOOD
                 total += run.log_likelihood
         except (KalmanqError, FloatingPointError):
             return lib.KQ_ERR_NOT_FINITE
@@ -203,16 +205,18 @@ class FlowExpectation:
         status = self.run()
         if status < lib.KQ_OK:
             return status
-        slopes, moved, gain, steps = self.gradient(), [], self.log_likelihood - before, self.records.steps
+        slopes, moved, gain, steps, made = self.gradient(), [], self.log_likelihood - before, self.records.steps, []
         for name, count in (("Q", max(steps - len(self.records), 1)), ("R", steps)):
             if name in self.flow.free:
                 C = self.arrays[name]
                 step = self._best(name, C, slopes[name], count) if np.all(np.isfinite(slopes[name])) else np.full_like(C, np.nan)
                 deviation = np.sqrt(np.maximum(np.diag(C), 1e-300))
                 moved.append(float(np.max(np.abs(step) / np.outer(deviation, deviation))))
-                C += (step + step.T) / 2
+                made.append((C, (step + step.T) / 2))
         if not np.all(np.isfinite(moved)):
             return lib.KQ_ERR_NOT_FINITE
+        for C, step in made:
+            C += step
         rate, self.change = (max(moved) + FLAT) / self.change, max(moved)
         self.distance = gain * rate**2 / (1 - rate) if rate < 1 else float("nan")
         return lib.KQ_OK

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from kalmanq.core import require
-from kalmanq.data.rows import Varying, rows_of
+from kalmanq.data.rows import Varying
 from kalmanq.errors import KalmanqError
 from kalmanq.fitting.equations import likelihood_of
 from kalmanq.fitting.expectation import FREE, Expectation, Records
@@ -25,12 +25,12 @@ def likelihood(model: Union[Model, NonlinearModel], records: Sequence[ArrayLike]
     record, as Filter.run has them."""
     if isinstance(model, NonlinearModel):
         return likelihood_of(model, Records(model, records, u, times), arithmetic)
-    made = Records(model, records, u)
+    made = Records(model, records, u, times, varying)
     parts = Parts(model, arithmetic)
     total = 0.0
     for k, (z, controls) in enumerate(zip(made.z, made.u)):
         run = Filter(model, arithmetic, parts=parts)
-        run.run(z, controls, times=times and times[k], varying=varying and varying[k])
+        run.run(z, controls, times=made.times and made.times[k], varying=varying and varying[k])
         total += run.log_likelihood
     return total
 
@@ -43,9 +43,11 @@ def gradient(model: Model, records: Sequence[ArrayLike], u: Optional[Sequence[Op
     for name in of:
         if name not in FREE:
             raise KalmanqError(f"{name} has no derivatives: {', '.join(FREE)}")
+    made = Records(model, records, u)
+    made.require_steps("gradient")
     if model.d is not None:
-        model, records = model.changed(d=None), [rows_of(one, model.measurements, "z") - model.d for one in records]
-    expectation = Expectation(model, Records(model, records, u), free=of, noise=(None, model.Q),
+        model, made.z = model.changed(d=None), [one - model.d for one in made.z]
+    expectation = Expectation(model, made, free=of, noise=(None, model.Q),
                               arithmetic=arithmetic)
     require(expectation.status, "gradient")
     require(expectation.run(), "gradient")

@@ -21,8 +21,11 @@ def maximise(problem: Problem, limit: int, tolerance: float) -> Optimum:
     In the coordinates of a definite covariance the likelihood has a long bent ridge there, and no top: a logarithm
     goes to minus infinity, and rows below it count for nothing.  In the coordinates of its rank it has a top."""
     problem.allowed = problem.evaluations + limit
+    kept, least, x = None, -np.inf, np.zeros(0)
     try:
-        found, least = search(problem, tolerance, may_narrow=True), -np.inf
+        found = search(problem, tolerance, may_narrow=True)
+        if not np.isfinite(found.value):  # nowhere
+            return found
     except Narrow as place:
         kept, least, x = problem.coordinates, place.value - SAME, place.x
         found = _narrowed(problem, place, tolerance)
@@ -32,7 +35,7 @@ def maximise(problem: Problem, limit: int, tolerance: float) -> Optimum:
     if problem.narrow_blocks and found.value > least:
         found = _from_ridges(problem, found, tolerance)
     else:
-        if not found.value > least:
+        if kept is not None and not found.value > least:
             problem.coordinates = kept
             problem.put(x)
             found = search(problem, tolerance)

@@ -44,4 +44,6 @@ class Noise:
 
 def is_definite(C: np.ndarray) -> bool:
     deviation = np.sqrt(np.diag(C))
+    if not np.all(deviation > 0):
+        return False
     return bool(np.linalg.eigvalsh(C / np.outer(deviation, deviation))[0] > SINGULAR)

@@ -7,7 +7,7 @@ from typing import Callable, Optional
 
 import numpy as np
 
-from kalmanq.core import ffi, lib, require
+from kalmanq.core import lib, require, words_of
 from kalmanq.fitting import em
 from kalmanq.fitting.choice import Choice
 from kalmanq.fitting.expectation import Records
@@ -49,8 +49,7 @@ class Task:
         self.has_no_unit = status == lib.KQ_NOT_IDENTIFIED
         if status in NOTHING_TO_FIT:
             there = self.records.measurements
-            said = ffi.string(lib.kq_status_text(status)).decode()
-            return f"{said}: {there} measurement{'s' * (there != 1)}"
+            return f"{words_of(status)}: {there} measurement{'s' * (there != 1)}"
         require(status, "fit")
         return ""
 
@@ -83,6 +82,8 @@ def one_start(task: Task, random: Optional[np.random.Generator] = None) -> Ended
     if random:
         problem.scatter(random, SPREAD)
     ended = _search(task, problem)
+    if not np.isfinite(ended.value):
+        return ended
     for _ in range(3):
         exact = likelihood(ended.model, task.records.z, task.records.u, times=task.records.times, arithmetic=task.arithmetic)
         if abs(exact - ended.value) <= AGREES or not np.isfinite(exact):
@@ -120,6 +121,8 @@ def _after_em(task: Task, problem: Problem, course: list[float], status: int) ->
         optimum = Optimum(x, value, edge, Information(problem, x, slopes, edge))
         problem.put(x)
     model = problem.estimated()
+    if not course and status < lib.KQ_OK:  # the filter leaves out what overflows, so its likelihood says nothing
+        return Ended(problem, model, -np.inf, course, 0, problem.evaluations, status=status)
     value = likelihood(model, task.records.z, task.records.u, times=task.records.times, arithmetic=task.arithmetic)
     return Ended(problem, model, value, course + [value], len(course) + 1, problem.evaluations, optimum, status, near,
                  left)

@@ -38,6 +38,8 @@ class Problem:
         self.noise = choice.noise(model)
         if "Q" in choice.free and not np.any(self.noise.inner):
             raise KalmanqError(f"{'Qc' if choice.flow else 'Q'} is 0, and stays 0: begin with some noise")
+        if "R" in choice.free and isinstance(model, Model) and not np.any(model.R):
+            raise KalmanqError("R is 0, and stays 0: begin with some noise")
         if "Q" in choice.held and self.noise.axes is None:
             raise KalmanqError("held: Q = G Q' G' is of lower rank: its entries cannot be held")
         self.course: list[float] = []
@@ -45,6 +47,7 @@ class Problem:
         self.best = -np.inf
         self.arithmetic = arithmetic
         self.report: Optional[Callable[[int, float], None]] = None
+        self.status = lib.KQ_OK  # of the last E-step
         self._expect()
         self.begun = {name: array.copy() for name, array in self.arrays.items()}
         self.offset = self._offset()
@@ -286,7 +289,8 @@ class Problem:
 
     def value_here(self) -> float:
         """The log-likelihood of what is in the arrays."""
-        if self.expectation.run() != lib.KQ_OK:
+        self.status = self.expectation.run()
+        if self.status != lib.KQ_OK:
             return -np.inf
         value = self.expectation.log_likelihood + self.offset
         return value if np.isfinite(value) else -np.inf

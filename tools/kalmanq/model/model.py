@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from kalmanq.errors import ModelError
-from kalmanq.model.arrays import numbers_of
+from kalmanq.model.arrays import by_name, numbers_of
 from kalmanq.model.continuous import UNITS, Continuous
 
 SIZE_MAX = 16
@@ -88,14 +88,15 @@ class Model:
     P0       n x n, or n variances, before the first measurement; None: nothing is known of any state
     unknown  the states, by name or number, of which nothing is known at first; "all"
 
-    Model.of_continuous(F, H, R, Qc, dt=...) makes a model of x' = F x + B u + noise.  `continuous` then has it, otherwise None.
+    Model.of_continuous(F, H=..., R=..., Qc=..., dt=...) makes a model of x' = F x + B u + noise.  `continuous` then has it, otherwise None.
     `sensors`: of a model file that names them; `builder`: what its file gives to one, and `constants` what a fit has estimated of that.
 
     All arrays become read-only arrays of float64.  `n`, `m`, `l` are the sizes.
-    ModelError names what does not fit.
+    All but A have their names in the call.  ModelError names what does not fit.
     """
 
-    def __init__(self, A: ArrayLike, H: ArrayLike, R: ArrayLike, Q: Optional[ArrayLike] = None, *,
+    @by_name("Model(A, H=..., R=..., Q=...)")
+    def __init__(self, A: ArrayLike, *, H: ArrayLike, R: ArrayLike, Q: Optional[ArrayLike] = None,
                  G: Optional[ArrayLike] = None, B: Optional[ArrayLike] = None, c: Optional[ArrayLike] = None,
                  d: Optional[ArrayLike] = None, x0: Optional[ArrayLike] = None,
                  P0: Optional[ArrayLike] = None, unknown: Union[str, Sequence[Union[int, str]]] = (),
@@ -136,7 +137,8 @@ class Model:
         return tuple(one for one in self.controls if not one.constant)
 
     @classmethod
-    def of_continuous(cls, F: ArrayLike, H: ArrayLike, R: ArrayLike, Qc: ArrayLike, *, dt: float,
+    @by_name("Model.of_continuous(F, H=..., R=..., Qc=..., dt=...)")
+    def of_continuous(cls, F: ArrayLike, *, H: ArrayLike, R: ArrayLike, Qc: ArrayLike, dt: float,
                       B: Optional[ArrayLike] = None, c: Optional[ArrayLike] = None, L: Optional[ArrayLike] = None, jitter: float = 0.0, time_unit: str = "s",
                       **more: Any) -> Model:
         """Of x' = F x + B u + c + noise with spectral density Qc (n x n, or n of independent noises; unit^2 / s, where dt is in s),
@@ -160,7 +162,7 @@ class Model:
             raise ModelError("dt", "is so long that the model is not representable")
         if np.any(np.diag(Q) < 0):
             raise ModelError("Qc", "is no covariance: over a step of dt it makes a negative variance; an entry [i,j] is at most sqrt([i,i] [j,j])")
-        made = cls(A, H, R, Q, **_split(B_, c is not None), **more)
+        made = cls(A, H=H, R=R, Q=Q, **_split(B_, c is not None), **more)
         made.continuous = of
         return made
 
@@ -169,7 +171,7 @@ class Model:
         """Of what a model file or a builder gives: of continuous time, or of steps"""
         return (cls.of_continuous if "F" in given else cls)(**given)
 
-    def flowing(self, F: Optional[np.ndarray] = None, Qc: Optional[np.ndarray] = None, **more: Any) -> Model:
+    def flowing(self, *, F: Optional[np.ndarray] = None, Qc: Optional[np.ndarray] = None, **more: Any) -> Model:
         """A model in continuous time with another F, or Qc (None: as it is), and `more` as of `changed`"""
         assert self.continuous is not None
         of = replace(self.continuous, **{name: _fixed(one) for name, one in (("F", F), ("Qc", Qc)) if one is not None})

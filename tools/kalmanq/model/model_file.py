@@ -269,7 +269,7 @@ def _sensor(number: int, given: Mapping[str, Any], states: int) -> tuple[str, Mo
         default = [name] if size == 1 else [f"{name}{k + 1}" for k in range(size)]
         said = {"names" if key == "measurements" else key: given[key] for key in ("measurements", "units", "ranges", "fractions")
                 if key in given}
-        return name, Model(np.eye(states), H, R, np.zeros(states), P0=np.ones(states), d=_array("d", given["d"]) if "d" in given else None,
+        return name, Model(np.eye(states), H=H, R=R, Q=np.zeros(states), P0=np.ones(states), d=_array("d", given["d"]) if "d" in given else None,
                            measurements=quantities("measurements", said, size, default))
     except ModelError as problem:
         raise SensorError(number, problem) from None

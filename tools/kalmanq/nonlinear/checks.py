@@ -15,15 +15,15 @@ from kalmanq.nonlinear.calls import Instant
 from kalmanq.nonlinear.filters import NonlinearFilter
 from kalmanq.nonlinear.model import NonlinearModel
 from kalmanq.nonlinear.simulation import simulate
-from kalmanq.run.checks import Finding, prior_finding, ranges_refused
+from kalmanq.run.checks import Finding, prior_finding, ranges_refused, resolution_finding
 
 DRAWN, SEED = 50, 1  # rows of a simulated run, where there are no data
 Rows = tuple[np.ndarray, np.ndarray, Optional[np.ndarray]]  # z, u, times
 
 
-def findings(model: NonlinearModel, rows: Optional[Rows] = None) -> list[Finding]:
+def findings(model: NonlinearModel, rows: Optional[Rows] = None, arithmetic: Optional[str] = None) -> list[Finding]:
     """rows: measurements and controls to run through; otherwise simulated ones"""
-    where = "along the data" if rows else f"along {DRAWN} simulated rows"
+    where, given = "along the data" if rows else f"along {DRAWN} simulated rows", rows
     try:
         if rows is None:
             _, *drawn = simulate(model, DRAWN, SEED)
@@ -41,7 +41,7 @@ def findings(model: NonlinearModel, rows: Optional[Rows] = None) -> list[Finding
             made.append(Finding(not unlike, name, unlike or "as f or h has it"))
     if model.takes_step and np.any(model.frame.Q) and not any("dt" in of.takes for key, of in model.given.items() if key in ("Q", "G")):
         made.append(Finding(True, "Q", "takes no dt: a long step has no more noise than a short one"))
-    made += _angles(model)
+    made += [*_angles(model), resolution_finding(model, [arithmetic or "f32"], given and given[0])]
     if any(one.range for one in model.states) and not model.has_errors:
         made += [_ranges(model, rows, where), prior_finding(model.frame)]
     return made

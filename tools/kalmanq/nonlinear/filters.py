@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from kalmanq.core import NOT_A_VALUE, require, warn_of
-from kalmanq.data.rows import index_of, rising, row_of, rows_of
+from kalmanq.data.rows import Rows, index_of, require_one_origin, rising, row_of, rows_of, times_in
 from kalmanq.errors import KalmanqError
 from kalmanq.nonlinear import methods
 from kalmanq.nonlinear.calls import Instant
@@ -47,6 +47,7 @@ class NonlinearFilter(Readable):
         self.way = methods.METHODS[method](iterations)
         self.steps = Steps(model, self.parts)
         self.row, self.begins, self.is_timed = 0, True, False
+        self.origin: Optional[np.datetime64] = None  # that t counts from, where times are dates
         self.at = model.at_row(0)  # t of this row
         self._left = NOTHING  # controls of the last row
         self._trial: Optional[Readable] = None
@@ -98,13 +99,14 @@ class NonlinearFilter(Readable):
 
         z   T x m, or T where m = 1; NaN: missing.  Or a DataFrame with a column for each measurement.
         u   T x l: row t is given to h at row t, and to f from row t to row t + 1
-        times   T: when each row is, in seconds; t is that then, and dt the time to the next row
+        times   T: when each row is, in seconds, or dates or durations; t is that then (seconds since the first date), and dt the time to
+                the next row.  None: what the index of a table says, where functions read t or dt
         A KalmanqError says at which row it stopped.
         """
-        rows = rows_of(z, self.model.measurements, "z")
-        controls = controls_of(u, self.model, len(rows))
+        given = rows_at(self.model, z, u, times, self.origin)
+        rows, controls = given.z, given.u
         out, variances = Results(self, len(rows), covariance), np.full((len(rows), self.model.m), np.nan)
-        at = self._times(times, len(rows))
+        at = self._times(given)
         for row in range(len(rows)):
             try:
                 if not self.begins:
@@ -118,20 +120,22 @@ class NonlinearFilter(Readable):
                 raise KalmanqError(str(problem), problem.status, row) from problem
         made = out.run()
         made.innovation_sigma = np.sqrt(variances)
-        made.index = index_of(z, u)
+        made.index = given.index
         warn_of(made.events, f"{self.model.name}, {self.arithmetic.name}")
         self.warn_of_wide()
         return made
 
-    def _times(self, given: Optional[ArrayLike], rows: int) -> Optional[np.ndarray]:
-        if given is not None and not self.begins and not self.is_timed and self.row:
+    def _times(self, rows: Rows) -> Optional[np.ndarray]:
+        at = rows.times
+        if at is not None and not self.begins and not self.is_timed and self.row:
             raise KalmanqError("times: the rows before had none")
-        at = None if given is None else rising(given, rows)
         if at is None and self.is_timed:
             raise KalmanqError("times are missing: the rows before had them")
-        if at is not None and rows and not self.begins and at[0] <= self.at:
+        if self.is_timed and not self.begins:
+            require_one_origin(self.origin, rows.origin)
+        if at is not None and len(rows) and not self.begins and at[0] <= self.at:
             raise KalmanqError("the time is not after the one before", row=0)
-        self.is_timed = at is not None
+        self.is_timed, self.origin = at is not None, rows.origin
         return at
 
     def _controls(self, u: Optional[ArrayLike]) -> np.ndarray:
@@ -231,6 +235,17 @@ def refuse_method(method: str, iterations: int, arithmetic: str) -> None:
         raise KalmanqError(f"{method}: sigma points are not in q31, which takes extended and iterated")
     if iterations < 1:
         raise KalmanqError("iterations: below 1")
+
+
+def rows_at(model: NonlinearModel, z: Any, u: Any = None, times: Any = None, origin: Optional[np.datetime64] = None) -> Rows:
+    """Looked at; they are then as they are.  origin: of rows before"""
+    if isinstance(z, Rows):
+        return z
+    made, index = rows_of(z, model.measurements, "z"), index_of(z, u)
+    if times is None and index is not None:
+        times = times_in(index, model, "u" if index_of(z) is None else "z")
+    at, begun = (None, None) if times is None else rising(times, len(made), 1.0, origin)
+    return Rows(made, controls_of(u, model, len(made)), at, {}, index, begun)
 
 
 def controls_of(u: Any, model: NonlinearModel, rows: int) -> np.ndarray:

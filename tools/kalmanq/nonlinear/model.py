@@ -110,7 +110,7 @@ class NonlinearModel:
         if (Q is None) == (G is None):
             raise ModelError("Q", "give either Q or G, with Q = G G'; a constant of yours needs another name than Q and G")
         varies = self.given.keys() & {"Q", "G"}
-        self.frame = Model(np.eye(n), np.zeros((m, n)), self.noises.start, np.zeros((n, n)) if varies else Q, G=None if varies else G,
+        self.frame = Model(np.eye(n), H=np.zeros((m, n)), R=self.noises.start, Q=np.zeros((n, n)) if varies else Q, G=None if varies else G,
                            x0=x0 if nominal is None else np.zeros(n), P0=P0, states=states, measurements=measurements, name=name)
         self.name, self.n, self.m = name, n, m
         self.path: Optional[Path] = None  # of its file
@@ -270,6 +270,15 @@ class NonlinearModel:
     def measurement_names(self) -> list[str]:
         return [one.name for one in self.measurements]
 
+    @cached_property
+    def measured(self) -> Model:
+        """A linear model with the noises of this one, whose measurements are h(x0) at first; ranges are of innovations, and it has none"""
+        try:
+            at_first = self.expected(self.x0, self.at_row(0), np.zeros(self.l))
+        except KalmanqError:
+            at_first = None
+        return self.frame.changed(d=at_first, measurements=self.measurement_names)
+
     def moved(self, x: np.ndarray, t: float, u: np.ndarray = NOTHING) -> np.ndarray:
         """f(x)"""
         if "f" not in self.given:
@@ -360,7 +369,7 @@ class NonlinearModel:
 
 def _nominal(names: Any, x0: ArrayLike) -> Any:
     count = length("x0", x0)
-    made = Model(np.eye(count), np.zeros((1, count)), 1.0, np.eye(count), P0=np.zeros(count), states=names).states
+    made = Model(np.eye(count), H=np.zeros((1, count)), R=1.0, Q=np.eye(count), P0=np.zeros(count), states=names).states
     return made
 
 
@@ -395,4 +404,4 @@ def _controls(given: Any) -> Any:
     names = list(given)
     if not names:
         return ()
-    return Model([[0.0]], [0.0], 0.0, [[0.0]], B=np.zeros((1, len(names))), P0=[0.0], controls=names).controls
+    return Model([[0.0]], H=[0.0], R=0.0, Q=[[0.0]], B=np.zeros((1, len(names))), P0=[0.0], controls=names).controls

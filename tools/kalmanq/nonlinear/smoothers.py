@@ -9,10 +9,9 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from kalmanq.core import ffi, lib, require, warn_of
-from kalmanq.data.rows import index_of, rising, rows_of
 from kalmanq.errors import KalmanqError, KalmanqWarning
 from kalmanq.nonlinear import methods
-from kalmanq.nonlinear.filters import ITERATIONS, NonlinearFilter, controls_of, parts_of, refuse_method
+from kalmanq.nonlinear.filters import ITERATIONS, NonlinearFilter, parts_of, refuse_method, rows_at
 from kalmanq.nonlinear.model import NonlinearModel
 from kalmanq.nonlinear.objective import objective
 from kalmanq.run.parts import Parts
@@ -52,12 +51,12 @@ class NonlinearSmoother:
 
     def run(self, z: ArrayLike, u: Optional[ArrayLike] = None, *, times: Optional[ArrayLike] = None, covariance: bool = False) -> Run:
         """As NonlinearFilter.run.  `covariance`: those of all rows, too."""
-        rows = rows_of(z, self.model.measurements, "z")
-        controls = controls_of(u, self.model, len(rows))
-        self._times, self._noises = None if times is None else rising(times, len(rows)), {}
+        given = rows_at(self.model, z, u, times)
+        rows, controls = given.z, given.u
+        self._times, self._noises = given.times, {}
         recording = self._recording(len(rows), None)
-        run = recording.run(rows, controls if self.model.l else None, times=self._times, covariance=covariance)
-        run.index, self.last = index_of(z, u), recording
+        run = recording.run(given, covariance=covariance)
+        self.last = recording
         self.passes_done, self.halvings, self.is_settled, self.objectives = 1, 0, self.passes == 1, []
         if len(rows):
             recording.smooth(run, covariance)

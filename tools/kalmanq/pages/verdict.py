@@ -8,11 +8,14 @@ from typing import Sequence
 import numpy as np
 from scipy import special
 
+from kalmanq.model import Model
 from kalmanq.run.diagnostics import autocorrelation, chi_square_limit, is_scored, ljung_box, mean_bounds, share_bounds
+from kalmanq.run.resolution import told_of
 from kalmanq.run.results import Run
 
 UNUSUAL, STRANGE = 0.05, 0.001  # chances, of a right model, below which a figure is at the edge, and bad
 TOO_FEW = "too few innovations that differ"
+RESOLUTION = "Resolution"  # a subject
 ENOUGH = 20  # measurements, below which nothing is said of the fit
 
 
@@ -66,10 +69,15 @@ def whiteness(series: np.ndarray) -> Whiteness:
 
 def findings(run: Run, z: np.ndarray, wider: Sequence[str] = ()) -> list[Finding]:
     """NIS, rows outside, autocorrelation, mean innovation, events, missing.  Of a run that saturated
-    that comes first, and nothing else is judged; wider: the ranges that would do."""
+    that comes first, and nothing else is judged; so it is of measurements that are coarse in the arithmetic.
+    wider: the ranges that would do."""
     if run.is_held:
         return [_held(run, wider), *(replace(one, state="note", advice="Not judged: the ranges first.")
                                      for one in _findings(run, z) if one.subject != "Events")]
+    coarse = told_of(run.model, run.arithmetic, z) if isinstance(run.model, Model) else ""
+    if coarse:
+        return [Finding("bad", RESOLUTION, f"{run.arithmetic}: {coarse}", "Or judge the model in f64."),
+                *(replace(one, state="note", advice="Not judged: the arithmetic first.") for one in _findings(run, z))]
     return _findings(run, z)
 
 
@@ -94,6 +102,8 @@ def headline(found: list[Finding]) -> str:
               for state in ("bad", "edge", "note")}
     if found[0].subject == "Events":
         return "A state saturated: the ranges are too narrow, and the fit cannot be judged."
+    if found[0].subject == RESOLUTION:
+        return "The arithmetic is too coarse for these measurements, and the fit cannot be judged."
     if "NIS" in states["note"]:
         return "Too few measurements to judge the fit."
     if states["bad"]:

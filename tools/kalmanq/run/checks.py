@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, Optional, Sequence
 
 import numpy as np
 
 from kalmanq.errors import KalmanqError
 from kalmanq.model import Model
 from kalmanq.run.parts import Parts
+from kalmanq.run.resolution import told_of
 from kalmanq.run.steady import steady_state
 
 
@@ -40,8 +41,9 @@ def unseen(A: np.ndarray, H: np.ndarray) -> list[complex]:
     return found
 
 
-def findings(model: Model) -> list[Finding]:
-    made = [_seen(model), _driven(model), _settles(model), _conditioned(model)]
+def findings(model: Model, arithmetic: Optional[str] = None) -> list[Finding]:
+    """arithmetic: what measurements have to be fine enough for; None: f32, and q31 where there are ranges"""
+    made = [_seen(model), _driven(model), _settles(model), _conditioned(model), resolution_finding(model, [arithmetic] if arithmetic else ["f32", "q31"])]
     made += [_fixed_point(model)] if any(one.range for one in model.states) else []
     made += [prior_finding(model)] if any(one.range for one in np.array(model.states)[~model.unknown]) else []
     return made
@@ -82,6 +84,11 @@ def _conditioned(model: Model) -> Finding:
     condition = values[0] / max(values[-1], 1e-300)
     said = f"observability matrix: {condition:.3g}"
     return Finding(True, "conditioning", said + ("; some states are hardly distinguished" if condition > 1e8 else ""))
+
+
+def resolution_finding(model: Any, arithmetics: Sequence[str], z: Optional[np.ndarray] = None) -> Finding:
+    coarse = [f"{one}: {told}" for one in arithmetics if (told := told_of(model, one, z))]
+    return Finding(not coarse, "resolution", "; ".join(coarse) or "measurements are finer than their noise")
 
 
 def _fixed_point(model: Model) -> Finding:

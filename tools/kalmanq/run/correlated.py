@@ -36,7 +36,7 @@ def decorrelated(model: Model, S: ArrayLike, z: ArrayLike, u: Optional[ArrayLike
     masks, which = np.unique(np.append(present_of(rows), (1 << model.m) - 1), return_inverse=True)
     steps = [_step(model, made, np.flatnonzero(int(mask) >> np.arange(model.m) & 1)) for mask in masks]
     A, B, Q = (np.stack(one) for one in zip(*steps))
-    equal = Model(A[-1], model.H, model.R, Q[-1], B=B[-1], d=model.d, x0=model.x0, P0=model.P0, unknown=np.flatnonzero(model.unknown).tolist(),
+    equal = Model(A[-1], H=model.H, R=model.R, Q=Q[-1], B=B[-1], d=model.d, x0=model.x0, P0=model.P0, unknown=np.flatnonzero(model.unknown).tolist(),
                   states=model.states, measurements=model.measurements, controls=_controls(model), gaps=model.gaps, name=model.name)
     at = which[:-1]
     return equal, given, Varying(A=A[at], B=B[at], Q=Q[at]) if np.any(at != len(masks) - 1) else None

@@ -10,11 +10,12 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from kalmanq.core import ffi, lib, require, warn_of
-from kalmanq.data.rows import Rows, Varying, controls_of, index_of, row_of
+from kalmanq.data.rows import Rows, Varying, controls_of, require_one_origin, row_of
 from kalmanq.errors import KalmanqError
 from kalmanq.model import Model
 from kalmanq.run.parts import Parts
 from kalmanq.run.readings import Readable, Results
+from kalmanq.run.resolution import warn_of_coarse
 from kalmanq.run.results import Run
 from kalmanq.run.steps import Steps
 
@@ -63,7 +64,8 @@ class Filter(Readable):
           `design` writes in that way
 
     What is NaN in z is missing.  Readings are float64: `mean` (n), `sigma` (n), `covariance` (n x n),
-    `nis`, `taken`, `log_likelihood`, `events`; `time`: of the last row, where rows have times.
+    `nis`, `taken`, `log_likelihood`, `events`; `time`: of the last row, where rows have times; it counts from `origin`
+    where these are dates.
     """
 
     def __init__(self, model: Model, arithmetic: str = "f64", *, way: str = "", parts: Optional[Parts] = None):
@@ -71,6 +73,7 @@ class Filter(Readable):
         self.begins = True  # the next row is the first one
         self.row = 0  # where the filter stands
         self.time: Optional[float] = None
+        self.origin: Optional[np.datetime64] = None
         self._left: Optional[np.ndarray] = None  # words of the last row's control: it moves the state to the next
         self._next: Optional[int] = None  # of the process that does, where the model's own does not
         self._steps = Steps(self.parts)
@@ -117,7 +120,7 @@ class Filter(Readable):
             return ahead
         ahead = Filter(self.model, self.arithmetic.name, parts=self.parts)
         require(self._call("forecast", self._process(dt), self._pointer(words), steps, ahead._handle), "forecast")
-        ahead.row, ahead.time = self.row, self.time
+        ahead.row, ahead.time, ahead.origin = self.row, self.time, self.origin
         ahead._moved(steps, dt=dt)
         return ahead
 
@@ -125,7 +128,7 @@ class Filter(Readable):
         """The same state; what is attached stays with this one."""
         made = Filter(self.model, self.arithmetic.name, parts=self.parts)
         require(made._call("filter_copy", self._handle), "copy")
-        made.row, made.begins, made._left, made.time = self.row, self.begins, self._left, self.time
+        made.row, made.begins, made._left, made.time, made.origin = self.row, self.begins, self._left, self.time, self.origin
         made._next, made._steps = self._next, self._steps.copy()
         return made
 
@@ -159,16 +162,18 @@ class Filter(Readable):
         z        T x m, or T where m = 1; NaN: missing.  The first row ever is taken at the prior's instant; a
                  predict comes before each other one.  Or a DataFrame with a column for each measurement.
         u        T x l: row t moves the state from row t to row t + 1
-        times    T: of a model in continuous time, when each row is, in the unit of its dt
+        times    T: of a model in continuous time, when each row is: numbers in the unit of its dt, dates or durations of NumPy, Python
+                 or pandas.  None: what the index of a table says, if it has dates, durations or fractions of numbers
         varying  matrices that are others at each row
         watch    a Consistency, which sees every update
         A KalmanqError says at which row it stopped; the state is then that before it.
         """
-        index = index_of(z, u)
-        run = self._sequence(Rows.of(self.model, z, u, times, varying), robust, watch, covariance=covariance)
-        run.index = index
+        rows = Rows.of(self.model, z, u, times, varying, self.origin)
+        run = self._sequence(rows, robust, watch, covariance=covariance)
+        run.index = rows.index
         warn_of(run.events, f"{self.model.name}, {self.arithmetic.name}")
         self.warn_of_wide()
+        warn_of_coarse(self, self.arithmetic.name, rows.z)
         return run
 
     def _sequence(self, rows: Rows, robust: Optional[Robust] = None, watch: Optional[Any] = None, *, moves: bool = True,
@@ -197,7 +202,7 @@ class Filter(Readable):
         if moves and done:
             self._moved(done - self.begins, None if controls is None else controls[done - 1])
             self._next = int(before[done]) if rows.matrices.keys() & set("ABQ") else None
-            self.time = None if rows.times is None else float(rows.times[done - 1])
+            self.time, self.origin = (None, None) if rows.times is None else (float(rows.times[done - 1]), rows.origin)
         self._end(q)
         require(status, "the run", done)
         return out.run()
@@ -208,6 +213,8 @@ class Filter(Readable):
         if rows.times is not None:
             if self.time is None and not self.begins:
                 raise KalmanqError("times: the time of the last row is not known: give the times of all rows")
+            if self.time is not None:
+                require_one_origin(self.origin, rows.origin)
             begun = rows.times[0] - self.model.continuous.dt if self.time is None else self.time  # no predict before row 0
             if begun >= rows.times[0]:
                 raise KalmanqError("the time is not after the one before", row=0)
@@ -359,8 +366,9 @@ class Smoother:
     def run(self, z: ArrayLike, u: Optional[ArrayLike] = None, *, times: Optional[ArrayLike] = None,
             varying: Optional[Varying] = None, covariance: bool = False, means_only: bool = False) -> Run:
         """As Filter.run; memory for all rows is taken first.  `covariance`: those of all rows, too."""
-        recording = _Recording(self.model, self.parts, Rows.of(self.model, z, u, times, varying))
-        run = recording.run(z, u, times=times, varying=varying, covariance=covariance)
+        rows = Rows.of(self.model, z, u, times, varying)
+        recording = _Recording(self.model, self.parts, rows)
+        run = recording.run(rows, covariance=covariance)
         recording.smooth(run, covariance, means_only)
         self.last = recording
         return run

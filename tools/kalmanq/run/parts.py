@@ -7,7 +7,7 @@ from typing import Any, Callable, Optional, Sequence
 
 import numpy as np
 
-from kalmanq.core import arithmetic_of, ffi, lib, require
+from kalmanq.core import Arithmetic, arithmetic_of, ffi, lib, require
 from kalmanq.data.rows import controls_of, row_of
 from kalmanq.errors import KalmanqError, ModelError
 from kalmanq.model import Model, Quantity
@@ -126,7 +126,7 @@ class Parts:
             require_fit(status, range_error, "the start", self.model)
         else:
             x0, P0 = self.array(self.model.x0), self.array(self.model.P0)
-            require(self.arithmetic.function("filter_init")(filter_, x0, P0), "P0")
+            _require_held(self.arithmetic.function("filter_init")(filter_, x0, P0), "x0, P0", self.arithmetic)
 
     def init_start(self, start: Any, filter_: Any) -> None:
         """The state before the first measurement, in part unknown."""
@@ -137,7 +137,7 @@ class Parts:
             require_fit(status, range_error, "the start", self.model)
         else:
             x0, P0 = self.array(self.model.x0), self.array(self.model.P0)
-            require(self.arithmetic.function("diffuse_init")(start, filter_, x0, P0, unknown), "P0")
+            _require_held(self.arithmetic.function("diffuse_init")(start, filter_, x0, P0, unknown), "x0, P0", self.arithmetic)
 
 
 def ways_of(parts: Parts) -> list[str]:
@@ -159,16 +159,26 @@ def _floating_point(parts: Parts) -> None:
     B = ffi.NULL if model.B is None else parts.array(model.B)
     if model.G is not None:
         F = parts.array(model.G)
-        require(a.function("process_init_factor")(process, A, B, F, model.G.shape[1]), "A, B, G")
+        _require_held(a.function("process_init_factor")(process, A, B, F, model.G.shape[1]), "A, B, G", a)
     else:
-        require(a.function("process_init")(process, A, B, parts.array(model.Q)), "A, B, Q")
+        _require_held(a.function("process_init")(process, A, B, parts.array(model.Q)), "A, B, Q", a)
     require(a.function("sensor_assign")(sensor, model.n, model.m, *parts.memory(
         a.length("sensor", model.m))), "sensor")
     if is_diagonal(model.R):
         status = a.function("sensor_init_diagonal")(sensor, parts.array(model.H), parts.array(np.diag(model.R)))
     else:
         status = a.function("sensor_init")(sensor, parts.array(model.H), parts.array(model.R))
-    require(status, "H, R")
+    _require_held(status, "H, R", a)
+
+
+MOST = {"f32": "2^120", "f64": "2^1000"}  # a variance (process.h)
+
+
+def _require_held(status: int, what: str, arithmetic: Arithmetic) -> None:
+    """Of floating point, which has no formats that a value could be beyond"""
+    if status == lib.KQ_ERR_RANGE:
+        raise KalmanqError(f"{what}: a number is too large: in {arithmetic} a variance of a state, or a mean, is at most {MOST[arithmetic.name]}; take other units", status)
+    require(status, what)
 
 
 # ------------------------------------------------------------------------------ tables of q31

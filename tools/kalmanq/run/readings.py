@@ -18,6 +18,7 @@ class Readable:
 
     def __init__(self, model: Any, parts: Parts):
         self.model, self.parts, self.arithmetic = model, parts, parts.arithmetic
+        self.coarse = ""  # what is said of measurements that are coarse beside their noise (resolution.py)
         self._kept: list[Any] = []  # what C refers to
         self._widest = np.zeros(model.n)  # q31: each state's largest variance before an update, in words
         self._is_wide = np.zeros(model.n, bool)  # those that were warned of

@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import Any, Optional
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from kalmanq.core import require
-from kalmanq.data.rows import Rows, index_of
+from kalmanq.data.rows import Rows, require_steps
 from kalmanq.errors import KalmanqError
 from kalmanq.model import Model
 from kalmanq.run.filters import Filter, _Recording
@@ -38,10 +39,11 @@ class ReweightedSmoother:
         self.nu, self.passes, self.first = nu, passes, first
 
     def run(self, z: ArrayLike, u: Optional[ArrayLike] = None, *, covariance: bool = False) -> Run:
-        """As Smoother.run."""
+        """As Smoother.run, of steps that are all alike."""
         rows = Rows.of(self.model, z, u)
-        run = Filter(self.model, parts=self.parts).run(z, u)
-        run.index = index_of(z, u)
+        require_steps(self.model, rows.times, "a reweighted smoother", "give z.to_numpy() to take each row for one")
+        rows = replace(rows, times=None)
+        run = Filter(self.model, parts=self.parts).run(rows)
         arithmetic = self.parts.arithmetic
         weights = arithmetic.made_of(np.full(max(len(rows), 1), self.first))
         for left in reversed(range(self.passes if len(rows) else 0)):

@@ -11,6 +11,7 @@ from kalmanq.core import arithmetic_of, ffi, require
 from kalmanq.data.rows import index_of, row_of, rows_of
 from kalmanq.errors import KalmanqError
 from kalmanq.model import Model, Quantities, Quantity
+from kalmanq.model.arrays import by_name
 from kalmanq.run.filters import Filter
 from kalmanq.run.readings import Results
 from kalmanq.run.results import Run
@@ -71,8 +72,8 @@ class Consistency:
 class LeastSquares:
     """Least squares of z = h x + v, v ~ N(0, r), from a prior, with or without forgetting (least_squares.h).
 
-        fit = LeastSquares([0, 0], [1e4, 1e4])
-        run = fit.run(np.column_stack([np.ones(T), t]), z, r=0.04)        run.mean[-1], run.sigma[-1]
+        fit = LeastSquares(x0=[0, 0], P0=[1e4, 1e4])
+        run = fit.run(H=np.column_stack([np.ones(T), t]), z=z, r=0.04)        run.mean[-1], run.sigma[-1]
 
     x0           n, mean of the prior
     P0           n x n, or n variances
@@ -81,10 +82,11 @@ class LeastSquares:
     `filter` is the filter that does it: mean, sigma, covariance, memory, events.
     """
 
-    def __init__(self, x0: ArrayLike, P0: ArrayLike, arithmetic: str = "f64", *, forgetting: float = 1.0,
+    @by_name("LeastSquares(x0=..., P0=..., arithmetic=...)", 0)
+    def __init__(self, *, x0: ArrayLike, P0: ArrayLike, arithmetic: str = "f64", forgetting: float = 1.0,
                  states: Quantities = None, measurement: Quantity = Quantity("z")):
         n = np.size(x0)
-        self.model = Model(np.eye(n), np.zeros((1, n)), 1.0, np.zeros(n), x0=np.ravel(x0), P0=P0, states=states,
+        self.model = Model(np.eye(n), H=np.zeros((1, n)), R=1.0, Q=np.zeros(n), x0=np.ravel(x0), P0=P0, states=states,
                            measurements=[measurement], name="least squares")
         self.filter = Filter(self.model, arithmetic)
         self.arithmetic = a = self.filter.arithmetic
@@ -93,7 +95,8 @@ class LeastSquares:
         require(a.function("least_squares_init")(self._handle, self.filter._handle, a.parameter(forgetting), *formats),
                 "forgetting")
 
-    def run(self, H: ArrayLike, z: ArrayLike, r: ArrayLike = 1.0) -> Run:
+    @by_name("run(H=..., z=..., r=...)", 0)
+    def run(self, *, H: ArrayLike, z: ArrayLike, r: ArrayLike = 1.0) -> Run:
         """T rows in one call of C, which may be called again for more.
 
         H   T x n, or T where n = 1

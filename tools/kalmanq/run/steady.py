@@ -9,10 +9,11 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from kalmanq.core import ffi, lib, require
-from kalmanq.data.rows import controls_of, index_of, present_of, rows_of
+from kalmanq.data.rows import Rows, present_of, require_one_origin, require_steps, rows_of
 from kalmanq.errors import KalmanqError
 from kalmanq.model import Model
 from kalmanq.run.parts import Parts
+from kalmanq.run.resolution import warn_of_coarse
 from kalmanq.run.results import Run
 
 
@@ -49,8 +50,9 @@ class SteadyFilter:
     def __init__(self, model: Model, arithmetic: str = "f64", gain: Optional[ArrayLike] = None):
         self.model = model
         self.parts = Parts(model, arithmetic)
-        self.begins = True  # the next row is the first one
+        self.begins, self.coarse = True, ""  # the next row is the first one; of measurements, as a Filter has it
         self._left: Optional[np.ndarray] = None  # the control of the last row
+        self._last: Optional[Rows] = None  # the last row, where it has a time
         a, n, m = self.parts.arithmetic, model.n, model.m
         self._handle = a.struct("steady")
         require(a.function("steady_assign")(self._handle, n, m, *self.parts.memory(
@@ -75,17 +77,26 @@ class SteadyFilter:
         self.parts.kept.append(table)
         return table
 
+    def _require_steps(self, rows: Rows) -> None:
+        """From the row before on"""
+        times = rows.times
+        if times is not None and self._last is not None:
+            require_one_origin(self._last.origin, rows.origin)
+            times = np.concatenate([self._last.times, times])
+        require_steps(self.model, times, "a steady filter", "give z.to_numpy() to take each row for one")
+
     def run(self, z: ArrayLike, u: Optional[ArrayLike] = None) -> Run:
-        """As Filter.run: mean and innovation."""
+        """As Filter.run, of steps that are all alike: mean and innovation."""
         parts, a, n, m = self.parts, self.parts.arithmetic, self.model.n, self.model.m
-        given = rows_of(z, self.model.measurements, "z")
+        rows = Rows.of(self.model, z, u, origin=self._last.origin if self._last else None)
+        self._require_steps(rows)
+        given = rows.z
         present = present_of(given)
         if np.any((present != 0) & (present != (1 << m) - 1)):
             row = int(np.flatnonzero((present != 0) & (present != (1 << m) - 1))[0])
             raise KalmanqError("a steady filter takes all components of a row, or none", row=row)
         words = np.ascontiguousarray(parts.words(given, "measurements"))
-        controls = controls_of(u, self.model, len(given))
-        moving = None if controls is None else parts.words(controls, "controls")
+        moving = None if rows.u is None else parts.words(rows.u, "controls")
         carried = parts.carried(moving, self._left, len(given))
         mean, innovation = a.empty(len(given), n), a.empty(len(given), m)
         done = ffi.new("size_t *")
@@ -93,9 +104,11 @@ class SteadyFilter:
             self._handle, len(given), a.pointer(words), a.pointer(present, "uint32_t"), a.pointer(carried),
             self.begins, a.pointer(mean), a.pointer(innovation), done)
         require(status, "the run", int(done[0]))
+        warn_of_coarse(self, a.name, given)
         if len(given):
+            self._last = None if rows.times is None else rows[-1:]
             self.begins = False
             self._left = None if moving is None else moving[-1]
         return Run(self.model, a.name, mean=a.values(mean, parts.fractions("states")),
                    innovation=a.values(innovation, parts.fractions("measurements")),
-                   index=index_of(z, u), words={"mean": mean, "innovation": innovation})
+                   index=rows.index, words={"mean": mean, "innovation": innovation})

@@ -11,6 +11,7 @@ from kalmanq.compiler.proven.product import MARGIN, RECORD, RECORDS, Product, ra
 from kalmanq.compiler.proven.rounding import FAR
 from kalmanq.firmware.costs import CORES
 from kalmanq.firmware.designs import TOLERABLE
+from kalmanq.run.resolution import told_of
 
 FEW = 3  # sigma
 
@@ -35,7 +36,7 @@ def remarks(product: Product) -> list[str]:
         lines.append(f"{found.count} covariances{f' ({how})' if how else ''}, that is all: positive definite, the "
                      f"least scaled pivot {found.pivot:.1e}; within {found.error:.1e} sigma_i sigma_j.")
     lines += [*(f"{what[0].upper()}{what[1:]}: {said}." for what, said in of_means(product)),
-              *(f"{one}." for one in narrow_ranges(product))]
+              *(f"{one}." for one in of_measurements(product))]
     lines += [f"Not {one.form}: {one.reason}." for one in product.refused]
     return [*lines, "", *flags(product)]
 
@@ -75,15 +76,17 @@ def _cure(loss: float, cure: str) -> str:
 
 def warnings(product: Product) -> list[str]:
     """What may be too much: errors of means, ranges that are too narrow"""
-    return [f"{what}: {said}" for what, said in of_means(product) if "; more than " in said] + narrow_ranges(product)
+    return [f"{what}: {said}" for what, said in of_means(product) if "; more than " in said] + of_measurements(product)
 
 
-def narrow_ranges(product: Product) -> list[str]:
-    """Measurements that will be refused however well the filter knows the states"""
+def of_measurements(product: Product) -> list[str]:
+    """Those that will be refused however well the filter knows the states; those that are coarse beside their noise"""
+    arithmetic = product.wanted.arithmetic
+    coarse = told_of(product.model, arithmetic)
     sigmas = [float(value.sqrt()) for value in np.diag(product.plan.settled.variance)]
     return [f"range of {one.name}: {one.range:g} is less than {FEW:g} sigma of its innovation, {FEW * sigma:.3g}: what "
             "is beyond is refused at run time" for one, sigma in zip(product.model.measurements, sigmas)
-            if one.range and one.range < FEW * sigma]
+            if one.range and one.range < FEW * sigma] + ([f"measurements are coarse in {arithmetic}: {coarse}"] if coarse else [])
 
 
 def no_less(value: float) -> str:
@@ -126,7 +129,7 @@ def proof_text(product: Product) -> str:
                      + (f" ({margin} times the worst: compilers contract as they like)" if margin > 1 else
                         " (on every core)"))
     lines += [*(f"{what:<28} {said}" for what, said in of_means(product)),
-              *narrow_ranges(product),
+              *of_measurements(product),
               f"RAM                          {ram_of(plan)} bytes", ""]
     lines += [*means(product), *costs_of(product)]
     lines += [f"refused: {one.form}: {one.reason}" for one in product.refused]
