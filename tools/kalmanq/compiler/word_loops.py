@@ -7,7 +7,7 @@ The mean stays in straight lines.
 from __future__ import annotations
 
 import math
-from typing import Sequence
+from typing import Optional, Sequence
 
 from kalmanq.compiler.loops import sparse, table
 from kalmanq.compiler.word_factor import Factor, Key, keys
