@@ -202,7 +202,7 @@ def test_check_has_the_formats_of_the_headers(tmp_path: Path) -> None:
     """Of compile, with the library and without; the last raw value of a format is within it"""
     quantities = 'states = {"names": ["x"], "units": ["m"], "ranges": [%s]}\nmeasurements = {"names": ["z1"], "units": ["m"], "ranges": [%s]}\n'
     for range_ in (1000.0, 1023.99999985):
-        model = Model([[1.0]], [[1.0]], 4.0, 1.0, P0=[100.0], states=[Quantity("x", "m", range_)], measurements=[Quantity("z1", "m", range_)])
+        model = Model([[1.0]], H=[[1.0]], R=4.0, Q=1.0, P0=[100.0], states=[Quantity("x", "m", range_)], measurements=[Quantity("z1", "m", range_)])
         functions = tmp_path / "functions.py"
         functions.write_text(quantities % (range_, range_) + "x0, P0, R, Q = [0.0], [100.0], 4.0, [1.0]\ndef f(x): return [x[0]]\ndef h(x): return [x[0]]\n")
         path = file_of(model, tmp_path)

@@ -199,7 +199,7 @@ def short_and_long_steps(folder):
         for F in (np.eye(3, k=1), np.array(MIXED)):
             n = len(F)
             for which, Qc in (*((k, np.eye(n)[k]) for k in range(n)), ("all", 10.0 ** np.arange(n)), ("block", np.eye(n) + 0.5)):
-                yield f"{n} states, Qc {which}, {dt}", Model.of_continuous(F, np.eye(n)[:1], 0.25, Qc, dt=dt, P0=np.full(n, 100.0))
+                yield f"{n} states, Qc {which}, {dt}", Model.of_continuous(F, H=np.eye(n)[:1], R=0.25, Qc=Qc, dt=dt, P0=np.full(n, 100.0))
 
 
 def with_ranges(model):
@@ -232,7 +232,7 @@ def test_a_slider_moves_a_covariance_to_a_covariance(tmp_path):
 @needs_node
 def test_a_noise_of_a_short_step_has_all_its_degrees_of_freedom():
     """Of EM: the position's variance is 1e-18 of the acceleration's"""
-    model = Model.of_continuous(np.eye(3, k=1), [[1, 0, 0]], 0.25, [0, 0, 2.0], dt=1e-4, P0=[100, 10, 1])
+    model = Model.of_continuous(np.eye(3, k=1), H=[[1, 0, 0]], R=0.25, Qc=[0, 0, 2.0], dt=1e-4, P0=[100, 10, 1])
     found, = in_node([{"content": content_of(model, np.ones((11, 1))), "em": "degrees", "asked": {}}])
     assert found == [30, 11]
 
