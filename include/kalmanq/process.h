@@ -174,7 +174,8 @@ KQ_NODISCARD kq_status kq_process_init_continuous_f64(kq_process_f64 *p, const d
  * KQ_ERR_NULL, KQ_ERR_NOT_READY (s), KQ_ERR_SIZE (p has fewer than m controls), KQ_ERR_MEMORY, KQ_ERR_MISMATCH (s has
  * other states), KQ_ERR_NOT_FINITE, KQ_ERR_NOT_SYMMETRIC, KQ_ERR_NOT_SEMIDEFINITE (Q; Q, S and R together),
  * KQ_ERR_RANGE (Q as in kq_process_init; A* or B* overflows).
- * Accuracy: as kq_process_init for the joint covariance, n + m in the place of n.  The mean is rounded at the size of
+ * Accuracy: as kq_process_init for the joint covariance, n + m in the place of n: where Q* is less than 1e3 eps Q its
+ * own digits are few, and below 8 (n + m) eps Q it counts as 0.  The mean is rounded at the size of
  * A* x and K z: in f32, where a state is far larger than its sigma, move it by kq_predict_extended (extended.h) with
  * this process, d = (A - I) x + B u + K e, where kq_innovation after the update gives e = z - H x.
  * Cost: about 2 (n + m)^3 + n^2 m multiplications, 2 (n + m) square roots.  Stack: 300 bytes. */
