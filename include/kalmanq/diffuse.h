@@ -86,7 +86,8 @@ KQ_NODISCARD kq_status kq_diffuse_assign_f64(kq_diffuse_f64 *s, int n, size_t ea
  *   x0       n.  For an unknown component any value will do; near the truth it rounds least
  *   P0       n x n; rows and columns of unknown components are not read.  May be NULL if all are unknown
  *   unknown  bit i: component i is unknown (bits n and above are ignored); 0: as kq_filter_init
- * Events: KQ_EVENT_OVERFLOW: a move of the mean was not representable, and was not made.
+ * Events: KQ_EVENT_OVERFLOW: a move of the mean was not representable, and was not made; or a measurement left a
+ * sigma above 2^60 (f32), 2^500 (f64), and 2^60 or 2^500 is its prior.
  * Accuracy: a mean is off by about eps times its distance from x0, a row of S by a few n eps of the sigma of z in its
  * units.  An observability below 16 eps counts as 0.
  * Cost: as kq_filter_init.  While d > 0, besides the filter's, in multiplications: a predict 2.3 n^3 + n^2 d, a
@@ -159,8 +160,10 @@ KQ_NODISCARD kq_status kq_diffuse_smoothed_f64(const kq_diffuse_f64 *s, size_t t
  * The declared ranges are knowledge: an unknown direction has a sigma of one third of the range.  A
  * measurement that tells more than half of it determines the direction exactly, as f32.  One that tells less
  * is an ordinary measurement, and the direction gets this prior with mean x0.  So put x0 in the middle of the
- * range, and declare a range of 10 sigma where the start has to be exact.  While d > 0 the log-likelihood
- * counts the unknown in ranges, from d = 0 on in physical units.
+ * range, and declare a range of 10 sigma where the start has to be exact.  KQ_EVENT_PRECISION: a direction got
+ * this prior.  An exact start's mean or sigma then differs by 5 % of sigma or more.  Clear it once later
+ * measurements tell more than the ranges.  While d > 0 the log-likelihood counts the unknown in ranges, from d = 0
+ * on in physical units.
  * KQ_EVENT_SATURATED (in the filter): a state left its range.  Early steps may be up to 64 * 2^31 raw values
  * from 0 until they are smoothed; what is shown of them saturates.
  * Accuracy: a row of S to 2^-26 of the sigma of z in its units each time a dimension goes.  An observability

@@ -134,7 +134,7 @@ KQ_NODISCARD kq_status kq_process_init_root_f64(kq_process_f64 *p, const double 
  * KQ_ERR_NULL, KQ_ERR_SIZE, KQ_ERR_MEMORY, KQ_ERR_NOT_FINITE, KQ_ERR_NOT_SYMMETRIC, KQ_ERR_NOT_SEMIDEFINITE,
  * KQ_ERR_RANGE (dt; A, B or a sigma beyond what is representable).
  * Accuracy: 10 eps, of A, of B and of Q_ij in units of sqrt(Q_ii Q_jj), and twice what an F that is off by eps
- * makes.  An oscillator without damping: |F| dt eps.
+ * makes.  Of G_ii in Q = G G', 4 n eps sqrt(Q_ii), where Qc is diagonal; G_ii >= 2^-60 (f32), 2^-200 (f64).  An oscillator without damping: |F| dt eps.
  * Cost: 10, 38, 305 thousand instructions at n = 2, 4, 9 (M4F, f32); 6 n^3 multiplications more for each doubling of
  * |F| dt above 1/2.  Stack: 1000 bytes (n = 9: 1440). */
 KQ_NODISCARD kq_status kq_process_init_continuous_f32(kq_process_f32 *p, const float *F, const float *B,
@@ -174,7 +174,8 @@ KQ_NODISCARD kq_status kq_process_init_continuous_f64(kq_process_f64 *p, const d
  * KQ_ERR_NULL, KQ_ERR_NOT_READY (s), KQ_ERR_SIZE (p has fewer than m controls), KQ_ERR_MEMORY, KQ_ERR_MISMATCH (s has
  * other states), KQ_ERR_NOT_FINITE, KQ_ERR_NOT_SYMMETRIC, KQ_ERR_NOT_SEMIDEFINITE (Q; Q, S and R together),
  * KQ_ERR_RANGE (Q as in kq_process_init; A* or B* overflows).
- * Accuracy: as kq_process_init for the joint covariance, n + m in the place of n.  The mean is rounded at the size of
+ * Accuracy: as kq_process_init for the joint covariance, n + m in the place of n: where Q* is less than 1e3 eps Q its
+ * own digits are few, and below 8 (n + m) eps Q it counts as 0.  The mean is rounded at the size of
  * A* x and K z: in f32, where a state is far larger than its sigma, move it by kq_predict_extended (extended.h) with
  * this process, d = (A - I) x + B u + K e, where kq_innovation after the update gives e = z - H x.
  * Cost: about 2 (n + m)^3 + n^2 m multiplications, 2 (n + m) square roots.  Stack: 300 bytes. */

@@ -98,7 +98,8 @@ double kq_chi_square_limit_f64(int m, kq_level level);
  * taken.
  * Events of kq_update.  KQ_EVENT_OVERFLOW also where r' overflows (not taken) or a limit stopped the raise of P.
  * KQ_EVENT_JUMP: P was raised.  KQ_EVENT_GATED: rejected.  KQ_EVENT_REJECTIONS: a run ended.  KQ_EVENT_PRECISION
- * (jump): the raised H P H' is above 5e10 R (f32), 3e28 R (f64) or 1.8e13 R (q31).
+ * (jump): the raised H P H' is above 5e10 R (f32), 3e28 R (f64) or 1.8e13 R (q31); or H P H' is rounding, and P was
+ * not raised.
  * Cost: the update and n^2/2 + n multiplications a scalar; Huber a root and a division, Student 8 multiplications and
  * 7 divisions, jump n^2 multiplications and two roots where P is raised.  Gate: two copies of the filter, and a
  * second update at the end of a run.

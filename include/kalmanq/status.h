@@ -83,7 +83,7 @@ enum {
     KQ_EVENT_JUMP = 64,       /**< A jump loss raised P before the measurement was taken. */
     /** Precision lost: a sigma may be wrong by more than 5 %.  Rounding hides what a low-noise measurement
         said or, over many updates, has become information (kq_predict); or very many measurements said less
-        than their last bits (kq_update). */
+        than their last bits (kq_update); or the ranges of q31 are the prior of a diffuse start (diffuse.h). */
     KQ_EVENT_PRECISION = 128,
     KQ_EVENT_LOW_NOISE = 256, /**< A lean sensor raised the noise of a low-noise measurement (sensor.h). */
     /** Contradiction: a low-noise measurement is more than 2^12 (f32), 2^26.5 (f64) or 2^25 (q31) sigma from

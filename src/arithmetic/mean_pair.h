@@ -142,12 +142,10 @@ KQ_KERNEL extent mean_advance(num *x, int n, int i, const num *row, int first, c
     return extent_of(low);
 }
 
-/* Can a call have left this pair?  lo is what the rounding of hi has left or, where that is nearly 0, of the
-   numbers that hi is the difference of: with a steady gain, of some sigmas.  `size`: about one. */
-static inline int mean_is_possible(const num *x, int n, int i, num size)
+/* Can a call have left this pair?  lo is what the rounding of hi has left. */
+static inline int mean_is_possible(const num *x, int n, int i)
 {
-    const num low = num_magnitude(x[n + i]);
-    return low <= 4 * num_epsilon * num_magnitude(x[i]) || low <= size / 16;
+    return num_magnitude(x[n + i]) <= 4 * num_epsilon * num_magnitude(x[i]);
 }
 
 #endif

@@ -175,9 +175,8 @@ KQ_SHARED extent mean_shift(int32_t *x, int n, const int32_t *d, const int32_t *
 }
 
 /* Without a carry, as every call leaves it */
-static inline int mean_is_possible(const int32_t *x, int n, int i, int32_t size)
+static inline int mean_is_possible(const int32_t *x, int n, int i)
 {
-    (void)size;
     return (uint32_t)x[n + i] >> 24 == 0;
 }
 

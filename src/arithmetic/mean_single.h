@@ -107,9 +107,9 @@ KQ_KERNEL extent mean_advance(num *x, int n, int i, const num *row, int first, c
     return extent_of(d);
 }
 
-static inline int mean_is_possible(const num *x, int n, int i, num size)
+static inline int mean_is_possible(const num *x, int n, int i)
 {
-    (void)x, (void)n, (void)i, (void)size;
+    (void)x, (void)n, (void)i;
     return 1;
 }
 

@@ -1,7 +1,7 @@
 /*
  * The diffuse start within declared ranges.  delta is counted in the ranges of the unknown states, so
  * that x^, which is as near to x0 as the measurements allow, is as near in shares of the ranges.  A
- * direction of delta has sigma range_sigma, which is a third, by the ranges alone.  Where a measurement
+ * direction of delta has sigma 1/3 by the ranges alone.  Where a measurement
  * would tell less of it than half of that, it is given this prior, and the measurement is then
  * an ordinary one: the exact estimate would overflow.  ranges_float.h is the twin.
  */
@@ -12,7 +12,7 @@
 #include "../filter/filter.h"
 #include "unknown.h"
 
-static const scaled range_sigma = {INT32_C(0x55555555), -32}; /* 1/3 */
+enum { range_event = KQ_EVENT_PRECISION };
 
 static void ranges_clear(const start *s) { store_scaled(diffuse_memory_of(s).ranges, scaled_one); }
 
@@ -27,11 +27,13 @@ static scaled unknown_unit(const start *s, const filter *f, int i)
     return range;
 }
 
-/* Of a direction that a measurement of that variance sees by phi */
-static int range_says_more(scaled phi, scaled variance)
+/* Of a direction that a measurement of that variance sees by phi: the sigma of the ranges, or 0 if it says more */
+static scaled range_sigma(const scaled *k, int n, scaled phi, scaled variance)
 {
-    const scaled seen = scaled_shift(scaled_times(phi, range_sigma), -1);
-    return scaled_is_less(scaled_times(seen, seen), variance);
+    const scaled third = {INT32_C(0x55555555), -32};
+    const scaled seen = scaled_shift(scaled_times(phi, third), -1);
+    (void)k, (void)n;
+    return scaled_is_less(scaled_times(seen, seen), variance) ? third : scaled_zero();
 }
 
 /* From the ranges of all that was unknown to its units */

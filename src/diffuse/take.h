@@ -21,6 +21,7 @@ typedef struct {
     scaled own;                 /* and of g's own rounding, but for the entry that leads */
     scaled fresh[KQ_SIZE_MAX];  /* the sizes of the terms that g is the sum of */
     scaled turned[KQ_SIZE_MAX]; /* what D's reflection rounds in each row, squared */
+    scaled range;               /* the sigma of delta_1 by the ranges, or 0 where it tells more */
 } sight;
 
 static void diffuse_row(sight *by, const reading *z, int c)
@@ -167,7 +168,7 @@ static void diffuse_close_dimension(start *s)
     if (s->unknowns == 0) diffuse_end(s);
 }
 
-/* What is seen is as large as the ranges let it be: S <- tria [S, D_1 range_sigma]. */
+/* What is seen is as large as the ranges let it be: S <- tria [S, D_1 range]. */
 static void diffuse_bound(start *s, definition *m, const sight *by, const scaled *k)
 {
     const scaled zero = scaled_zero();
@@ -176,8 +177,9 @@ static void diffuse_bound(start *s, definition *m, const sight *by, const scaled
         m->f[i] = zero;
         rounding_add(diffuse_memory_of(s).rounding, n, i, by->turned[i]);
     }
-    m->sigma = scaled_times(m->phi, range_sigma);
+    m->sigma = scaled_times(m->phi, by->range);
     diffuse_define_root(s, m, k);
+    s->filter->events |= range_event;
     diffuse_close_dimension(s);
 }
 
@@ -196,10 +198,6 @@ KQ_NOINLINE static int diffuse_define(start *s, const reading *z, int c, sight *
     m.sigma = scaled_root(r);
     project(row, filter_root(f), by->h, n);
     const scaled variance = scaled_plus(r, row_product(row, row, n));
-    if (range_says_more(m.phi, variance)) {
-        diffuse_bound(s, &m, by, k);
-        return 0;
-    }
     int finite = scaled_is_finite(e);
     for (int i = 0; i < n; i++) finite &= scaled_is_finite(scaled_times(k[i], e));
     if (!finite) {
@@ -208,6 +206,11 @@ KQ_NOINLINE static int diffuse_define(start *s, const reading *z, int c, sight *
         }
         f->events |= KQ_EVENT_OVERFLOW;
         return 1;
+    }
+    by->range = range_sigma(k, n, m.phi, variance);
+    if (!scaled_is_zero(by->range)) {
+        diffuse_bound(s, &m, by, k);
+        return 0;
     }
     rounding_define(diffuse_memory_of(s).rounding, n, k, by);
     for (int j = 0; j < n; j++) m.f[j] = row_entry(row, n, j);
@@ -240,13 +243,12 @@ static void diffuse_take_known(start *s, const reading *z, int c, const scaled *
     }
 }
 
-/* Its prior's variance counts in the likelihood as in that of ever larger ones. */
-static void diffuse_take_bounded(start *s, const reading *z, int c, const scaled *h, scaled e)
+/* A prior's variance counts in the likelihood as in that of ever larger ones. */
+static void likelihood_unbound(likelihood *p, scaled range)
 {
-    if (s->unknowns == 0) take_with_care(s->filter, z, c, h, e, 0);
-    else diffuse_take_known(s, z, c, h, e);
-    const scaled sigma = scaled_over(scaled_one, range_sigma);
-    likelihood_multiply(&s->filter->last, scaled_times(sigma, sigma));
+    const scaled share = scaled_over(scaled_one, range);
+    likelihood_multiply(p, share);
+    likelihood_multiply(p, share);
 }
 
 static void diffuse_take(start *s, const reading *z)
@@ -256,9 +258,11 @@ static void diffuse_take(start *s, const reading *z)
         if (!(z->present >> c & 1)) continue;
         diffuse_row(&by, z, c);
         const scaled e = scalar_innovation(s->filter, z, c);
+        by.range = scaled_zero();
+        if (s->unknowns && diffuse_sees(s, &by) && diffuse_define(s, z, c, &by, e)) continue;
         if (s->unknowns == 0) take_with_care(s->filter, z, c, by.h, e, 0);
-        else if (!diffuse_sees(s, &by)) diffuse_take_known(s, z, c, by.h, e);
-        else if (!diffuse_define(s, z, c, &by, e)) diffuse_take_bounded(s, z, c, by.h, e);
+        else diffuse_take_known(s, z, c, by.h, e);
+        if (!scaled_is_zero(by.range)) likelihood_unbound(&s->filter->last, by.range);
     }
 }
 

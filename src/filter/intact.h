@@ -31,7 +31,7 @@ KQ_COLD static kq_status state_check(const filter *f)
     const num *S = filter_root(f);
     if (!mean_is_finite(f->memory, n)) return KQ_ERR_NOT_FINITE;
     for (int i = 0; i < n; i++) {
-        if (!row_is_possible(S, n, i) || !mean_is_possible(f->memory, n, i, row_size(S, n, i))) return KQ_ERR_TABLE;
+        if (!row_is_possible(S, n, i) || !mean_is_possible(f->memory, n, i)) return KQ_ERR_TABLE;
     }
     return KQ_OK;
 }

@@ -26,13 +26,6 @@ static int mean_is_finite(const num *x, int n)
     return 1;
 }
 
-/* A row's norm, about */
-KQ_COLD static num row_size(const num *S, int n, int i)
-{
-    (void)S, (void)n, (void)i;
-    return num_one;
-}
-
 /* Row i of a root: normalised, but for rounding, and an exponent that is one */
 KQ_COLD static int row_is_possible(const num *S, int n, int i)
 {

@@ -108,15 +108,18 @@ KQ_COLD static int flow_halvings(const num *F, num dt, int n)
     return halvings;
 }
 
-/* S <- tria [S, C], C being the last c columns of wide; does C count in S S'? */
+/* S <- tria [S, C], C being the last c columns of wide; does C count in S S'?  What is left of a state, given those
+   behind it, may be far less than its sigma, down to what rounds that. */
 KQ_COLD static int flow_join(num *S, num *wide, int n, int c)
 {
     int counts = 0;
     const int width = n + c;
+    const num least = num_epsilon / 64;
     for (int i = 0; i < n; i++) {
         num *row = wide + i * width;
         for (int j = 0; j < n; j++) row[j] = j < i ? 0 : S[column(j) + i];
-        if (dot(0, row + n, row + n, c) > num_epsilon / 64 * dot(0, row, row, n)) counts = 1;
+        const num added = dot(0, row + n, row + n, c) / least;
+        if (added > row[i] * row[i] && added > least * dot(0, row, row, n)) counts = 1;
     }
     if (counts) root_of_factor(S, wide, n, width);
     return counts;
@@ -142,7 +145,7 @@ KQ_COLD static void flow_noise(const continuous_work *w, const num *F, const num
     num *C = w->next_A; /* not needed before */
     const int c = flow_columns(w->lead, L, num_root(h), n), width = n + c;
     for (int k = 0; k < KQ_TRIANGLE(n); k++) w->S[k] = 0;
-    for (int i = 0; i < n + FLOW_TERMS / 2; i++) {
+    for (int i = 0; i < n + FLOW_TERMS; i++) {
         const num root = num_root((num)(2 * i + 1));
         copy(w->power, w->lead, n * c);
         flow_sum(C, w->power, F, h, i, n, c);

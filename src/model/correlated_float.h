@@ -26,7 +26,7 @@ KQ_COLD static correlated_work correlated_work_at(num *memory, int n, int contro
     return w;
 }
 
-/* What is not present is 0. */
+/* What is not present is 0, and so is the floor under a component without noise, which has none to share. */
 KQ_COLD static void joint_covariance(num *joint, const num *Q, const sensor *s, const num *S, uint32_t present)
 {
     const int n = s->states, m = s->components, width = n + m;
@@ -36,8 +36,8 @@ KQ_COLD static void joint_covariance(num *joint, const num *Q, const sensor *s, 
     }
     for (int b = 0; b < m; b++) {
         for (int c = b; c < m; c++) {
-            const int both = (int)(present >> b & present >> c & 1);
-            joint[(n + b) * width + n + c] = both ? noise_entry(s, b, c) : 0;
+            const num r = present >> b & present >> c & 1 ? noise_entry(s, b, c) : 0;
+            joint[(n + b) * width + n + c] = b == c && r <= num_tiny ? 0 : r;
         }
     }
 }

@@ -84,14 +84,14 @@ KQ_COLD static void swap_positions(pivoting *v, int i, int j)
     }
 }
 
-/* Is what is left unexplained rounding, up to `rounding` sigma_i sigma_j? */
+/* Is what is left unexplained rounding, up to `rounding` sigma_i sigma_j?  What has overflowed is not. */
 KQ_COLD static int is_explained(const pivoting *v, num rounding)
 {
     for (int i = 0; i < v->next; i++) {
         for (int j = i; j < v->next; j++) {
             const int a = v->row[i], b = v->row[j];
             const num sigmas = num_root(v->P[a * (v->n + 1)]) * num_root(v->P[b * (v->n + 1)]);
-            if (num_magnitude(unexplained(v, i, j)) > rounding * sigmas) return 0;
+            if (!(num_magnitude(unexplained(v, i, j)) <= rounding * sigmas)) return 0;
         }
     }
     return 1;

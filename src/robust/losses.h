@@ -103,12 +103,15 @@ static void raise_root(filter *f, scaled r, scaled square, scaled nis)
     if (scaled_is_less(num_tiny, r) && scaled_is_less(least, scaled_times(square, scaled_times(c, c)))) f->events |= KQ_EVENT_PRECISION;
 }
 
-/* If e^2 > g s: s becomes e^2. */
+/* If e^2 > g s: s becomes e^2.  Rounding in the place of h'P h does not say how the state has jumped; a state that is
+   known does not jump. */
 static void raise_for_jump(filter *f, const reading *z, const robust_scalar *m, scaled square, scaled g)
 {
     const scaled r = *m->noise, s = scaled_plus(r, square);
     const scaled nis = scaled_times(m->e, scaled_over(m->e, s));
-    if (scaled_is_less(g, nis) && may_be_raised(f, z, m, square)) raise_root(f, r, square, nis);
+    if (!scaled_is_less(g, nis)) return;
+    if (may_be_raised(f, z, m, square)) raise_root(f, r, square, nis);
+    else if (scaled_is_less(num_zero_variance, square)) f->events |= KQ_EVENT_PRECISION;
 }
 
 static int is_recording(const filter *f) { return is_recorded(f) && history_of(f)->filter == f; }

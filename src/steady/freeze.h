@@ -105,6 +105,9 @@ static void freeze_move_mean(const freeze *w, filter *f, const process *p, const
         for (int c = 0; c < m; c++) {
             events |= mean_correct_exactly(x, n, i, w->gain[i * m + c], e[c]);
         }
+    }
+    mean_settle(x, n);
+    for (int i = 0; i < n; i++) {
         events |= mean_saturate(x, n, i);
         far = extent_join(far, mean_extent(x, n, i));
     }

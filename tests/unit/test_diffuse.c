@@ -232,6 +232,26 @@ TEST(a_measurement_beyond_the_numbers_is_not_taken)
     ASSERT_WITHIN(0, 0, K(log_likelihood)(&track));
 }
 
+/* A sigma up to the largest that predict holds, and not beyond it */
+TEST(a_sigma_beyond_the_largest_is_held)
+{
+    const double most = EPS < 1e-9 ? 0x1p500 : 0x1p60;
+    for (int e = -4; e < 20; e++) {
+        const double h = ldexp(1 / most, -e);
+        const num row[] = {N(h), 0}, z = N(0.5);
+        set_up();
+        ASSERT_OK(K(sensor_change_measurement)(&level, row));
+        ASSERT_OK(K(update)(&track, &level, &z));
+        ASSERT_OPEN(1, 1);
+        const int is_held = sqrt(2) / h > most;
+        TEST_ASSERT_EQUAL_HEX(is_held ? KQ_EVENT_OVERFLOW : 0, K(events)(&track));
+        const double told = sqrt(2) / h / most;
+        const double sigma = is_held ? told / sqrt(1 + told * told) : told;
+        ASSERT_WITHIN(4 * EPS, sigma, (double)K(sigma)(&track, 0) / most);
+        ASSERT_OK(K(filter_check)(&track));
+    }
+}
+
 TEST(the_filter_goes_on_as_it_would)
 {
     static const num z[] = {4, 1}, more[] = {3, 2};

@@ -189,10 +189,40 @@ TEST(what_says_less_than_the_ranges_takes_their_prior)
     ASSERT_OK(kq_sensor_change_measurement_q31(&ranger.sensor, small, NULL));
     ASSERT_OK(
         kq_update_q31(&track, &ranger.sensor, words_of(z, 1, ranger.measurement_format)));
-    TEST_ASSERT_EQUAL_INT(0, kq_events_q31(&track));
+    TEST_ASSERT_EQUAL_HEX(KQ_EVENT_PRECISION, kq_events_q31(&track));
     TEST_ASSERT_EQUAL_INT(1, kq_diffuse_count_q31(&start));
     ASSERT_WITHIN(1e-3, 1, mean_value(&track, 0));
     ASSERT_WITHIN(1e-3, range[0] / 3, word_value(kq_sigma_q31(&track, 0), 0, 0));
+}
+
+/* Where the ranges' prior moves a mean or a sigma by 5 % of sigma the event says so, and nowhere else. */
+TEST(a_prior_that_counts_is_told)
+{
+    static const double z[2][2] = {{3, 1}, {2, -1}};
+    int told = 0;
+    for (int k = 0; k < 60; k++) {
+        const double part = ldexp(1, -k / 4), wide[] = {400 * part + 40, 80 * part + 15};
+        put_process(&motion, 2, 1, wide, drive_range, A, B, Q);
+        put_sensor(&ranger, 2, 1, wide, measured_range, sum, r);
+        put_prior(&prior, 2, wide, x0, P0);
+        const double noise[] = {(k % 4 + 1) * (k % 4 + 1) * 0.125};
+        put_sensor(&ranger, 2, 1, wide, measured_range, sum, noise);
+        ASSERT_OK(K(sensor_init)(&ranger_f64, sum, noise));
+        begin(3);
+        for (int t = 0; t < 2; t++) {
+            if (t) predict(NULL);
+            update(&ranger, &ranger_f64, z[t], 1);
+        }
+        double off = 0;
+        for (int i = 0; i < 2; i++) {
+            const double sigma = K(sigma)(&track_f64, i);
+            off = fmax(off, fabs(word_value(kq_sigma_q31(&track, i), 0, i) / sigma - 1));
+            off = fmax(off, fabs(word_value(kq_mean_q31(&track, i), 0, i) - K(mean)(&track_f64, i)) / sigma);
+        }
+        TEST_ASSERT_EQUAL_HEX(off > 0.05 ? KQ_EVENT_PRECISION : 0, kq_events_q31(&track));
+        told += off > 0.05;
+    }
+    TEST_ASSERT_INT_WITHIN(20, 30, told);
 }
 
 /* A state that is larger than declared */

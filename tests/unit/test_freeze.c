@@ -372,6 +372,21 @@ TEST(before_that_it_is_the_full_filter)
     }
 }
 
+/* However far sigma is below the rounding of the state */
+TEST(a_frozen_filter_that_is_sound_passes_its_check)
+{
+    static const double noises[] = {0, 1e-14, 1e-12, 1e-10, 1e-6};
+    for (int k = 0; k < COUNT(noises); k++) {
+        const num r[] = {(num)noises[k], (num)noises[k]};
+        put_independent(&radar, N, M, range, measured_range, H, r);
+        settle();
+        for (int t = 0; t < RUN; t++) {
+            ASSERT_NEXT_STEP(1);
+            ASSERT_OK(S(filter_check)(&track));
+        }
+    }
+}
+
 TEST(the_root_rests_while_it_is_settled)
 {
     settle();

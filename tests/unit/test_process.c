@@ -594,6 +594,39 @@ TEST(a_correlated_process_out_of_the_numbers_is_refused)
     ASSERT_REFUSED(KQ_ERR_RANGE, K(process_init_correlated)(&p, A, B, Q, &seen, small_S, UINT32_MAX));
 }
 
+/* Nothing is shared with a noise that is 0, however large or small it is said to be. */
+TEST(a_noise_that_is_none_shares_nothing)
+{
+    static const num shares[] = {N(1e-20), 1, N(1e21), NUM_MAX}, no_R[] = {0, 0, 0, 0};
+    K(process) p;
+    ASSERT_OK(init_drift(&p, UINT32_MAX));
+    ASSERT_OK(K(sensor_init)(&seen, seen_H, no_R));
+    WATCH(p);
+    for (int k = 0; k < COUNT(shares); k++) {
+        const num one[] = {shares[k], 0, 0, 0}, both[] = {shares[k], -shares[k], 0, 0};
+        ASSERT_REFUSED(KQ_ERR_NOT_SEMIDEFINITE, K(process_init_correlated)(&p, A, B, Q, &seen, one, UINT32_MAX));
+        ASSERT_REFUSED(KQ_ERR_NOT_SEMIDEFINITE, K(process_init_correlated)(&p, A, B, Q, &seen, both, UINT32_MAX));
+    }
+}
+
+/* A covariance whose root overflows is none. */
+TEST(a_correlation_beyond_the_numbers_is_refused)
+{
+    static const num far[] = {1, N(0.1), 0, N(0.1), 1, NUM_MAX / 4, 0, NUM_MAX / 4, N(1e-30)};
+    static const num x0[3], still[9];
+    static num memory[KQ_PROCESS_LEN(3)], noise[KQ_SENSOR_LEN(3)], state[FILTER_LEN(3)];
+    K(process) p;
+    K(sensor) s;
+    K(filter) f;
+    ASSERT_OK(K(process_assign)(&p, 3, 0, memory, COUNT(memory)));
+    ASSERT_OK(K(sensor_assign)(&s, 3, 3, noise, COUNT(noise)));
+    ASSERT_OK(K(filter_assign)(&f, 3, state, COUNT(state)));
+    WATCH(p), WATCH(s), WATCH(f), WATCH(memory), WATCH(state);
+    ASSERT_REFUSED(KQ_ERR_NOT_SEMIDEFINITE, K(process_init)(&p, still, NULL, far));
+    ASSERT_REFUSED(KQ_ERR_NOT_SEMIDEFINITE, K(sensor_init)(&s, still, far));
+    ASSERT_REFUSED(KQ_ERR_NOT_SEMIDEFINITE, K(filter_init)(&f, x0, far));
+}
+
 /* ------------------------------------------------------------------- check */
 
 static kq_status check_motion(void) { return K(process_check)(&motion); }
