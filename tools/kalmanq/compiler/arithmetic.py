@@ -47,6 +47,24 @@ class Arithmetic:
         """Of a covariance: the entries of its factor that are carried"""
         raise NotImplementedError
 
+    # ---- a start that is given
+
+    refused_start: str  # what answers 0, and what it does then
+
+    def started_at(self) -> list[str]:
+        """The last lines: what is returned"""
+        return ["return 1;"]
+
+    # ---- what grows without end
+
+    def within_numbers(self) -> list[str]:
+        """Lines after a predict"""
+        return []
+
+    def hold(self) -> list[str]:
+        """A function that they call"""
+        return []
+
     # ---- constant gains in a table (--every, --lag)
 
     def gain_literals(self, gains: Sequence[np.ndarray]) -> list[list[str]]:

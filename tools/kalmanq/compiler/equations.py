@@ -227,6 +227,9 @@ class EquationFilter(FloatFilter):
 
     # ---- hooks of FloatFilter
 
+    def _what_grows(self) -> None:
+        return None  # see overflow()
+
     def _transfers(self, form: ud.UD) -> list[Callable[[ud.Entries], ud.Entries]]:
         c = self.coefficients
         smooths = [back.transfer(form, c.A, c.noise())] if self.given.options.smooth else []

@@ -10,7 +10,7 @@ from typing import Callable, Mapping, Optional, Sequence
 
 import numpy as np
 
-from kalmanq.compiler import ud
+from kalmanq.compiler import growth, ud
 from kalmanq.compiler.arithmetic import Arithmetic
 from kalmanq.compiler.coefficients import Constant, coefficients
 from kalmanq.compiler.enclosure import Settled
@@ -31,6 +31,7 @@ class FloatFilter(Arithmetic):
     """In float or double"""
 
     most_operations = 4000  # about 20 kB
+    refused_start = "NaN, infinite or too large: then nothing has changed"
 
     def __init__(self, given: Request, steady: Optional[Settled]):
         self.given, self.of = given, given.of.doubles()
@@ -42,6 +43,8 @@ class FloatFilter(Arithmetic):
         self.coefficients = self.made_coefficients()
         self.first = ud.factor(given.of.P0)
         self._find_entries()
+        self.growth = self._what_grows()
+        self.events = (growth.EVENT,) if self.growth else ()
 
     def made_coefficients(self) -> Constant:
         return coefficients(self.given, self.type, self.number)
@@ -118,8 +121,14 @@ class FloatFilter(Arithmetic):
                 *self.coefficients.start]
 
     def start_at(self) -> list[str]:
-        """From mean[n] and sigma[n]; of states that share a variance the largest sigma is taken."""
-        lines = [f"for (int i = 0; i < {len(self.given.carried)}; i++) {{", "    f->x[i] = mean[i];", f"    f->low[i] = {self.number(0)};", "}"]
+        """From mean[n] and sigma[n], whose squares are numbers; of states that share a variance the largest sigma is taken."""
+        lines, counts = [], {"mean": len(self.given.carried), "sigma": self.of.n}
+        squares = {name: f"{name}[i] * {name}[i]" for name in counts}
+        if len(set(counts.values())) == 1:
+            counts, squares = {"mean": self.of.n}, {"mean": " + ".join(squares.values())}
+        for name, count in counts.items():
+            lines += [f"for (int i = 0; i < {count}; i++)", f"    if (!({squares[name]} <= {self.number(MOST[self.type]**2)})) return 0;"]
+        lines += [f"for (int i = 0; i < {len(self.given.carried)}; i++) {{", "    f->x[i] = mean[i];", f"    f->low[i] = {self.number(0)};", "}"]
         for slot, (i, j) in enumerate(self.live):
             shared = [key[0] for key, fact in self.facts.items() if fact == (i, j)] if i == j else []
             text = f"sigma[{shared[0]}]" if shared else self.number(0)
@@ -243,6 +252,31 @@ class FloatFilter(Arithmetic):
             residual = y * share
             made = r * (nu / (nu + 1)) + (residual * residual + spread * share) * (1 / (nu + 1))
         return made
+
+    # ---- what grows without end
+
+    def _what_grows(self) -> Optional[growth.Growth]:
+        is_free = not all(one.is_constant for row in self.coefficients.A for one in row)
+        return growth.growth(self.given, self.steady, self.type, is_free)
+
+    def within_numbers(self) -> list[str]:
+        if not self.growth:
+            return []
+        return [f"if (!({' && '.join(self._looks_at(*one) for one in self.growth.looked_at.items())})) hold(f);"]
+
+    def _looks_at(self, i: int, most: float) -> str:
+        fact, parts = self.facts[i, i], []
+        if isinstance(fact, tuple):
+            parts.append(f"f->P[{self.live.index(fact)}]")
+        if self.growth.by_itself or not parts:
+            parts.append(f"{self.number(most / growth.LARGEST[self.type])} * f->x[{i}] * f->x[{i}]")
+        return f"{' + '.join(parts)} <= {self.number(most)}"
+
+    def hold(self) -> list[str]:
+        place, constants = self.places_of_entries()
+        is_plain = not constants and place == list(range(len(place)))
+        return growth.hold(self.given, self.type, self.number, self.growth, len(self.live), None if is_plain else place) \
+            if self.growth else []
 
     # ---- settled
 

@@ -1,0 +1,150 @@
+"""kalmanq compile for long: gaps that an unstable model does not survive by itself, and runs in which a float adds up what is far below it."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Callable
+
+import numpy as np
+import pytest
+from driven import Driven
+from products import ALL, tank
+from whole import first
+
+from kalmanq import Model, Quantity
+from kalmanq.compiler.emit import PREDICTS, UPDATES
+from kalmanq.compiler.host import Host
+from kalmanq.compiler.product import compiled
+from kalmanq.compiler.record import Record, exact
+from kalmanq.compiler.request import Options
+from kalmanq.model import model_file
+
+EXAMPLES = Path(model_file.__file__).parents[1] / "examples"
+
+
+# ------------------------------------------------------------------------------ what grows without end
+
+
+def pendulum() -> Model:
+    """Upside down, and its encoder has a bias that wanders"""
+    return Model([[1.02, 0.05, 0], [0.3, 1.02, 0], [0, 0, 1]], [1, 0, 1], 1e-3, [1e-4, 1e-2, 1e-8], B=[0, 0.05, 0], P0=[0.1, 0.1, 0.01],
+                 states=[Quantity("angle", "", 10), Quantity("rate", "", 50), Quantity("bias", "", 1)],
+                 measurements=[Quantity("encoder", "", 12)], controls=[Quantity("torque", "", 20)], name="pendulum")
+
+
+def robot() -> Model:
+    """It balances: no range is declared"""
+    return Model([[1.00125, 0.010004], [0.2501, 1.00125]], [1, 0], 1e-4, [[1.67e-7, 2.5e-5], [2.5e-5, 5e-3]], P0=[0.1, 0.1], name="robot")
+
+
+def tower() -> Model:
+    """Two axes that are alike, and share their variances"""
+    return Model(np.kron(np.eye(2), [[1.01, 0.02], [0.2, 1.01]]), np.kron(np.eye(2), [[1, 0]]), [1e-2, 1e-2],
+                 np.diag([1e-6, 1e-3] * 2), P0=[1, 1] * 2, name="tower")
+
+
+def reactor() -> Model:
+    """An oscillation that grows, in units of which one is a million times the other, and what it heats"""
+    turn = 1.03 * np.array([[np.cos(0.4), 1e6 * np.sin(0.4), 0], [-1e-6 * np.sin(0.4), np.cos(0.4), 0], [1e-7, 0, 0.9]])
+    return Model(turn, [[1, 0, 0], [0, 0, 1]], [1e4, 1e-2], [1e4, 1e-8, 1e-3], P0=[1e8, 1e-4, 1], name="reactor")
+
+
+def culture() -> Model:
+    """One state that doubles every ten rows, fed"""
+    return Model([[2**0.1]], [1], 0.01, 1e-3, B=[1], P0=[1], controls=[Quantity("feed", "", 5)], name="culture")
+
+
+def delayed_culture() -> Model:
+    """The measurement is of the state two rows ago"""
+    return Model([[1.05, 0, 0], [1, 0, 0], [0, 1, 0]], [0, 0, 1], 0.01, [1e-3, 0, 0], P0=[1, 1, 1], name="delayed")
+
+
+UNSTABLE = (pendulum, robot, tower, reactor, culture, delayed_culture)
+
+
+def seen(model: Model, arithmetic: str, gap: int, rows: int, **more: object) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
+    """After 100 samples, a gap and `rows` samples: means and covariances of these, events of the gap and after it"""
+    draws = np.random.default_rng(1)
+    z = np.sqrt(np.diag(model.R)) * draws.standard_normal((100 + gap + rows, model.m))
+    z[100:100 + gap] = np.nan
+    product = compiled(model, "flt", Options(arithmetic, **more))  # type: ignore[arg-type]
+    with Host(product) as host:
+        ran = host.run(z, np.zeros((len(z), model.l)))
+    wide = model.changed(x0=np.zeros(model.n), P0=1e6 * np.maximum(np.diag(model.P0), np.diag(model.Q)))
+    after = Record(np.r_[UPDATES, np.full(rows - 1, PREDICTS | UPDATES)], np.full(rows, product.given.all), z[-rows:], np.zeros((rows, model.l)))
+    means, covariances = exact(compiled(wide, "flt", Options("f64")).given, after, np.full(rows, product.given.all))
+    sigma = np.sqrt(np.diagonal(covariances, axis1=1, axis2=2))
+    apart = np.abs(ran.mean[-rows:] - means) / sigma
+    spread = np.sqrt(np.diagonal(ran.covariance[-rows:], axis1=1, axis2=2)) / sigma - 1
+    return apart.astype(float), np.abs(spread).astype(float), ran.events[100:100 + gap], ran.events[-rows:]
+
+
+@pytest.mark.parametrize("more", first(2, [{}, {"loops": True}, {"gate": 8.0, "nis": True}, {"tunable": True}]), ids=str)
+@pytest.mark.parametrize("gap", [1600, 20_000])
+@pytest.mark.parametrize("make", UNSTABLE)
+def test_samples_bring_back_what_has_grown_without_end(make: Callable[[], Model], gap: int, more: dict) -> None:
+    """Held while nothing is measured, and an event says so; the gate takes all after 8 rejections"""
+    model = make()
+    apart, spread, held, after = seen(model, "f32", gap, 3000, **more)
+    bit = 1 << [*compiled(model, "flt", Options("f32", **more)).events].index("OVERFLOW")
+    assert np.bitwise_or.reduce(held) & bit
+    assert np.isfinite(apart).all() and not after[20:].any()
+    assert apart[-1].max() < 0.2 and spread[-1].max() < 0.03
+
+
+@pytest.mark.parametrize("make", UNSTABLE)
+def test_f64_holds_it_too(make: Callable[[], Model]) -> None:
+    apart, spread, held, _ = seen(make(), "f64", 20_000, 3000)
+    assert held.any() and apart[-1].max() < 0.2 and spread[-1].max() < 0.03
+
+
+@pytest.mark.parametrize("arithmetic", ("f32", "f64"))
+def test_a_mean_without_any_variance_is_held(arithmetic: str, tmp_path: Path) -> None:
+    """Nothing drives it, and it is known exactly: only its mean grows"""
+    f = Driven(Model([[1.1]], [1], 1.0, 0.0, P0=[1.0]), tmp_path, Options(arithmetic))
+    f.start_at([1.0], [0.0])
+    for _ in range(9000):
+        f.predict()
+    assert f.mean == 0 and f.covariance > 0 and f.events
+    for k in range(100):
+        f.step([1.1**k])
+    assert abs(f.mean[0] / 1.1**99 - 1) < 1e-4 and not f.events
+
+
+@pytest.mark.parametrize("make", UNSTABLE)
+def test_a_gap_that_a_float_bears_is_no_event(make: Callable[[], Model]) -> None:
+    model = make()
+    rate = np.log(np.abs(np.linalg.eigvals(model.A)).max())
+    apart, spread, held, after = seen(model, "f32", int(np.log(300) / rate), 3000)
+    assert not held.any() and not after.any() and apart[-1].max() < 0.2 and spread[-1].max() < 0.03
+
+
+def test_what_does_not_grow_pays_nothing() -> None:
+    """Chains of sums and oscillations among them: their A has a spectral radius of 1, however it is rounded"""
+    models = [make() for make in ALL] + [model_file.read(one) for one in sorted(EXAMPLES.glob("*.toml")) if one.stem not in ("ma", "arma")]
+    for model in models:
+        for arithmetic in ("f32", "f64"):
+            made = compiled(model, "flt", Options(arithmetic))
+            assert "hold(" not in made.code and "OVERFLOW" not in made.header, model.name
+
+
+@pytest.mark.parametrize("options", [Options("f32"), Options("f64", loops=True)])
+def test_a_start_that_is_no_number_is_refused(options: Options, tmp_path: Path) -> None:
+    f = Driven(tank(), tmp_path, options)
+    f.step([3.0])
+    before = f.bits
+    for bad in (np.nan, np.inf, -np.inf):
+        for mean, sigma in (([bad, 0], [1, 1]), ([0, bad], [1, 1]), ([0, 0], [bad, 1]), ([0, 0], [1, bad])):
+            assert f.call("start_at", f.numbers(mean), f.numbers(sigma)) == 0 and f.bits == before
+    assert f.call("start_at", f.numbers([5, 1]), f.numbers([2, 3])) == 1 and f.mean.tolist() == [5, 1]
+
+
+def test_a_start_beyond_a_format_is_told(tmp_path: Path) -> None:
+    f = Driven(tank(), tmp_path, Options("q31"))
+    names = [*f.product.events]
+    for mean, sigma, told in (([1, 1], [1, 1], set()), ([2**31 - 1, 1], [1, 1], {"MEAN_SATURATED"}), ([-2**31, 1], [1, 1], {"MEAN_SATURATED"}),
+                              ([1, 1], [1, -1], {"SIGMA_SATURATED"}), ([1, 1], [2**31 - 1, 1], {"SIGMA_SATURATED"})):
+        given = [(f.type * 2)(*one) for one in (mean, sigma)]
+        assert f.call("start_at", *given) == (not told)
+        events = f.events
+        assert {name for k, name in enumerate(names) if events >> k & 1} == told
