@@ -13,10 +13,11 @@ import numpy as np
 
 from kalmanq.compiler import back, equation_rounding, ud
 from kalmanq.compiler.coefficients import Constant
-from kalmanq.compiler.floats import MOST, FloatFilter, Mean, carried, entry
+from kalmanq.compiler.floats import MOST, FloatFilter, Mean, entry
 from kalmanq.compiler.printing import Body, Target, indented
 from kalmanq.compiler.names import named
 from kalmanq.compiler.request import FLOATS, Options, Request, groups, no_noise, request
+from kalmanq.compiler.ud import carried
 from kalmanq.errors import KalmanqError
 from kalmanq.formulas.calculus import substituted, without
 from kalmanq.formulas.graph import Node, add, constant, dot, make, mul, needed, negated, node, select, sub, symbol
@@ -151,9 +152,9 @@ class Formulas(Constant):
         return [[dot((w, made[k][c]) for k, w in enumerate(mixing) if not node(w).equals(0)) for c in range(len(made[0]))]
                 for mixing in self.mixing]
 
-    def noise(self) -> list[ud.Column]:
+    def noise(self, order: Optional[Sequence[int]] = None) -> list[ud.Column]:
         if self.step is None:
-            return super().noise()
+            return super().noise(order)
         if self.is_root:
             return [ud.Column(node(1.0), list(column)) for column in zip(*self.step)]
         return self._factored()[0]
@@ -186,6 +187,8 @@ def _single(model: NonlinearModel) -> set[int]:
 
 class EquationFilter(FloatFilter):
     """In float or double"""
+
+    may_be_slow = False  # what its rows do is not known
 
     def __init__(self, of: Equations):
         self.equations, self.sensors = of, of.sensors

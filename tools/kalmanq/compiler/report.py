@@ -43,7 +43,7 @@ def files(product: Product, host: Host, found: Findings, source: str) -> dict[st
 
 def lines(product: Product, found: Findings) -> list[str]:
     return [*_what(product), *_settles(product), *_accuracy(found), *_coarse(found, product.given.options.arithmetic),
-            *_chosen(product), *_unknown(product), *_correlated(product),
+            *_unresolved(product), *_chosen(product), *_unknown(product), *_correlated(product),
             *product.told_late]
 
 
@@ -81,6 +81,16 @@ def _coarse(found: Findings, arithmetic: str) -> list[str]:
     cure = "Use a smaller P0, or a larger R, where you can." if arithmetic == "f64" else "--arith f64 is finer there."
     return [f"  The error is above {COARSE:g}: the first variance (P0) is very far above what it settles to, or R is very",
             f"  small beside it. {cure}"]
+
+
+def _unresolved(product: Product) -> list[str]:
+    """What rounding keeps from its sigma"""
+    states, of = product.given.model.states, product.arithmetic.unresolved
+    if not of:
+        return []
+    names = ", ".join(states[i].name for i in sorted(of))
+    return [f"  From about {min(of.values())} rows on the sigma of {names} moves by less than {product.given.options.arithmetic} resolves,",
+            "  and may be wrong by more than 1 %. --arith f64 follows it."]
 
 
 def _chosen(product: Product) -> list[str]:

@@ -17,6 +17,7 @@ from kalmanq.compiler.cycle import Cycle
 from kalmanq.compiler.enclosure import Settled
 from kalmanq.compiler.printing import indented
 from kalmanq.compiler.request import RUN, Request
+from kalmanq.compiler.slow import slow_words
 from kalmanq.compiler.word_factor import Entries, Factor, Key
 from kalmanq.compiler.word_formats import BITS, formats, gap_of, largest_sigmas, ranged, root_of, variance_word
 from kalmanq.compiler.word_mean import Mean, aligned
@@ -54,6 +55,8 @@ class WordFilter(Readings):
         self.mean = Mean(given.of, self.formats, self.event("MEAN_SATURATED"))
         made = [self._in_order(order) for order in self._orders()]
         self.factor, self.live, self.operations = min(made, key=lambda one: one[2])
+        if self.constant is None:
+            self.unresolved = slow_words(given, [2.0**-self.sigma_fraction(i) for i in range(self.of.n)])
 
     # ---- the order of states, and which entries there are
 
