@@ -22,6 +22,7 @@ from kalmanq.formulas.calculus import without
 from kalmanq.formulas.graph import Node, mul
 
 TIMES = range(18, 28, 2)  # rows, as powers of two: less do not add up to a percent, more are not asked for
+WORD_TIMES = range(8, 28, 2)  # of words, whose last bit is the same however small a sigma becomes
 RESOLVED = 2.0**-18  # of a variance, what it changes by in a row: a float has a percent of it
 ROUNDED = 2.0**-24  # of an entry, in a row
 COUNTS = 2.0**-7  # of a variance, what is lost of it
@@ -56,7 +57,7 @@ def slow_words(given: Request, word: Sequence[float]) -> dict[int, int]:
     """States whose sigma moves by less than a word of it, and does not forget it; from how many rows on.  word: of each sigma"""
     found: dict[int, int] = {}
     with decimal.localcontext(DIGITS):
-        for rows, P in _after_long(given.of, 0):
+        for rows, P in _after_long(given.of, 0, WORD_TIMES):
             chain = list(_cycle(given.of, P, 0))
             for i, least in enumerate(map(Decimal, word)):
                 sigma = [one[i, i].sqrt() for one in chain]
@@ -91,14 +92,14 @@ def ordered(of: Numbers, order: Sequence[int]) -> Numbers:
     return Numbers(of.A[two], of.B[list(order)], of.H[:, list(order)], of.Q[two], of.R, of.x0[list(order)], of.P0[two])
 
 
-def _after_long(of: Numbers, gap: int) -> Iterator[tuple[int, np.ndarray]]:
+def _after_long(of: Numbers, gap: int, times: range = TIMES) -> Iterator[tuple[int, np.ndarray]]:
     """Rows, and P after so many, each with a full sample after a gap"""
     predict, cycle = steps(of)
     for _ in range(gap):
         cycle = predict.then(cycle)
-    for doublings in range(1, max(TIMES) + 1):
+    for doublings in range(1, max(times) + 1):
         cycle = cycle.then(cycle)
-        if doublings in TIMES:
+        if doublings in times:
             yield 2**doublings, cycle.of(of.P0)
 
 
