@@ -11,7 +11,7 @@ from typing import Callable, Mapping, Optional, Sequence
 
 import numpy as np
 
-from kalmanq.compiler import back, equation_rounding, ud
+from kalmanq.compiler import back, equation_rounding, growth, ud
 from kalmanq.compiler.coefficients import Constant
 from kalmanq.compiler.floats import MOST, FloatFilter, Mean, entry
 from kalmanq.compiler.printing import Body, Target, indented
@@ -26,6 +26,7 @@ from kalmanq.nonlinear import NonlinearModel
 from kalmanq.nonlinear.model import Sensor
 
 LARGEST = {"float": 1e37, "double": 1e300}  # of a sum of variances: beyond it they count as infinite
+BEYOND = {"float": 1e24, "double": 1e40}  # of a variance, without a wider range or P0
 NO_VARIANCE = {"float": (1e-6, 1e-3), "double": (1e-14, 1e-9)}  # shares of a variance of Q: of a D that is 0, and that is negative
 
 FEW = 16  # entries of a factor that registers hold from one component to the next
@@ -201,7 +202,7 @@ class EquationFilter(FloatFilter):
         self.watched = equation_rounding.watched(innovations, self.looked_at)
         self.events = (("NOT_FINITE", "a function of the model or a derivative was not finite, or Q or R no covariance: mean and covariance stay "
                         "as they were. If the variance of an innovation was not finite, only that component is not taken"),
-                       ("OVERFLOW", "a variance is infinite: start again"),
+                       growth.EVENT,
                        *([PRECISION] if self.watched else []))
         self.code_includes = ["#include <math.h>"]
 
@@ -229,9 +230,6 @@ class EquationFilter(FloatFilter):
         return max(one.m for one in self.sensors)
 
     # ---- hooks of FloatFilter
-
-    def _what_grows(self) -> None:
-        return None  # see overflow()
 
     def _transfers(self, form: ud.UD) -> list[Callable[[ud.Entries], ud.Entries]]:
         c = self.coefficients
@@ -426,11 +424,26 @@ class EquationFilter(FloatFilter):
         body.name_shared([*formulas, square])
         return body.text(make("le", square, constant(MOST[self.type]**2)))
 
-    def overflow(self, names: Sequence[str] = ()) -> list[str]:
-        """names: of the entries of the factor, if they are not its own"""
-        names = names or [entry(key) for key in self.live]
-        total = Body(self.words).text(dot([(symbol(one), 1.0) for one, (i, j) in zip(names, self.live) if i == j]))
-        return [f"if (!({total} <= {self.number(LARGEST[self.type])})) f->events |= {self.given.upper}_OVERFLOW;"]
+    def overflow(self, names: Sequence[str]) -> list[str]:
+        """names: of the entries of the factor"""
+        return [f"if (!({self._variances(names)} <= {self.number(LARGEST[self.type])})) f->events |= {self.given.upper}_OVERFLOW;"]
+
+    def _variances(self, names: Sequence[str]) -> str:
+        """The sum of D"""
+        return Body(self.words).text(dot([(symbol(one), 1.0) for one, (i, j) in zip(names, self.live) if i == j]))
+
+    def _what_grows(self) -> growth.Growth:
+        """What functions do is not known: all is looked at, for what no sigma can be"""
+        ranges = np.array([one.range or 0.0 for one in self.given.model.states])
+        least = np.maximum(np.diag(self.of.P0), ranges**2) * growth.ROOM
+        return growth.Growth(np.clip(least, BEYOND[self.type], LARGEST[self.type] / growth.ROOM), {}, False)
+
+    def within_numbers(self) -> list[str]:
+        total = self._variances([self.at[entry(key)] for key in self.live])
+        return [f"if (!({total} <= {self.number(growth.NEAR * self.growth.most.min())})) hold(f);"]
+
+    def hold(self) -> list[str]:
+        return self._hold(self.growth.most, self.first_mean)
 
     def _doubtful(self, value: Node, slopes: Sequence[Node]) -> list[Node]:
         """Of a function and its derivatives those that can be NaN, infinite or very large where the state is finite"""

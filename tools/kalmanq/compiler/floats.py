@@ -302,23 +302,28 @@ class FloatFilter(Arithmetic):
         return growth.growth(self.given, self.steady, self.type, is_free)
 
     def within_numbers(self) -> list[str]:
-        if not self.growth:
+        """One comparison: what is looked at, each over its limit"""
+        found, terms = self.growth, []
+        if not found:
             return []
-        return [f"if (!({' && '.join(self._looks_at(*one) for one in self.growth.looked_at.items())})) hold(f);"]
-
-    def _looks_at(self, i: int, most: float) -> str:
-        fact, parts = self.facts[i, i], []
-        if isinstance(fact, tuple):
-            parts.append(f"f->P[{self.live.index(fact)}]")
-        if self.growth.by_itself or not parts:
-            parts.append(f"{self.number(most / growth.LARGEST[self.type])} * f->x[{i}] * f->x[{i}]")
-        return f"{' + '.join(parts)} <= {self.number(most)}"
+        for i, most in found.looked_at.items():
+            fact = self.facts[i, i]
+            if isinstance(fact, tuple):
+                terms.append((1 / most, f"f->P[{self.live.index(fact)}]"))
+            if found.by_itself or not isinstance(fact, tuple):
+                terms.append((1 / growth.LARGEST[self.type], f"f->x[{i}] * f->x[{i}]"))
+        if len(terms) == 1:
+            return [f"if (!({terms[0][1]} <= {self.number(1 / terms[0][0])})) hold(f);"]
+        weighed = dict((text, weight) for weight, text in terms)  # states that share a variance look at it once
+        return [f"if (!({' + '.join(f'{self.number(weight)} * {text}' for text, weight in weighed.items())} <= {self.number(1)})) hold(f);"]
 
     def hold(self) -> list[str]:
+        return self._hold(self.growth.most) if self.growth else []
+
+    def _hold(self, most: Sequence[float], first: Optional[Sequence[float]] = None) -> list[str]:
         place, constants = self.places_of_entries()
         is_plain = not constants and place == list(range(len(place)))
-        return growth.hold(self.given, self.type, self.number, self.growth, len(self.live), None if is_plain else place) \
-            if self.growth else []
+        return growth.hold(self.given, self.type, self.number, most, len(self.live), None if is_plain else place, first)
 
     # ---- settled
 

@@ -40,7 +40,7 @@ def grows(of: Numbers) -> bool:
 @dataclass(frozen=True)
 class Growth:
     """most: of each variance, where its state is held.  looked_at: states whose D a predict looks at, and up to which value it
-    does no more.  by_itself: does a mean grow where no variance does?"""
+    does no more.  by_itself: may a mean grow where no variance does?"""
 
     most: np.ndarray
     looked_at: dict[int, float]
@@ -58,7 +58,7 @@ def growth(given: Request, steady: Optional[Settled], type_: str, is_free: bool)
     grown = vectors[:, np.abs(values) > 1 + RATE / 2]
     if is_free or not grown.size:
         most, looked_at = _most(given, steady, type_), {}
-        return Growth(most, {i: NEAR * one for i, one in enumerate(most)}, True)
+        return Growth(most, {i: NEAR * one for i, one in enumerate(most)}, False)
     moved = np.abs(grown).max(axis=1) > GONE
     most = np.where(moved, _most(given, steady, type_), LARGEST[type_])
     looked_at = {k: NEAR * float(np.min(most[moved] / share[moved].clip(GONE**4))) for k, share in _leading(np.hstack([grown.real, grown.imag]), scale)}
@@ -94,45 +94,56 @@ def _is_driven(A: np.ndarray, Q: np.ndarray) -> bool:
 
 
 HOLD = """\
-/* Of a state that has grown without end nothing is known: its mean is 0, and nothing is correlated with it. */
+/* Of a state that has grown without end nothing is known, and nothing is correlated with it. */
+#if defined __GNUC__
+__attribute__((noinline, cold))
+#endif
 static void hold({type}_filter *restrict f)
 {{
-    static const {number} most[{n}] = {{{limits}}};
-{table}    for (int i = {n} - 1; i >= 0; i--) {{
-        const {number} mean = f->x[i] + f->low[i];
-        if ({name}_covariance(f, i, i) < most[i] && mean * mean < {largest}) continue;
+{limits}{table}    for (int i = {n} - 1; i >= 0; i--) {{
+{mean}        if ({name}_covariance(f, i, i) < {limit_i}{and_mean}) continue;
         const int c = i * (i + 1) / 2;
         for (int j = 0; j < i; j++) {{ /* what it was part of in the states before is their own now */
             const int u = {u}, d = {d};
 {stays}            const {number} own = ({number})i * f->P[u] * f->P[u] * f->P[{own}];
-            f->P[d] += own < most[j] ? own : most[j];
+            f->P[d] += own < {limit_j} ? own : {limit_j};
             f->P[u] = {zero};
         }}
         for (int k = i + 1; k < {n}; k++) {carried}f->P[{row}] = {zero};
-        {has}f->P[{own}] = {room} * most[i];
-{alike}        f->x[i] = f->low[i] = {zero};
-        f->events |= {upper}_OVERFLOW;
+        {has}f->P[{own}] = {held};
+{alike}{starts}        f->events |= {upper}_OVERFLOW;
     }}
 }}
 """
 ALIKE = """\
         for (int k = 0; k < {n}; k++) /* whose variance is the same */
-            if (place[k * (k + 1) / 2 + k] == place[c + i]) f->x[k] = f->low[k] = {zero};
+            if (place[k * (k + 1) / 2 + k] == place[c + i]) f->x[k] = {start_k}, f->low[k] = {zero};
 """
 
 
-def hold(given: Request, type_: str, number: Callable[[float], str], found: Growth, live: int, place: Optional[Sequence[int]]) -> list[str]:
-    """C: a function.  place: of U and D column after column, P[k] with k < live; None: all are carried, in this order"""
+def hold(given: Request, type_: str, number: Callable[[float], str], most: Sequence[float], live: int,
+         place: Optional[Sequence[int]], first: Optional[Sequence[float]] = None) -> list[str]:
+    """C: a function.  most: of each variance; place: of U and D column after column, P[k] with k < live; None: all are carried, in
+    this order; first: means that functions of the model have a value for; None: 0"""
     def at(index: str) -> str:
         return index if place is None else f"place[{index}]"
 
     def only(index: str) -> str:
         return "" if place is None else f"if ({at(index)} < {live}) "
 
+    n, zero, is_beyond = given.of.n, number(0), f"mean * mean < {number(LARGEST[type_])}"
     table = "" if place is None else f"    static const uint8_t place[{len(place)}] = {{{', '.join(map(str, place))}}}; /* of U, D */\n"
     stays = "" if place is None else f"            if (u >= {live} || d >= {live} || {at('c + i')} >= {live}) continue;\n"
-    row, zero = "k * (k + 1) / 2 + i", number(0)
-    return [*HOLD.format(type=given.name, name=given.name, upper=given.upper, number=type_, n=given.of.n, table=table, stays=stays,
-                         limits=", ".join(map(number, found.most)), largest=number(LARGEST[type_]), room=number(1 / ROOM), zero=zero,
-                         u=at("c + j"), d=at("j * (j + 1) / 2 + j"), own=at("c + i"), row=at(row), carried=only(row), has=only("c + i"),
-                         alike="" if place is None else ALIKE.format(n=given.of.n, zero=zero)).splitlines(), ""]
+    starts = f"        f->x[i] = {'first[i]' if first else zero};\n        f->low[i] = {zero};\n"
+    alike = "" if place is None or given.nominal else ALIKE.format(n=n, zero=zero, start_k="first[k]" if first else zero)
+    if first and not given.nominal:
+        table += f"    static const {type_} first[{n}] = {{{', '.join(map(number, first))}}};\n"
+    is_one = len(set(most)) == 1
+    row, has_means = "k * (k + 1) / 2 + i", not given.nominal
+    return [*HOLD.format(type=given.name, name=given.name, upper=given.upper, number=type_, n=n, table=table, stays=stays, zero=zero,
+                         limits="" if is_one else f"    static const {type_} most[{n}] = {{{', '.join(map(number, most))}}};\n",
+                         limit_i=number(most[0]) if is_one else "most[i]", limit_j=number(most[0]) if is_one else "most[j]",
+                         held=number(most[0] / ROOM) if is_one else f"{number(1 / ROOM)} * most[i]", u=at("c + j"), d=at("j * (j + 1) / 2 + j"),
+                         own=at("c + i"), row=at(row), carried=only(row), has=only("c + i"), alike=alike,
+                         mean=f"        const {type_} mean = f->x[i] + f->low[i];\n" if has_means else "",
+                         and_mean=f" && {is_beyond}" if has_means else "", starts=starts if has_means else "").splitlines(), ""]
