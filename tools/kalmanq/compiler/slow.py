@@ -15,16 +15,17 @@ from typing import Iterator, Optional, Sequence
 
 import numpy as np
 
-from kalmanq.compiler.enclosure import DIGITS, steps
+from kalmanq.compiler.enclosure import BEYOND, DIGITS, steps
 from kalmanq.compiler.exact import Numbers, predicted, symmetric, taken
 from kalmanq.compiler.request import GAP, LONGEST_GAP, Request
+from kalmanq.errors import KalmanqError
 from kalmanq.formulas.calculus import without
 from kalmanq.formulas.graph import Node, mul
 
 TIMES = range(18, 28, 2)  # rows, as powers of two: less do not add up to a percent, more are not asked for
 WORD_TIMES = range(8, 28, 2)  # of words, whose last bit is the same however small a sigma becomes
 RESOLVED = 2.0**-18  # of a variance, what it changes by in a row: a float has a percent of it
-ROUNDED = 2.0**-24  # of an entry, in a row
+ROUNDED = 2.0**-22  # of an entry, in a row: it takes several operations
 COUNTS = 2.0**-7  # of a variance, what is lost of it
 TRIED = 1e-12  # of an entry, by which it is moved to see what is left of that a row later
 MOST_ORDERED = 3  # slow states, of which all orders are tried
@@ -75,8 +76,8 @@ def slow_words(given: Request, word: Sequence[float]) -> dict[int, int]:
 def slow_states(given: Request) -> list[int]:
     """Whose variance a predict hardly moves"""
     with decimal.localcontext(DIGITS):
-        moved = [np.diag(predicted(given.of, P)) / np.diag(P) - 1 for _, P in _after_long(given.of, 0) if all(np.diag(P) > 0)]
-        return [i for i in range(given.of.n) if any(abs(one[i]) < RESOLVED for one in moved)]
+        pairs = [(np.diag(P), np.diag(predicted(given.of, P))) for _, P in _after_long(given.of, 0)]
+        return [i for i in range(given.of.n) if any(abs(after[i] - P[i]) <= Decimal(RESOLVED) * P[i] for P, after in pairs)]
 
 
 def orders(n: int, slow: Sequence[int]) -> Iterator[tuple[int, ...]]:
@@ -93,35 +94,48 @@ def ordered(of: Numbers, order: Sequence[int]) -> Numbers:
 
 
 def _after_long(of: Numbers, gap: int, times: range = TIMES) -> Iterator[tuple[int, np.ndarray]]:
-    """Rows, and P after so many, each with a full sample after a gap"""
+    """Rows, and P after so many, each with a full sample after a gap; up to where one grows beyond all digits"""
     predict, cycle = steps(of)
     for _ in range(gap):
         cycle = predict.then(cycle)
     for doublings in range(1, max(times) + 1):
-        cycle = cycle.then(cycle)
-        if doublings in times:
-            yield 2**doublings, cycle.of(of.P0)
+        try:
+            cycle = cycle.then(cycle)
+            P = cycle.of(of.P0) if doublings in times else None
+        except (KalmanqError, decimal.DecimalException):
+            return
+        if P is not None and np.all(np.diag(P) >= 0) and np.diag(P).max() < BEYOND:
+            yield 2**doublings, P
 
 
 def _lost(of: Numbers, P: np.ndarray, gap: int, rows: int) -> Iterator[tuple[Key, bool]]:
     chain = list(_cycle(of, P, gap))
     factors = [_factor(one) for one in chain]
-    first = factors[0]
-    for (i, k), value in first.items():
+    first, left = factors[0], {}
+    for (i, k), value in sorted(first.items(), key=lambda one: one[0][0] != one[0][1]):  # D before U
         moves = max(abs(after[i, k] - before[i, k]) for before, after in zip(factors, factors[1:]))
         if not value or not moves or i < k and of.n > MOST_OF_U:
             continue
         moved = _product({**first, (i, k): value + abs(value) * Decimal(TRIED)}, of.n)
+        forgotten = left[i, k] = _forgotten(of, chain, moved, gap, rows)
         scale = value if i == k else (P[i, i] / first[k, k]).sqrt() if first[k, k] else abs(value)
-        most = Decimal(COUNTS) * scale * _forgotten(of, chain, moved, gap, rows)
-        if Decimal(ROUNDED) * abs(value) > most:
-            yield (i, k), Decimal(ROUNDED) * moves <= most
+        rows_of_H = () if i == k else [(h[i], h[k] + sum(h[c] * first[c, k] for c in range(k)), h @ P @ h + r) for h, r in zip(of.H, of.R)]
+
+        def is_lost(size: Decimal) -> bool:
+            """Of what is rounded: itself, or D by what the rows of H U, wrong by it, seem to tell of D"""
+            error = Decimal(ROUNDED) * size / forgotten
+            told = sum(abs(h) * error * (2 * abs(f) + abs(h) * error) / s for h, f, s in rows_of_H) * first[k, k] / left.get((k, k), 1)
+            return error > Decimal(COUNTS) * scale or told > Decimal(COUNTS)
+
+        if is_lost(abs(value)):
+            yield (i, k), not is_lost(moves)
 
 
 def _forgotten(of: Numbers, chain: Sequence[np.ndarray], moved: np.ndarray, gap: int, rows: int) -> Decimal:
     """What is not left of a change of P, the first of the chain, a cycle later; at least what the rows so far can have left"""
     *_, end = _cycle(of, moved, gap)
-    return max(1 - _size(end - chain[-1], chain[0]) / _size(moved - chain[0], chain[0]), Decimal(1) / rows)
+    size = _size(moved - chain[0], chain[0])
+    return max(1 - _size(end - chain[-1], chain[0]) / size, Decimal(1) / rows) if size else Decimal(1)
 
 
 def _size(difference: np.ndarray, P: np.ndarray) -> Decimal:
