@@ -54,16 +54,21 @@ class FloatFilter(Arithmetic):
 
     def _choose_order(self) -> None:
         """The model's, or one in which predict adds to each entry that a float would lose from"""
+        own, best = tuple(range(self.of.n)), None
         may_be = self.type == "float" and self.may_be_slow and self.steady is None and not self.given.options.every
         for order in self._orders() if may_be else ():
             lost = slow.slow_entries(self.given, order)
             self._take_order(order)
-            self.slow = [key for key, one in lost.items() if one.is_small and self._adds_to(key)]
-            if len(self.slow) == len([key for key in lost if self.facts[key] == key]):
-                return
-        self._take_order(tuple(range(self.of.n)))
-        if may_be:
-            self.unresolved = {order[key[1]]: one.rows for key, one in lost.items()}
+            lost = {key: one for key, one in lost.items() if self.facts[key] == key}
+            carried = [key for key in lost if self._adds_to(key)]
+            left = {order[key[1]]: one.rows for key, one in lost.items() if key not in carried or not one.is_small}
+            if best is None or len(left) < best[0]:
+                best = len(left), order, carried, left
+            if not left:
+                break
+        self._take_order(best[1] if best else own)
+        if best:
+            self.slow, self.unresolved = best[2:]
 
     def _orders(self) -> Iterable[tuple[int, ...]]:
         own = tuple(range(self.of.n))

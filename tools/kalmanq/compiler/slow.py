@@ -25,7 +25,7 @@ from kalmanq.formulas.graph import Node, mul
 TIMES = range(18, 28, 2)  # rows, as powers of two: less do not add up to a percent, more are not asked for
 WORD_TIMES = range(8, 28, 2)  # of words, whose last bit is the same however small a sigma becomes
 RESOLVED = 2.0**-18  # of a variance, what it changes by in a row: a float has a percent of it
-ROUNDED = 2.0**-22  # of an entry, in a row: it takes several operations
+ROUNDED, ROUNDINGS = 2.0**-22, 4  # of an entry, in a row, which takes so many operations; of what it moves by it is one
 COUNTS = 2.0**-7  # of a variance, what is lost of it
 TRIED = 1e-12  # of an entry, by which it is moved to see what is left of that a row later
 MOST_ORDERED = 3  # slow states, of which all orders are tried
@@ -128,7 +128,7 @@ def _lost(of: Numbers, P: np.ndarray, gap: int, rows: int) -> Iterator[tuple[Key
             return error > Decimal(COUNTS) * scale or told > Decimal(COUNTS)
 
         if is_lost(abs(value)):
-            yield (i, k), not is_lost(moves)
+            yield (i, k), not is_lost(moves / ROUNDINGS)
 
 
 def _forgotten(of: Numbers, chain: Sequence[np.ndarray], moved: np.ndarray, gap: int, rows: int) -> Decimal:
