@@ -61,7 +61,8 @@ def growth(given: Request, steady: Optional[Settled], type_: str, is_free: bool)
         return Growth(most, {i: NEAR * one for i, one in enumerate(most)}, False)
     moved = np.abs(grown).max(axis=1) > GONE
     most = np.where(moved, _most(given, steady, type_), LARGEST[type_])
-    looked_at = {k: NEAR * float(np.min(most[moved] / share[moved].clip(GONE**4))) for k, share in _leading(np.hstack([grown.real, grown.imag]), scale)}
+    looked_at = {k: NEAR * float(np.min(most[moved] / share[moved].clip(GONE**4)))
+                 for k, share in _leading(np.hstack([grown.real, grown.imag]), scale)}
     return Growth(most, looked_at, not _is_driven(scaled, of.Q / np.outer(scale, scale)))
 
 

@@ -160,7 +160,8 @@ class LoopedFilter(FloatFilter):
         A, at = self._in_order(of.A), [str(self.slow.index((k, k)) if (k, k) in self.slow else of.n) for k in range(of.n)]
         weights = [one.weight.value for one in noise] or [0]
         entries = [[one.entries[i].value for one in noise] or [0] for i in range(of.n)]
-        return [*sparse(A, self.type, lambda i, k: self.number(A[i, k])), *(table("uint8_t", "at", [at]) if self.slow else []), *table(self.type, "q", [map(self.number, weights)]),
+        return [*sparse(A, self.type, lambda i, k: self.number(A[i, k])), *(table("uint8_t", "at", [at]) if self.slow else []),
+                *table(self.type, "q", [map(self.number, weights)]),
                 *table(self.type, "noise", [map(self.number, row) for row in entries], True),
                 *table(self.type, "H", [map(self.number, self.row(j)) for j in range(of.m)], True), ""]
 
