@@ -144,7 +144,7 @@ def _own(product: Product) -> str:
         fact = a.facts[i, i]
         value = f"(double)f.P[{list(a.live).index(fact)}]" if isinstance(fact, tuple) else repr(float(fact))
         text = text.replace(f"(double){name}_mean_{state}(&f);", f"{value};")
-    statics = ("take", "control", "run", "hash", "f")
+    statics = ("take", "control", "hold", "run", "hash", "f")
     whole = product.header + re.sub(r'#include "[^"]*"', "", product.code + text)
     return "\n".join([*(f"#define {one} {name}_{one}" for one in statics), whole, *(f"#undef {one}" for one in statics), ""])
 

@@ -153,6 +153,7 @@ def _told(product: Product, found: report.Findings, written: list[Path]) -> dict
     given, steady = product.given, product.steady
     return {"name": given.name, "arithmetic": given.options.arithmetic, "form": "factor", "n": given.of.n,
             "m": given.of.m, "l": given.of.l, "ram": product.ram, "ram_delayed": product.ram_delayed, "calls": product.calls, "entries": len(product.arithmetic.live),
+            "unresolved": {given.model.states[i].name: rows for i, rows in product.arithmetic.unresolved.items()},
             "settles": None if steady is None else {
                 "samples": steady.samples, "after_gap": list(steady.after_gap), "tolerance": steady.tolerance},
             "costs": {f"{core} O2": asdict(cost) for core, cost in costs.estimates(product).items()},

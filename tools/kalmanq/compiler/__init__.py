@@ -4,6 +4,7 @@ request    what is to be compiled: the model's numbers as its C has them, and th
 exact      numbers to 50 digits and more;  enclosure: after how many full samples the gain is constant, by a bound
 graph      formulas that fold;  printing: C of them;  facts: entries that are constant, or equal to another
 ud         the factor as an algorithm over formulas;  floats: f32 and f64;  loops: those for large models
+growth     what grows without end while nothing is measured;  slow: entries that move by less than a float resolves
 words      q31, with the modules word_...;  coefficients: A, Q and R as numbers or fields
 cycle      sensors at different rates;  lag: the mean some samples ago
 emit       NAME.c;  head: NAME.h;  trial: NAME_test.c;  report: NAME_report.txt

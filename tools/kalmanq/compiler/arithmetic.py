@@ -19,6 +19,7 @@ class Arithmetic:
     model            with all ranges that the C uses
     live             entries of the factor that are carried, as P[0], P[1], ...
     steady           None: the gain is never a constant
+    unresolved       states whose sigma cannot follow from so many rows on
     events           bits of f->events after those of all filters: name, and what it means
     includes         what the header needs
     operations       of the factor in a predict and an update, in straight lines; most_operations: beyond, it takes loops
@@ -34,6 +35,7 @@ class Arithmetic:
     steady: Optional[Settled]
     operations: int
     most_operations: int
+    unresolved: Mapping[int, int] = {}
     events: Sequence[tuple[str, str]] = ()
     includes: Sequence[str] = ()
     code_includes: Sequence[str] = ()
@@ -46,6 +48,24 @@ class Arithmetic:
     def factor_literals(self, P: np.ndarray) -> list[str]:
         """Of a covariance: the entries of its factor that are carried"""
         raise NotImplementedError
+
+    # ---- a start that is given
+
+    refused_start: str  # what answers 0, and what it does then
+
+    def started_at(self) -> list[str]:
+        """The last lines: what is returned"""
+        return ["return 1;"]
+
+    # ---- what grows without end
+
+    def within_numbers(self) -> list[str]:
+        """Lines after a predict"""
+        return []
+
+    def hold(self) -> list[str]:
+        """A function that they call"""
+        return []
 
     # ---- constant gains in a table (--every, --lag)
 

@@ -5,7 +5,7 @@ Entries that are 0, and ones on the diagonal of A, are part of the structure and
 
 from __future__ import annotations
 
-from typing import Callable, Sequence
+from typing import Callable, Optional, Sequence
 
 import numpy as np
 
@@ -28,8 +28,10 @@ class Constant:
         self.R = [constant(value) for value in of.R]
         self.B = [[constant(float(value)) for value in row] for row in given.of.B]
 
-    def noise(self) -> list[ud.Column]:
-        return ud.columns_of_noise(self.given.of.Q)
+    def noise(self, order: Optional[Sequence[int]] = None) -> list[ud.Column]:
+        """order: of states; None: the model's, the only one of what may change"""
+        Q = self.given.of.Q
+        return ud.columns_of_noise(Q if order is None else Q[np.ix_(order, order)])
 
     def enumerators(self) -> list[str]:
         return []
@@ -69,7 +71,7 @@ class Tunable(Constant):
                   *((f"r[{j}]", value) for j, value in enumerate(of.R))]
         self.start = [f"f->{name} = {number(float(value))};" for name, value in values]
 
-    def noise(self) -> list[ud.Column]:
+    def noise(self, order: Optional[Sequence[int]] = None) -> list[ud.Column]:
         n = self.given.of.n
         return [ud.Column(symbol(f"f->q[{slot}]"), [self._entry(i, c) for i in range(n)])
                 for slot, c in enumerate(self.columns)]

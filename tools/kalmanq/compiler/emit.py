@@ -61,7 +61,7 @@ class Text:
 
     def parts(self) -> list[list[str]]:
         """Its functions"""
-        return [self._leave(), self._start(), self._start_at(), self._control(), self._predict(), self._taken(),
+        return [self._leave(), self._start(), self._start_at(), self._control(), self.a.hold(), self._predict(), self._taken(),
                 self._update(), self._update_some(), self._updates_of_sensors(), self._step(), self._covariance()]
 
     def code(self, remarks: Sequence[str]) -> str:
@@ -122,9 +122,12 @@ class Text:
         return function(f"void {self.given.name}_start({self.filter})", [*self.a.start(), *self._reset()])
 
     def _start_at(self) -> list[str]:
-        n = self.given.of.n
-        return function(f"void {self.given.name}_start_at({self.filter}, const {self.a.type} mean[{len(self.given.carried)}], "
-                        f"const {self.a.type} sigma[{n}])", [*self.a.start_at(), *self._reset()])
+        lines = [*self.a.start_at(), *self._reset(), *self.a.started_at()]
+        return function(self.start_at_head(self.filter), lines)
+
+    def start_at_head(self, filter_: str) -> str:
+        return f"int {self.given.name}_start_at({filter_}, const {self.a.type} mean[{len(self.given.carried)}], " \
+               f"const {self.a.type} sigma[{self.given.of.n}])"
 
     # ---- predict
 
@@ -145,7 +148,7 @@ class Text:
         a = self.a
         lines = [*self._controls(), *within(a.places(factor=False), block(a.predict_mean()))]
         lines += self._count_predict() if self.settles else []
-        lines += within(a.places(mean=False), block(a.predict_factor()))
+        lines += [*within(a.places(mean=False), block(a.predict_factor())), *a.within_numbers()]
         return function(f"void {self.given.name}_predict({self.filter}{self.u})", lines)
 
     def _count_predict(self) -> list[str]:

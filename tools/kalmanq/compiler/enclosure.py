@@ -19,6 +19,7 @@ from typing import Callable, Optional, Sequence
 import numpy as np
 
 from kalmanq.compiler.exact import Numbers, decimals, eye, inverse, symmetric
+from kalmanq.errors import KalmanqError
 
 DIGITS = decimal.Context(prec=90, Emax=decimal.MAX_EMAX, Emin=decimal.MIN_EMIN)  # what grows unseen grows far
 BEYOND = Decimal("1e40")  # > n times the largest float
@@ -98,12 +99,14 @@ def settled(of: Numbers, longest_gap: int, tolerance: float = 1e-6) -> Optional[
     """None: it does not settle within 131072 samples (a bias that nothing moves, a direction that nothing sees)"""
     with decimal.localcontext(DIGITS):
         predict, step = steps(of)
-        doubled = [step]
-        for _ in range(MOST):
-            doubled.append(doubled[-1].then(doubled[-1]))
-        floor = np.diag(of.P0) * GONE
-        if not is_within(doubled[-1], tolerance, floor):
-            return None
+        doubled, floor = [step], np.diag(of.P0) * GONE
+        try:
+            for _ in range(MOST):
+                doubled.append(doubled[-1].then(doubled[-1]))
+            if not is_within(doubled[-1], tolerance, floor):
+                return None
+        except (KalmanqError, decimal.DecimalException):
+            return None  # what nothing sees has grown beyond all digits
         samples = least_steps(doubled, lambda one: is_within(one, tolerance, floor))
         last = doubled[-1]
         for _ in range(MORE):

@@ -23,7 +23,7 @@ class EquationText(Text):
     def parts(self) -> list[list[str]]:
         updates = [lines for sensor in self.of.sensors for lines in self._sensor(sensor)]
         smooths = self.smoother.functions() if self.smoother else []
-        return [self._start(), self._start_at(), self._control(), self._predict(), *updates, self._covariance(), *smooths]
+        return [self._start(), self._start_at(), self._control(), self.of.hold(), self._predict(), *updates, self._covariance(), *smooths]
 
     # ---- arguments
 
@@ -77,9 +77,8 @@ class EquationText(Text):
         return [f"f->events |= {self.given.upper}_NOT_FINITE;", f"return{answer};"]
 
     def _predict(self) -> list[str]:
-        variances = self.of.overflow([self.of.at[entry(key)] for key in self.of.live])
         return function(f"void {self.given.name}_predict({self.filter}{self.predict_arguments()})",
-                        [*self._controls(), *self.of.predict(self._refusal("")), *variances])
+                        [*self._controls(), *self.of.predict(self._refusal("")), *self.of.within_numbers()])
 
     def _sensor(self, sensor: Sensor) -> list[list[str]]:
         return [self._taken_of(sensor), self._update_of(sensor), self._update_some_of(sensor)]

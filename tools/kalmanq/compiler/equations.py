@@ -11,12 +11,13 @@ from typing import Callable, Mapping, Optional, Sequence
 
 import numpy as np
 
-from kalmanq.compiler import back, equation_rounding, ud
+from kalmanq.compiler import back, equation_rounding, growth, ud
 from kalmanq.compiler.coefficients import Constant
-from kalmanq.compiler.floats import MOST, FloatFilter, Mean, carried, entry
+from kalmanq.compiler.floats import MOST, FloatFilter, Mean, entry
 from kalmanq.compiler.printing import Body, Target, indented
 from kalmanq.compiler.names import named
 from kalmanq.compiler.request import FLOATS, Options, Request, groups, no_noise, request
+from kalmanq.compiler.ud import carried
 from kalmanq.errors import KalmanqError
 from kalmanq.formulas.calculus import substituted, without
 from kalmanq.formulas.graph import Node, add, constant, dot, make, mul, needed, negated, node, select, sub, symbol
@@ -25,6 +26,7 @@ from kalmanq.nonlinear import NonlinearModel
 from kalmanq.nonlinear.model import Sensor
 
 LARGEST = {"float": 1e37, "double": 1e300}  # of a sum of variances: beyond it they count as infinite
+BEYOND = {"float": 1e24, "double": 1e40}  # of a variance, without a wider range or P0
 NO_VARIANCE = {"float": (1e-6, 1e-3), "double": (1e-14, 1e-9)}  # shares of a variance of Q: of a D that is 0, and that is negative
 
 FEW = 16  # entries of a factor that registers hold from one component to the next
@@ -151,9 +153,9 @@ class Formulas(Constant):
         return [[dot((w, made[k][c]) for k, w in enumerate(mixing) if not node(w).equals(0)) for c in range(len(made[0]))]
                 for mixing in self.mixing]
 
-    def noise(self) -> list[ud.Column]:
+    def noise(self, order: Optional[Sequence[int]] = None) -> list[ud.Column]:
         if self.step is None:
-            return super().noise()
+            return super().noise(order)
         if self.is_root:
             return [ud.Column(node(1.0), list(column)) for column in zip(*self.step)]
         return self._factored()[0]
@@ -187,6 +189,8 @@ def _single(model: NonlinearModel) -> set[int]:
 class EquationFilter(FloatFilter):
     """In float or double"""
 
+    may_be_slow = False  # what its rows do is not known
+
     def __init__(self, of: Equations):
         self.equations, self.sensors = of, of.sensors
         super().__init__(of.given, None)
@@ -198,7 +202,7 @@ class EquationFilter(FloatFilter):
         self.watched = equation_rounding.watched(innovations, self.looked_at)
         self.events = (("NOT_FINITE", "a function of the model or a derivative was not finite, or Q or R no covariance: mean and covariance stay "
                         "as they were. If the variance of an innovation was not finite, only that component is not taken"),
-                       ("OVERFLOW", "a variance is infinite: start again"),
+                       growth.EVENT,
                        *([PRECISION] if self.watched else []))
         self.code_includes = ["#include <math.h>"]
 
@@ -420,11 +424,26 @@ class EquationFilter(FloatFilter):
         body.name_shared([*formulas, square])
         return body.text(make("le", square, constant(MOST[self.type]**2)))
 
-    def overflow(self, names: Sequence[str] = ()) -> list[str]:
-        """names: of the entries of the factor, if they are not its own"""
-        names = names or [entry(key) for key in self.live]
-        total = Body(self.words).text(dot([(symbol(one), 1.0) for one, (i, j) in zip(names, self.live) if i == j]))
-        return [f"if (!({total} <= {self.number(LARGEST[self.type])})) f->events |= {self.given.upper}_OVERFLOW;"]
+    def overflow(self, names: Sequence[str]) -> list[str]:
+        """names: of the entries of the factor"""
+        return [f"if (!({self._variances(names)} <= {self.number(LARGEST[self.type])})) f->events |= {self.given.upper}_OVERFLOW;"]
+
+    def _variances(self, names: Sequence[str]) -> str:
+        """The sum of D"""
+        return Body(self.words).text(dot([(symbol(one), 1.0) for one, (i, j) in zip(names, self.live) if i == j]))
+
+    def _what_grows(self) -> growth.Growth:
+        """What functions do is not known: all is looked at, for what no sigma can be"""
+        ranges = np.array([one.range or 0.0 for one in self.given.model.states])
+        least = np.maximum(np.diag(self.of.P0), ranges**2) * growth.ROOM
+        return growth.Growth(np.clip(least, BEYOND[self.type], LARGEST[self.type] / growth.ROOM), {}, False)
+
+    def within_numbers(self) -> list[str]:
+        total = self._variances([self.at[entry(key)] for key in self.live])
+        return [f"if (!({total} <= {self.number(growth.NEAR * self.growth.most.min())})) hold(f);"]
+
+    def hold(self) -> list[str]:
+        return self._hold(self.growth.most, self.first_mean)
 
     def _doubtful(self, value: Node, slopes: Sequence[Node]) -> list[Node]:
         """Of a function and its derivatives those that can be NaN, infinite or very large where the state is finite"""

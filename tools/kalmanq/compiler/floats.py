@@ -6,11 +6,11 @@ The mean of a state is x + l: an update adds to l, so a small correction of a la
 from __future__ import annotations
 
 from functools import reduce
-from typing import Callable, Mapping, Optional, Sequence
+from typing import Callable, Iterable, Mapping, Optional, Sequence
 
 import numpy as np
 
-from kalmanq.compiler import ud
+from kalmanq.compiler import growth, slow, ud
 from kalmanq.compiler.arithmetic import Arithmetic
 from kalmanq.compiler.coefficients import Constant, coefficients
 from kalmanq.compiler.enclosure import Settled
@@ -19,6 +19,7 @@ from kalmanq.formulas.graph import Node, constant, dot, inverse, make, node, sym
 from kalmanq.compiler.head import readings
 from kalmanq.compiler.printing import Body, Floats, Target, indented
 from kalmanq.compiler.request import RUN, STUDENT_STEPS, Request
+from kalmanq.compiler.ud import carried
 
 MOST = {"float": 1e18, "double": 1e150}  # of what has no range: its square is a number, and what comes of it
 LEAST = {"float": ud.LEAST, "double": 1e-280}  # a D below this is 0: its inverse would overflow
@@ -31,6 +32,8 @@ class FloatFilter(Arithmetic):
     """In float or double"""
 
     most_operations = 4000  # about 20 kB
+    may_be_slow = True
+    refused_start = "NaN, infinite or too large: then nothing has changed"
 
     def __init__(self, given: Request, steady: Optional[Settled]):
         self.given, self.of = given, given.of.doubles()
@@ -40,13 +43,47 @@ class FloatFilter(Arithmetic):
         self.words = Floats(self.type)
         self.steady = steady
         self.coefficients = self.made_coefficients()
-        self.first = ud.factor(given.of.P0)
-        self._find_entries()
+        self.growth = self._what_grows()
+        self._choose_order()
+        self.events = (growth.EVENT,) if self.growth else ()
 
     def made_coefficients(self) -> Constant:
         return coefficients(self.given, self.type, self.number)
 
-    # ---- which entries there are
+    # ---- the order of states in the factor, and which entries there are
+
+    def _choose_order(self) -> None:
+        """The model's, or one in which predict adds to each entry that a float would lose from"""
+        own, best = tuple(range(self.of.n)), None
+        may_be = self.type == "float" and self.may_be_slow and self.steady is None and not self.given.options.every
+        for order in self._orders() if may_be else ():
+            lost = slow.slow_entries(self.given, order)
+            self._take_order(order)
+            lost = {key: one for key, one in lost.items() if self.facts[key] == key}
+            carried = [key for key in lost if self._adds_to(key)]
+            left = {order[key[1]]: one.rows for key, one in lost.items() if key not in carried or not one.is_small}
+            if best is None or len(left) < best[0]:
+                best = len(left), order, carried, left
+            if not left:
+                break
+        self._take_order(best[1] if best else own)
+        if best:
+            self.slow, self.unresolved = best[2:]
+
+    def _orders(self) -> Iterable[tuple[int, ...]]:
+        own = tuple(range(self.of.n))
+        return [own] if self.growth or self.given.options.tunable else slow.orders(self.of.n, slow.slow_states(self.given))
+
+    def _take_order(self, order: Sequence[int]) -> None:
+        self.order, self.slow, self.first = tuple(order), [], ud.factor(self.given.of.P0[np.ix_(order, order)])
+        self._find_entries()
+
+    def _in_order(self, matrix: np.ndarray) -> np.ndarray:
+        return matrix[np.ix_(self.order, self.order)]
+
+    def _adds_to(self, key: ud.Key) -> bool:
+        """Is it carried, and is predict a sum with it?"""
+        return self.facts[key] == key and slow.change(self._predicted(self.form, self.entries)[key], self.entries[key]) is not None
 
     def _find_entries(self) -> None:
         self.form = self._shorter()
@@ -66,7 +103,7 @@ class FloatFilter(Arithmetic):
 
     def _shorter(self) -> ud.UD:
         """Of the two ways to predict the one with fewer operations"""
-        least = min(min(ud.factor(self.given.of.Q)[i, i], self.first[i, i]) for i in range(self.of.n))
+        least = min(min(ud.factor(self._in_order(self.given.of.Q))[i, i], self.first[i, i]) for i in range(self.of.n))
         guards = least <= 0 or self.given.options.tunable
         forms = [ud.UD(rotates, guards, LEAST[self.type]) for rotates in (True, False)]
         P = {key: symbol(entry(key)) for key in self.first}
@@ -78,7 +115,8 @@ class FloatFilter(Arithmetic):
         return body.count
 
     def _predicted(self, form: ud.UD, P: ud.Entries) -> ud.Entries:
-        return form.predict(self.coefficients.A, self.coefficients.noise(), dict(P))
+        A = [[self.coefficients.A[i][k] for k in self.order] for i in self.order]
+        return form.predict(A, self.coefficients.noise(self.order), dict(P))
 
     def _transfers(self, form: ud.UD) -> list[Callable[[ud.Entries], ud.Entries]]:
         return [lambda P: self._predicted(form, P),
@@ -89,8 +127,8 @@ class FloatFilter(Arithmetic):
         return j
 
     def row(self, j: int) -> ud.Row:
-        """Of H"""
-        return self.of.H[j]
+        """Of H, in the order of the factor"""
+        return self.of.H[j, list(self.order)]
 
     def _variance(self, j: int) -> Node:
         return symbol("r") if self.given.options.student else self.coefficients.R[j]
@@ -105,7 +143,11 @@ class FloatFilter(Arithmetic):
     def fields(self) -> list[str]:
         n = len(self.given.carried)
         return [f"{self.type} x[{n}], low[{n}]; /* mean = x + low */",
-                f"{self.type} P[{max(len(self.live), 1)}]; /* U and D of the covariance U D U' */", *self.coefficients.fields]
+                f"{self.type} P[{max(len(self.live), 1)}]; /* U and D of the covariance U D U' */", *self._low_fields(), *self.coefficients.fields]
+
+    def _low_fields(self) -> list[str]:
+        names = ", ".join(entry(key) for key in self.slow)
+        return [f"{self.type} P_low[{len(self.slow)}]; /* what a float does not hold of {names} */"] if self.slow else []
 
     @property
     def first_mean(self) -> Sequence[float]:
@@ -115,18 +157,27 @@ class FloatFilter(Arithmetic):
         return [*(f"f->x[{i}] = {self.number(value)};" for i, value in enumerate(self.first_mean)),
                 *(f"f->low[{i}] = {self.number(0)};" for i in range(len(self.given.carried))),
                 *(f"f->P[{slot}] = {self.number(self.first[key])};" for slot, key in enumerate(self.live)),
-                *self.coefficients.start]
+                *self._first_low(), *self.coefficients.start]
+
+    def _first_low(self) -> list[str]:
+        return [f"f->P_low[{slot}] = {self.number(0)};" for slot in range(len(self.slow))]
 
     def start_at(self) -> list[str]:
-        """From mean[n] and sigma[n]; of states that share a variance the largest sigma is taken."""
-        lines = [f"for (int i = 0; i < {len(self.given.carried)}; i++) {{", "    f->x[i] = mean[i];", f"    f->low[i] = {self.number(0)};", "}"]
+        """From mean[n] and sigma[n], whose squares are numbers; of states that share a variance the largest sigma is taken."""
+        lines, counts = [], {"mean": len(self.given.carried), "sigma": self.of.n}
+        squares = {name: f"{name}[i] * {name}[i]" for name in counts}
+        if len(set(counts.values())) == 1:
+            counts, squares = {"mean": self.of.n}, {"mean": " + ".join(squares.values())}
+        for name, count in counts.items():
+            lines += [f"for (int i = 0; i < {count}; i++)", f"    if (!({squares[name]} <= {self.number(MOST[self.type]**2)})) return 0;"]
+        lines += [f"for (int i = 0; i < {len(self.given.carried)}; i++) {{", "    f->x[i] = mean[i];", f"    f->low[i] = {self.number(0)};", "}"]
         for slot, (i, j) in enumerate(self.live):
             shared = [key[0] for key, fact in self.facts.items() if fact == (i, j)] if i == j else []
-            text = f"sigma[{shared[0]}]" if shared else self.number(0)
-            for k in shared[1:]:
+            text = f"sigma[{self.order[shared[0]]}]" if shared else self.number(0)
+            for k in (self.order[one] for one in shared[1:]):
                 text = f"({text} > sigma[{k}] ? {text} : sigma[{k}])"
             lines.append(f"f->P[{slot}] = {f'{text} * {text}' if shared else text};")
-        return [*lines, *self.coefficients.start]
+        return [*lines, *self._first_low(), *self.coefficients.start]
 
     def number(self, value: float) -> str:
         return self.words.number(float(value))
@@ -135,7 +186,8 @@ class FloatFilter(Arithmetic):
         """Type, local and field of what a function takes from the filter"""
         made = [(self.type, f"{local}{i}", f"f->{field}[{i}]") for i in range(len(self.given.carried))
                 for local, field in (("x", "x"), ("l", "low"))] if mean else []
-        return made + ([(self.type, entry(key), f"f->P[{slot}]") for slot, key in enumerate(self.live)] if factor else [])
+        made += [(self.type, entry(key), f"f->P[{slot}]") for slot, key in enumerate(self.live)] if factor else []
+        return made + ([(self.type, low(key), f"f->P_low[{slot}]") for slot, key in enumerate(self.slow)] if factor else [])
 
     def places_of_entries(self) -> tuple[list[int], list[float]]:
         """Column after column: the field P[k], or what follows them, the constants"""
@@ -145,7 +197,7 @@ class FloatFilter(Arithmetic):
                 for fact in (self.facts[key] for key in ud.keys(self.of.n))], constants
 
     def factor_literals(self, P: np.ndarray) -> list[str]:
-        made = ud.factor(P)
+        made = ud.factor(self._in_order(P))
         return [self.number(made[key]) for key in self.live]
 
     # ---- what is done
@@ -176,8 +228,11 @@ class FloatFilter(Arithmetic):
         return Body(self.words).assign(self._written(self._moved(self.mean)))
 
     def predict_factor(self) -> list[str]:
-        after = self._predicted(self.form, self.entries)
-        return Body(self.words).assign([(entry(key), after[key]) for key in self.live])
+        P = self.entries
+        after, lows = self._predicted(self.form, P), {}
+        for key in self.slow:
+            after[key], lows[key] = carried(P[key], symbol(low(key)) + slow.change(after[key], P[key]))
+        return Body(self.words).assign([*((entry(key), after[key]) for key in self.live), *((low(key), one) for key, one in lows.items())])
 
     def update(self, j: int, refused: Sequence[str] = ()) -> list[str]:
         """Component j, whose value is z<j>.  refused: where its variance is not finite"""
@@ -185,9 +240,10 @@ class FloatFilter(Arithmetic):
         y = self.measured(j)
         spread = self._spread(j, P)
         r = self._student(y, spread, j) if options.student else self.coefficients.R[j]
-        products, weight, after = self.form.update(self.row(j), r, P)
-        at, factor = self.at_once(j), [(entry(key), after[key]) for key in self.live]
-        mean = self.corrected([one * (y * weight) for one in products], j)
+        lows = {key: symbol(low(key)) for key in self.slow}
+        products, weight, after = self.form.update(self.row(j), r, P, lows)
+        at, factor = self.at_once(j), [*((entry(key), after[key]) for key in self.live), *((low(key), one) for key, one in lows.items())]
+        mean = self.corrected([products[self.order.index(i)] * (y * weight) for i in range(self.of.n)], j)
         targets = [(at.get(name, name), one) for name, one in ([*factor, *mean] if at else [*mean, *factor])]
         nominal = inverse(spread + self.coefficients.R[j]) if options.student else weight
         if options.nis:
@@ -243,6 +299,36 @@ class FloatFilter(Arithmetic):
             residual = y * share
             made = r * (nu / (nu + 1)) + (residual * residual + spread * share) * (1 / (nu + 1))
         return made
+
+    # ---- what grows without end
+
+    def _what_grows(self) -> Optional[growth.Growth]:
+        is_free = not all(one.is_constant for row in self.coefficients.A for one in row)
+        return growth.growth(self.given, self.steady, self.type, is_free)
+
+    def within_numbers(self) -> list[str]:
+        """One comparison: what is looked at, each over its limit"""
+        found, terms = self.growth, []
+        if not found:
+            return []
+        for i, most in found.looked_at.items():
+            fact = self.facts[i, i]
+            if isinstance(fact, tuple):
+                terms.append((1 / most, f"f->P[{self.live.index(fact)}]"))
+            if found.by_itself or not isinstance(fact, tuple):
+                terms.append((1 / growth.LARGEST[self.type], f"f->x[{i}] * f->x[{i}]"))
+        if len(terms) == 1:
+            return [f"if (!({terms[0][1]} <= {self.number(1 / terms[0][0])})) hold(f);"]
+        weighed = dict((text, weight) for weight, text in terms)  # states that share a variance look at it once
+        return [f"if (!({' + '.join(f'{self.number(weight)} * {text}' for text, weight in weighed.items())} <= {self.number(1)})) hold(f);"]
+
+    def hold(self) -> list[str]:
+        return self._hold(self.growth.most) if self.growth else []
+
+    def _hold(self, most: Sequence[float], first: Optional[Sequence[float]] = None) -> list[str]:
+        place, constants = self.places_of_entries()
+        is_plain = not constants and place == list(range(len(place)))
+        return growth.hold(self.given, self.type, self.number, most, len(self.live), None if is_plain else place, first)
 
     # ---- settled
 
@@ -322,7 +408,7 @@ class FloatFilter(Arithmetic):
 
     def covariance(self) -> list[str]:
         """A loop over the columns of U, from the entries that are carried and those that are constant"""
-        n, live = self.of.n, len(self.live)
+        n, live, a, b = self.of.n, len(self.live), "i", "j"
         place, constants = self.places_of_entries()
         lines, value = [], f"{{}} < {live} ? P[{{}}] : constants[{{}} - {live}]"
         if constants:
@@ -341,15 +427,19 @@ class FloatFilter(Arithmetic):
             return f"({value.format(where, where, where)})" if constants else f"P[{where}]"
 
         one = self.number(1)
-        return [*lines, f"{self.type} sum = {self.number(0)};", f"for (int k = i > j ? i : j; k < {n}; k++) {{",
+        if self.order != tuple(range(n)):
+            row = [self.order.index(i) for i in range(n)]
+            lines += [f"static const uint8_t row[{n}] = {{{', '.join(map(str, row))}}}; /* of a state, in U */", "const int r = row[i], s = row[j];"]
+            a, b = "r", "s"
+        return [*lines, f"{self.type} sum = {self.number(0)};", f"for (int k = {a} > {b} ? {a} : {b}; k < {n}; k++) {{",
                 "    const int column = k * (k + 1) / 2;",
-                f"    const {self.type} a = i == k ? {one} : {at('column + i')}, b = j == k ? {one} : {at('column + j')};",
+                f"    const {self.type} a = {a} == k ? {one} : {at(f'column + {a}')}, b = {b} == k ? {one} : {at(f'column + {b}')};",
                 f"    sum += a * b * {at('column + k')};", "}", "return sum;"]
 
     def size(self) -> int:
         """Bytes of its fields"""
         m, options = self.of.m, self.given.options
-        words = 2 * len(self.given.carried) + max(len(self.live), 1) + len(self.coefficients.start)
+        words = 2 * len(self.given.carried) + max(len(self.live), 1) + len(self.slow) + len(self.coefficients.start)
         words += (self.slots + 1 if options.nis else 0) + (m if options.lag else 0)
         return (4 if self.type == "float" else 8) * words
 
@@ -383,7 +473,7 @@ class FloatFilter(Arithmetic):
     @property
     def arrays(self) -> list[str]:
         """Fields, each an array without padding"""
-        return ["x", "low", "P"]
+        return ["x", "low", "P", *(["P_low"] if self.slow else [])]
 
     def raw(self, which: str, k: int, value: float) -> float:
         return value
@@ -401,13 +491,12 @@ class FloatFilter(Arithmetic):
         return f"(double){self.given.name}_covariance(&f, {i}, {j})"
 
 
-def carried(high: Node, change: Node) -> tuple[Node, Node]:
-    """high + change in two numbers"""
-    total = high + change
-    return total, change - make("sub", total, high) if total is not high else change
-
-
 def entry(key: ud.Key) -> str:
     """d1, or u0_1: never the name of a control, u1"""
     i, j = key
     return f"d{j}" if i == j else f"u{i}_{j}"
+
+
+def low(key: ud.Key) -> str:
+    """What an entry in two numbers is beside the first"""
+    return f"{entry(key)}_low"

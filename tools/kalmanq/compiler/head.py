@@ -103,11 +103,9 @@ class Header:
         return [*lines, *self._covariance()]
 
     def _starts(self) -> list[str]:
-        n = self.given.of.n
         return ["/** Before the first sample. */", f"void {self.name}_start({self.filter});", "",
-                "/** The same from a mean and a sigma of each state that you give. */",
-                f"void {self.name}_start_at({self.filter}, const {self.a.type} mean[{len(self.given.carried)}], const {self.a.type} "
-                f"sigma[{n}]);", ""]
+                "/** The same from a mean and a sigma of each state that you give.  Returns 1, or 0 where a number is",
+                f" *  {self.a.refused_start}. */", f"{self.c.start_at_head(self.filter)};", ""]
 
     def _covariance(self) -> list[str]:
         return ["/** Entry i, j of the covariance. */",

@@ -10,7 +10,7 @@ from typing import Callable, Iterable
 
 import numpy as np
 
-from kalmanq.compiler import ud
+from kalmanq.compiler import slow, ud
 from kalmanq.compiler.floats import LEAST, FloatFilter
 from kalmanq.compiler.printing import Body
 from kalmanq.compiler.request import RUN
@@ -18,7 +18,7 @@ from kalmanq.formulas.graph import symbol
 
 PREDICT = """\
 /* U D U' becomes A U D U' A' + G q G' (Thornton): the rows of [A U, G] are made orthogonal, from the last one on. */
-static void predict_factor({type} *restrict P)
+static void predict_factor({type} *restrict P{low})
 {{
     {type} W[{n}][{columns}], weight[{columns}];
     for (int c = 0; c < {n}; c++) weight[c] = P[c * (c + 1) / 2 + c];
@@ -35,9 +35,9 @@ static void predict_factor({type} *restrict P)
         {type} d = {zero}, v[{columns}];
         for (int c = 0; c < {columns}; c++) {{
             v[c] = weight[c] * W[l][c];
-            d += v[c] * W[l][c];
+            {others}d += v[c] * W[l][c];
         }}
-        const {type} over = d < {least} ? {zero} : {one} / d;
+{adds}        const {type} over = d < {least} ? {zero} : {one} / d;
         P[l * (l + 1) / 2 + l] = d;
         for (int i = 0; i < l; i++) {{
             {type} u = {zero};
@@ -64,7 +64,7 @@ static {type} spread(const {type} *restrict P, const {type} *restrict h)
 """
 UPDATE = """\
 /* Takes a component with the row h of H and the variance r (Bierman).  b: P H'.  Returns 1 / (H P H' + r). */
-static {type} update_factor({type} *restrict P, const {type} *restrict h, {type} r, {type} *restrict b)
+static {type} update_factor({type} *restrict P, const {type} *restrict h, {type} r, {type} *restrict b{low})
 {{
     {type} variance = r, before = {one} / r;
     for (int c = 0; c < {n}; c++) {{
@@ -72,7 +72,7 @@ static {type} update_factor({type} *restrict P, const {type} *restrict h, {type}
         {type} f = h[c];
         for (int i = 0; i < c; i++) f += h[i] * u[i];
         const {type} v = u[c] * f, total = variance + f * v, weight = {one} / total, share = f * before;
-        u[c] *= variance * weight;
+        {shrinks}
         for (int i = 0; i < c; i++) {{
             const {type} old = u[i];
             u[i] = old - share * b[i];
@@ -87,15 +87,35 @@ static {type} update_factor({type} *restrict P, const {type} *restrict h, {type}
 """
 
 
+ADDS = """\
+        if (at[l] < {n}) {{ /* in two numbers */
+            const {type} change = low[at[l]] + d + (W[l][l] - {one}) * (W[l][l] + {one}) * weight[l];
+            d = weight[l] + change;
+            low[at[l]] = change - (d - weight[l]);
+        }}
+"""
+SHRINKS = """\
+const {type} ratio = variance * weight, d = u[c];
+        u[c] = d * ratio;
+        if (at[c] < {n}) low[at[c]] = ratio * (d - u[c] - v * (v * weight) + low[at[c]]);"""
+
+
 class LoopedFilter(FloatFilter):
     """As FloatFilter; all entries of the factor are carried."""
 
     def _find_entries(self) -> None:
-        self.live = ud.keys(self.of.n)
+        self.form, self.live = ud.UD(), ud.keys(self.of.n)
         self.facts = {key: key for key in self.live}
 
+    def _adds_to(self, key: ud.Key) -> bool:
+        return key[0] == key[1] and slow.change(self._predicted(self.form, self.entries)[key], self.entries[key]) is not None
+
+    @property
+    def _low(self) -> str:
+        return ", f->P_low" if self.slow else ""
+
     def predict_factor(self) -> list[str]:
-        return ["predict_factor(f->P);"]
+        return [f"predict_factor(f->P{self._low});"]
 
     def update(self, j: int) -> list[str]:
         options, n = self.given.options, self.of.n
@@ -110,8 +130,8 @@ class LoopedFilter(FloatFilter):
             text = made.assign([("r", self._student(symbol("y"), symbol("s"), j))])
             lines += [*text[:-1], f"const {self.type} {text[-1]}"]
             r = "r"
-        taken = [f"{self.type} b[{n}];", f"const {self.type} moved = y * update_factor(f->P, H[{j}], {r}, b);",
-                 *(f"l{i} += b[{i}] * moved;" for i in range(n))]
+        taken = [f"{self.type} b[{n}];", f"const {self.type} moved = y * update_factor(f->P, H[{j}], {r}, b{self._low});",
+                 *(f"l{i} += b[{self.order.index(i)}] * moved;" for i in range(n))]
         if options.nis:
             taken += [f"f->s[{j}] = s + {self.number(self.of.R[j])};", f"f->nis += y * y / f->s[{j}];"]
         if options.gate is None:
@@ -123,9 +143,11 @@ class LoopedFilter(FloatFilter):
 
     def routines(self, text: str) -> str:
         given = dict(type=self.type, n=self.of.n, zero=self.number(0), one=self.number(1), least=self.number(LEAST[self.type]))
-        parts = [*self._matrices(), self._predict(given)]
+        two = dict(low=f", {self.type} *restrict low", others=f"if (c != l || at[l] == {self.of.n}) ", adds=ADDS.format(**given),
+                   shrinks=SHRINKS.format(**given)) if self.slow else dict(low="", others="", adds="", shrinks="u[c] *= variance * weight;")
+        parts = [*self._matrices(), self._predict({**given, **two})]
         parts += [SPREAD.format(**given)] if "spread(f->P" in text else []
-        return "\n".join([*parts, UPDATE.format(**given), ""])
+        return "\n".join([*parts, UPDATE.format(**given, **two), ""])
 
     def _predict(self, given: dict) -> str:
         r = len(self.coefficients.noise())
@@ -134,12 +156,14 @@ class LoopedFilter(FloatFilter):
 
     def _matrices(self) -> list[str]:
         """A by its entries that are not 0, the factor of Q, H"""
-        of, noise = self.of, self.coefficients.noise()
+        of, noise = self.of, self.coefficients.noise(self.order)
+        A, at = self._in_order(of.A), [str(self.slow.index((k, k)) if (k, k) in self.slow else of.n) for k in range(of.n)]
         weights = [one.weight.value for one in noise] or [0]
         entries = [[one.entries[i].value for one in noise] or [0] for i in range(of.n)]
-        return [*sparse(of.A, self.type, lambda i, k: self.number(of.A[i, k])), *table(self.type, "q", [map(self.number, weights)]),
+        return [*sparse(A, self.type, lambda i, k: self.number(A[i, k])), *(table("uint8_t", "at", [at]) if self.slow else []),
+                *table(self.type, "q", [map(self.number, weights)]),
                 *table(self.type, "noise", [map(self.number, row) for row in entries], True),
-                *table(self.type, "H", [map(self.number, row) for row in of.H], True), ""]
+                *table(self.type, "H", [map(self.number, self.row(j)) for j in range(of.m)], True), ""]
 
 
 def table(type_: str, name: str, rows: Iterable[Iterable[str]], is_matrix: bool = False) -> list[str]:

@@ -46,7 +46,7 @@ def files(product: Product, host: Host, found: Findings, source: str) -> dict[st
 
 def lines(product: Product, found: Findings) -> list[str]:
     return [*_what(product), *_settles(product), *_accuracy(found), *_coarse(found, product.given.options.arithmetic), *_resolution(product),
-            *_chosen(product), *_unknown(product), *_correlated(product),
+            *_unresolved(product), *_chosen(product), *_unknown(product), *_correlated(product),
             *product.told_late]
 
 
@@ -96,6 +96,16 @@ def _resolution(product: Product) -> list[str]:
     coarse = resolution_of(product)
     return textwrap.wrap(f"Measurements are coarse in {product.given.options.arithmetic}: {coarse}. The errors above do not count it, as both sides "
                          "take rounded measurements.", 112, initial_indent="  ", subsequent_indent="  ") if coarse else []
+
+
+def _unresolved(product: Product) -> list[str]:
+    """What rounding keeps from its sigma"""
+    states, of = product.given.model.states, product.arithmetic.unresolved
+    if not of:
+        return []
+    names = ", ".join(states[i].name for i in sorted(of))
+    return [f"  From about {min(of.values())} rows on the sigma of {names} moves by less than {product.given.options.arithmetic} resolves,",
+            "  and may be wrong by more than 1 %. --arith f64 follows it."]
 
 
 def _chosen(product: Product) -> list[str]:

@@ -151,7 +151,7 @@ def _wide_start(model: Model, of: Numbers) -> np.ndarray:
 
     Known: by the information of so many samples that it has full rank."""
     known = np.diag(model.P0).copy()
-    least = _first_variances(of.doubles(), model.unknown)
+    least = first_variances(of.doubles(), model.unknown)
     ranges = np.array([np.inf if one.range is None else one.range for one in model.states])
     sigma = np.minimum(WIDE * np.sqrt(np.where(np.isfinite(least), least, 1.0)), ranges)
     P0 = np.where(np.logical_or.outer(model.unknown, model.unknown), 0, model.P0)
@@ -159,7 +159,7 @@ def _wide_start(model: Model, of: Numbers) -> np.ndarray:
     return P0
 
 
-def _first_variances(of: Numbers, unknown: np.ndarray) -> np.ndarray:
+def first_variances(of: Numbers, unknown: np.ndarray) -> np.ndarray:
     """The variance that each state has when the first n + 1 samples are in, from next to no prior"""
     scale = 1 / np.maximum(np.abs(of.H).max(axis=0), 1e-30)
     wide = np.where(unknown, 1e8 * of.R.max() * np.maximum(scale, scale[np.abs(of.H).max(axis=0) > 0].min())**2,

@@ -8,12 +8,12 @@ Entry (i, j) with i < j is U_ij; entry (j, j) is D_j.
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
-from typing import Sequence
+from typing import Optional, Sequence
 
 import numpy as np
 
 from kalmanq.compiler.exact import decimals, root
-from kalmanq.formulas.graph import Given, Node, constant, dot, inverse, node, select
+from kalmanq.formulas.graph import Given, Node, constant, dot, inverse, make, node, select
 
 Key = tuple[int, int]
 Entries = dict[Key, Node]
@@ -52,9 +52,10 @@ class UD:
     def predict(self, A: Sequence[Row], noise: Sequence[Column], P: Entries) -> Entries:
         return self.triangular([*times(A, P), *(Column(one.weight, list(one.entries)) for one in noise)], len(A))
 
-    def update(self, h: Row, r: Given, P: Entries) -> tuple[list[Node], Node, Entries]:
-        """Of one component with variance r: P H', the inverse of its innovation's variance, and P afterwards"""
-        n, after = len(h), {}
+    def update(self, h: Row, r: Given, P: Entries, low: Optional[Entries] = None) -> tuple[list[Node], Node, Entries]:
+        """Of one component with variance r: P H', the inverse of its innovation's variance, and P afterwards.  low: low parts of
+        entries in two numbers, which become those afterwards"""
+        n, after, low = len(h), {}, {} if low is None else low
         variance, weight = node(r), inverse(r)
         before, products = weight, [constant(0)] * n
         for c in range(n):
@@ -65,10 +66,15 @@ class UD:
             v = P[c, c] * f
             total = variance + f * v
             weight = inverse(total)
-            after[c, c] = P[c, c] * (variance * weight)
+            ratio = variance * weight
+            after[c, c] = P[c, c] * ratio
+            if (c, c) in low:  # by what the product has been rounded, the ratio near 1 above all
+                low[c, c] = ratio * (make("sub", P[c, c], after[c, c]) - v * (v * weight) + low[c, c])
             share = f * before
             for i in range(c):
                 after[i, c] = P[i, c] - share * products[i]
+                if (i, c) in low:
+                    after[i, c], low[i, c] = carried(P[i, c], low[i, c] - share * products[i])
                 products[i] = products[i] + P[i, c] * v
             products[c] = v
             variance, before = total, weight
@@ -138,6 +144,12 @@ def _is_noise(one: Column, row: int) -> bool:
     """A part of D that is always there"""
     entry = one.entries[row]
     return one.weight.is_constant and entry.is_constant and one.weight.value * entry.value**2 > LEAST
+
+
+def carried(high: Node, change: Node) -> tuple[Node, Node]:
+    """high + change in two numbers"""
+    total = high + change
+    return total, change - make("sub", total, high) if total is not high else change
 
 
 def columns_of_noise(Q: np.ndarray) -> list[Column]:

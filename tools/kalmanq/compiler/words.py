@@ -17,6 +17,7 @@ from kalmanq.compiler.cycle import Cycle
 from kalmanq.compiler.enclosure import Settled
 from kalmanq.compiler.printing import indented
 from kalmanq.compiler.request import RUN, Request
+from kalmanq.compiler.slow import slow_words
 from kalmanq.compiler.word_factor import Entries, Factor, Key
 from kalmanq.compiler.word_formats import BITS, formats, gap_of, largest_sigmas, ranged, root_of, variance_word
 from kalmanq.compiler.word_mean import Mean, aligned
@@ -37,6 +38,7 @@ class WordFilter(Readings):
     mean_type = covariance_type = "int64_t"
     arrays = ("x", "P")  # without padding
     most_operations = 8000  # about 32 kB
+    refused_start = "beyond its format: its nearer end is taken, and an event says so"
     events = (("SIGMA_SATURATED", "a sigma would be beyond its format: the covariance was not predicted"),
               ("MEAN_SATURATED", "a mean or an innovation was beyond its format: the nearer end was taken"))
 
@@ -53,6 +55,8 @@ class WordFilter(Readings):
         self.mean = Mean(given.of, self.formats, self.event("MEAN_SATURATED"))
         made = [self._in_order(order) for order in self._orders()]
         self.factor, self.live, self.operations = min(made, key=lambda one: one[2])
+        if self.constant is None:
+            self.unresolved = slow_words(given, [2.0**-self.sigma_fraction(i) for i in range(self.of.n)])
 
     # ---- the order of states, and which entries there are
 
@@ -104,15 +108,27 @@ class WordFilter(Readings):
         """From mean[n] and sigma[n], each at most what its format holds"""
         f, lines = self.formats, []
         for i in range(self.of.n):
-            by, most = f.x[i] - f.read[i], min(2 ** max(f.end[i] - f.x[i] + f.read[i], 0), 2**31 - 1)
+            by, most = f.x[i] - f.read[i], self._most_mean(i)
             text = f"(mean[{i}] > {most} ? {most} : mean[{i}] < -{most} ? -{most} : mean[{i}])"
             lines.append(f"f->x[{i}] = {f'(int64_t){text} >> {-by}' if by < 0 else f'{text} * (INT64_C(1) << {by})'};")
         for slot, (i, j) in enumerate(self.live):
-            state = self.factor.order[i]
-            most = 1 << BITS - self.factor.exponent[i] + self.factor.held[i]
+            state, most = self.factor.order[i], self._most_sigma(i)
             lines.append(f"f->P[{slot}] = 0;" if i != j else
                          f"f->P[{slot}] = sigma[{state}] < 0 ? 0 : sigma[{state}] > {most} ? {most} : sigma[{state}];")
         return lines
+
+    def _most_mean(self, i: int) -> int:
+        f = self.formats
+        return min(2 ** max(f.end[i] - f.x[i] + f.read[i], 0), 2**31 - 1)
+
+    def _most_sigma(self, row: int) -> int:
+        return 1 << BITS - self.factor.exponent[row] + self.factor.held[row]
+
+    def started_at(self) -> list[str]:
+        means = [f"mean[{i}] < -{self._most_mean(i)} || mean[{i}] > {self._most_mean(i)}" for i in range(self.of.n)]
+        sigmas = [f"sigma[{i}] < 0 || sigma[{i}] > {self._most_sigma(row)}" for row, i in enumerate(self.factor.order) if (row, row) in self.live]
+        return [*(f"if ({' || '.join(one)}) {self.event(event)}" for one, event in ((means, "MEAN_SATURATED"), (sigmas, "SIGMA_SATURATED")) if one),
+                "return !f->events;"]
 
     def places(self, mean: bool = True, factor: bool = True) -> list[Place]:
         made = [("int64_t", f"x{i}", f"f->x[{i}]") for i in range(self.of.n)] if mean else []
