@@ -33,36 +33,36 @@ EXAMPLES = Path(model_file.__file__).parents[1] / "examples"
 
 def pendulum() -> Model:
     """Upside down, and its encoder has a bias that wanders"""
-    return Model([[1.02, 0.05, 0], [0.3, 1.02, 0], [0, 0, 1]], [1, 0, 1], 1e-3, [1e-4, 1e-2, 1e-8], B=[0, 0.05, 0], P0=[0.1, 0.1, 0.01],
+    return Model([[1.02, 0.05, 0], [0.3, 1.02, 0], [0, 0, 1]], H=[1, 0, 1], R=1e-3, Q=[1e-4, 1e-2, 1e-8], B=[0, 0.05, 0], P0=[0.1, 0.1, 0.01],
                  states=[Quantity("angle", "", 10), Quantity("rate", "", 50), Quantity("bias", "", 1)],
                  measurements=[Quantity("encoder", "", 12)], controls=[Quantity("torque", "", 20)], name="pendulum")
 
 
 def robot() -> Model:
     """It balances: no range is declared"""
-    return Model([[1.00125, 0.010004], [0.2501, 1.00125]], [1, 0], 1e-4, [[1.67e-7, 2.5e-5], [2.5e-5, 5e-3]], P0=[0.1, 0.1], name="robot")
+    return Model([[1.00125, 0.010004], [0.2501, 1.00125]], H=[1, 0], R=1e-4, Q=[[1.67e-7, 2.5e-5], [2.5e-5, 5e-3]], P0=[0.1, 0.1], name="robot")
 
 
 def tower() -> Model:
     """Two axes that are alike, and share their variances"""
-    return Model(np.kron(np.eye(2), [[1.01, 0.02], [0.2, 1.01]]), np.kron(np.eye(2), [[1, 0]]), [1e-2, 1e-2],
-                 np.diag([1e-6, 1e-3] * 2), P0=[1, 1] * 2, name="tower")
+    return Model(np.kron(np.eye(2), [[1.01, 0.02], [0.2, 1.01]]), H=np.kron(np.eye(2), [[1, 0]]), R=[1e-2, 1e-2],
+                 Q=np.diag([1e-6, 1e-3] * 2), P0=[1, 1] * 2, name="tower")
 
 
 def reactor() -> Model:
     """An oscillation that grows, in units of which one is a million times the other, and what it heats"""
     turn = 1.03 * np.array([[np.cos(0.4), 1e6 * np.sin(0.4), 0], [-1e-6 * np.sin(0.4), np.cos(0.4), 0], [1e-7, 0, 0.9]])
-    return Model(turn, [[1, 0, 0], [0, 0, 1]], [1e4, 1e-2], [1e4, 1e-8, 1e-3], P0=[1e8, 1e-4, 1], name="reactor")
+    return Model(turn, H=[[1, 0, 0], [0, 0, 1]], R=[1e4, 1e-2], Q=[1e4, 1e-8, 1e-3], P0=[1e8, 1e-4, 1], name="reactor")
 
 
 def culture() -> Model:
     """One state that doubles every ten rows, fed"""
-    return Model([[2**0.1]], [1], 0.01, 1e-3, B=[1], P0=[1], controls=[Quantity("feed", "", 5)], name="culture")
+    return Model([[2**0.1]], H=[1], R=0.01, Q=1e-3, B=[1], P0=[1], controls=[Quantity("feed", "", 5)], name="culture")
 
 
 def delayed_culture() -> Model:
     """The measurement is of the state two rows ago"""
-    return Model([[1.05, 0, 0], [1, 0, 0], [0, 1, 0]], [0, 0, 1], 0.01, [1e-3, 0, 0], P0=[1, 1, 1], name="delayed")
+    return Model([[1.05, 0, 0], [1, 0, 0], [0, 1, 0]], H=[0, 0, 1], R=0.01, Q=[1e-3, 0, 0], P0=[1, 1, 1], name="delayed")
 
 
 UNSTABLE = (pendulum, robot, tower, reactor, culture, delayed_culture)
@@ -107,7 +107,7 @@ def test_f64_holds_it_too(make: Callable[[], Model]) -> None:
 @pytest.mark.parametrize("arithmetic", ("f32", "f64"))
 def test_a_mean_without_any_variance_is_held(arithmetic: str, tmp_path: Path) -> None:
     """Nothing drives it, and it is known exactly: only its mean grows"""
-    f = Driven(Model([[1.1]], [1], 1.0, 0.0, P0=[1.0]), tmp_path, Options(arithmetic))
+    f = Driven(Model([[1.1]], H=[1], R=1.0, Q=0.0, P0=[1.0]), tmp_path, Options(arithmetic))
     f.start_at([1.0], [0.0])
     for _ in range(9000):
         f.predict()
@@ -162,7 +162,7 @@ def test_a_start_beyond_a_format_is_told(tmp_path: Path) -> None:
 
 def creeping() -> Model:
     """A weighing scale at 10 Hz: load, creep, and a zero that wanders and that nothing tells from the load"""
-    return Model(np.diag([1, 0.99983, 1]), [1, 1, 1], 2.5e-3, [[0.04, 2e-5, 0], [2e-5, 1e-7, 0], [0, 0, 1e-9]], P0=[100, 0.01, 0.04],
+    return Model(np.diag([1, 0.99983, 1]), H=[1, 1, 1], R=2.5e-3, Q=[[0.04, 2e-5, 0], [2e-5, 1e-7, 0], [0, 0, 1e-9]], P0=[100, 0.01, 0.04],
                  states=["load", "creep", "zero"], name="creeping")
 
 
@@ -170,32 +170,32 @@ def zero_first() -> Model:
     """The same, whose D has the zero only given the load"""
     model, order = creeping(), [2, 0, 1]
     two = np.ix_(order, order)
-    return Model(model.A[two], model.H[:, order], model.R, model.Q[two], P0=model.P0[two], states=["zero", "load", "creep"], name="zero_first")
+    return Model(model.A[two], H=model.H[:, order], R=model.R, Q=model.Q[two], P0=model.P0[two], states=["zero", "load", "creep"], name="zero_first")
 
 
 def gyro() -> Model:
     """An angle that is measured, and the bias of what drives it, 1 kHz"""
-    return Model([[1, -1e-3], [0, 1]], [1, 0], 1e-2, [1e-8, 1e-16], P0=[0.1, 1e-3], name="gyro")
+    return Model([[1, -1e-3], [0, 1]], H=[1, 0], R=1e-2, Q=[1e-8, 1e-16], P0=[0.1, 1e-3], name="gyro")
 
 
 def reference() -> Model:
     """A clock: offset, frequency and its ageing"""
-    return Model([[1, 1, 0.5], [0, 1, 1], [0, 0, 1]], [1, 0, 0], 1e2, [1e-2, 1e-8, 1e-20], P0=[1e6, 1e2, 1e-4], name="reference")
+    return Model([[1, 1, 0.5], [0, 1, 1], [0, 0, 1]], H=[1, 0, 0], R=1e2, Q=[1e-2, 1e-8, 1e-20], P0=[1e6, 1e2, 1e-4], name="reference")
 
 
 def bias() -> Model:
-    return Model(1, 1, 1e-2, 1e-14, P0=1e-2, name="bias")
+    return Model(1, H=1, R=1e-2, Q=1e-14, P0=1e-2, name="bias")
 
 
 def thermal() -> Model:
     """A place, and a sensor whose drift has a rate"""
-    return Model([[1, 1e-2, 0, 0], [0, 1, 0, 0], [0, 0, 1, 1e-3], [0, 0, 0, 1]], [1, 0, 1, 0], 1e-2, [0, 1e-4, 1e-12, 1e-20],
+    return Model([[1, 1e-2, 0, 0], [0, 1, 0, 0], [0, 0, 1, 1e-3], [0, 0, 0, 1]], H=[1, 0, 1, 0], R=1e-2, Q=[0, 1e-4, 1e-12, 1e-20],
                  P0=[1, 1, 1e-2, 1e-8], name="thermal")
 
 
 def pair() -> Model:
     """Two biases of two sensors of one level"""
-    return Model(np.eye(3), [[1, 1, 0], [1, 0, 1]], [1e-2, 1e-2], [1e-2, 1e-13, 1e-12], P0=[1, 1e-2, 1e-2], name="pair")
+    return Model(np.eye(3), H=[[1, 1, 0], [1, 0, 1]], R=[1e-2, 1e-2], Q=[1e-2, 1e-13, 1e-12], P0=[1, 1e-2, 1e-2], name="pair")
 
 
 SLOW = (creeping, zero_first, gyro, reference, bias, thermal, pair, scale)
