@@ -536,7 +536,7 @@ TEST(the_rounding_of_many_updates_is_an_event)
 /* A state that turns and drifts, one combination of it without noise: the sigma of what is past falls by 3 at each step
    back, below the rounding of the mean.  Each view of it tells. */
 enum { LONG = 64 };
-static unsigned events_of_the_turn(int is_exact, struct K(kq_attached) *a)
+static unsigned events_of_the_turn(int is_exact, struct K(attached) *a)
 {
     static const num x[] = {-2, 0}, P[] = {0, 0, 0, 1024}, h[] = {-2, 1}, q[] = {0, 0, 0, N(0.000244140625)};
     static const num turns[] = {-1, -1, 0, -1}, none[] = {0}, r[] = {1};
