@@ -26,6 +26,9 @@ KQ_COLD static num mean_terms(const num *a, const num *x, int n, int own)
     return total;
 }
 
+/* As mean_terms, of a row that is not known: of x_i */
+static inline num mean_size(const num *x, int n, int i) { return num_magnitude(mean_get(x, n, i)); }
+
 /* The square of what a'x is rounded by */
 KQ_COLD static num mean_rounding(const num *a, const num *x, int n, int own)
 {

@@ -18,8 +18,8 @@ KQ_KERNEL int root_is_short(const num *T, int n)
    what the predict from x by row i of A adds to it, and of what an update has moved it?  A: NULL where it is not known */
 KQ_COLD static int is_below_mean(scaled before, scaled after, const scaled *A, const num *x, int n, int i)
 {
-    scaled moved = scaled_root(before);
-    if (A) moved = scaled_plus(moved, mean_terms(A + i * n, x, n, i));
+    const scaled terms = A ? mean_terms(A + i * n, x, n, i) : mean_size(x, n, i);
+    const scaled moved = scaled_plus(scaled_root(before), terms);
     return scaled_is_less(scaled_root(after), scaled_shift(scaled_times(scaled_rounding(), moved), -2));
 }
 
