@@ -133,7 +133,7 @@ typedef struct {
     { n, m, 0, 0, length, memory, NULL, NULL, NULL, 0, 0, 0, 0, 0, 0, 0, 0, 0, {0, 0, 0, NULL, NULL, NULL, \
         NULL, {0}, 0, 0, 0}, {0, 0, 0, 0, NULL, NULL, NULL, NULL, {0}, 0, 0, 0, NULL}, {0, 0, 0, 0, 0, 0, \
         NULL, NULL, 0, {0, 0, 0, 0}, {{0, 0, 0}, 0, 0, 0}}, { {NULL}, 0, 0, 0, 0, \
-        0, 0, 0, 0, NULL, NULL, NULL, 0 } }
+        0, 0, 0, 0, NULL, NULL, NULL, 0, 0 } }
 
 /** Declares an object `name` with its static memory. */
 #define KQ_EM_F32(name, n, m, steps) \

@@ -153,7 +153,8 @@ KQ_NODISCARD kq_status kq_detach_f64(struct kq_attached_f64 *object);
  * 2^1000 (f64), or whose A x + B u overflows, becomes 0 (q31: it is saturated).  A state that A does not couple to it
  * keeps its mean.  Measurements bring the state back.  A history ends.  KQ_EVENT_PRECISION: rounding hides what a
  * low-noise measurement said, or the rounding of many updates may have moved a sigma by 5 %: use f64.  One
- * measurement in 73 is looked at for the latter, and none of lean sensors and KQ_FIXED_BARE.
+ * measurement in 73 is looked at for the latter, and none of lean sensors and KQ_FIXED_BARE.  In f32 and f64 also
+ * where A x is rounded by a 90th of a sigma: one predict in 32 or more is looked at, none of compile-time sizes.
  * Accuracy: P is exact for rows of the root perturbed by a few n eps of their norm.  A conditional sigma smaller than
  * this error is lost.  In f32 a mean with 1/2 <= A_ii <= 2 is rounded at its increment, not at its own size.
  * Cost: about n^3 multiplications, n^3/2 if A is upper triangular (states in the order position, velocity, ...), n
@@ -171,8 +172,9 @@ KQ_NODISCARD kq_status kq_predict_f64(kq_filter_f64 *f, const kq_process_f64 *p,
  * component is taken then.  A component is redundant if its
  * innovation variance is below 2^-96 (f32) or 2^-360 (f64): choose units above it.  A noise-free one, or one after a
  * low-noise measurement, is redundant if its innovation variance is rounding.  KQ_EVENT_CONTRADICTION: see status.h.
- * KQ_EVENT_PRECISION (f32): 2^19 components since init had H P H' within the last four bits of S.  Clear it if
- * process noise or other components tell more.
+ * KQ_EVENT_PRECISION: H x of a low-noise component is rounded by a 16th of its innovation's sigma (f32, f64), or 2^19
+ * components since init had H P H' within the last four bits of S (f32).  Clear the latter if process noise or other
+ * components tell more.
  * Accuracy: P is exact for rows of the root perturbed by a few eps of their norm for each component.  With Q = 0
  * sigma in f32 is off by 0.4 % after 4e5 measurements: add process noise, or use f64 or q31.  Put noise-free
  * components that may repeat each other into one sensor: a later call may take their rounding for information.  A

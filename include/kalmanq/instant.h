@@ -50,11 +50,11 @@ extern const struct kq_hooks_f64 kq_instant_hooks_f64; /* what it does in the st
 #define KQ_INSTANT_F32(name, n, m) \
     static float name##_memory[KQ_INSTANT_LEN_F32(n, m)]; \
     static kq_instant_f32 name = { {{{&kq_instant_hooks_f32}, n, 0, 0, 0, 0, 0, \
-        KQ_PRIVATE_ON_LINE_LEN_F32(n, m), 0, name##_memory, NULL, NULL, 0}}}
+        KQ_PRIVATE_ON_LINE_LEN_F32(n, m), 0, name##_memory, NULL, NULL, 0, 0}}}
 #define KQ_INSTANT_F64(name, n, m) \
     static double name##_memory[KQ_INSTANT_LEN_F64(n, m)]; \
     static kq_instant_f64 name = { {{{&kq_instant_hooks_f64}, n, 0, 0, 0, 0, 0, \
-        KQ_PRIVATE_ON_LINE_LEN_F64(n, m), 0, name##_memory, NULL, NULL, 0}}}
+        KQ_PRIVATE_ON_LINE_LEN_F64(n, m), 0, name##_memory, NULL, NULL, 0, 0}}}
 
 /** Sets sizes and memory at run time.
  *   instant  written
@@ -76,6 +76,7 @@ KQ_NODISCARD kq_status kq_instant_assign_f64(kq_instant_f64 *instant, int n, int
 /** Shows the instant, given all measurements so far, in a view (kq_smoothed).
  *   instant  attached; its scratch changes.  It keeps what the view shows until the next call
  *   view     written; without memory, not the instant's filter.  After an error its readings are NaN
+ * Event (of the view and the filter): KQ_EVENT_PRECISION as kq_smooth, without what A x is rounded by.
  * Accuracy: as the filter; a few eps sigma_filtered are added to mean and sigma.
  * Cost: about 2.5 n^3 multiplications, n square roots.
  * KQ_ERR_NULL, KQ_ERR_MISMATCH (view), KQ_ERR_HISTORY_EMPTY (not attached, or ended), KQ_ERR_HISTORY_FULL (the
@@ -100,7 +101,7 @@ extern const struct kq_hooks_q31 kq_instant_hooks_q31; /* what it does in the st
 #define KQ_INSTANT_Q31(name, n, m) \
     static int32_t name##_memory[KQ_INSTANT_LEN_Q31(n, m)]; \
     static kq_instant_q31 name = { {{{&kq_instant_hooks_q31}, n, 0, 0, 0, 0, 0, \
-        KQ_PRIVATE_ON_LINE_LEN_Q31(n, m), 0, name##_memory, NULL, NULL, 0, NULL}}}
+        KQ_PRIVATE_ON_LINE_LEN_Q31(n, m), 0, name##_memory, NULL, NULL, 0, 0, NULL}}}
 
 /** As kq_instant_assign_f32. */
 KQ_NODISCARD kq_status kq_instant_assign_q31(kq_instant_q31 *instant, int n, int m, int32_t *memory, size_t length);

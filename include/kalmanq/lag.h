@@ -73,12 +73,12 @@ extern const struct kq_hooks_f64 kq_lag_hooks_f64, kq_delay_hooks_f64;
 #define KQ_PRIVATE_LAG_F32(name, n, m, L, hooks) \
     static float name##_memory[KQ_LAG_LEN_F32(n, m, L)]; \
     static kq_lag_f32 name = { {{{&hooks}, n, 0, 0, 0, 0, 0, KQ_PRIVATE_ON_LINE_LEN_F32(n, m), \
-        0, name##_memory, NULL, NULL, 0}}, L, 0, 0, 0, 0, 0}
+        0, name##_memory, NULL, NULL, 0, 0}}, L, 0, 0, 0, 0, 0}
 #define KQ_LAG_F64(name, n, m, L) KQ_PRIVATE_LAG_F64(name, n, m, L, kq_lag_hooks_f64)
 #define KQ_PRIVATE_LAG_F64(name, n, m, L, hooks) \
     static double name##_memory[KQ_LAG_LEN_F64(n, m, L)]; \
     static kq_lag_f64 name = { {{{&hooks}, n, 0, 0, 0, 0, 0, KQ_PRIVATE_ON_LINE_LEN_F64(n, m), \
-        0, name##_memory, NULL, NULL, 0}}, L, 0, 0, 0, 0, 0}
+        0, name##_memory, NULL, NULL, 0, 0}}, L, 0, 0, 0, 0, 0}
 
 /** Sets sizes and memory at run time.
  *   lag      written
@@ -110,6 +110,7 @@ size_t kq_lag_steps_f64(const kq_lag_f64 *lag);
  *   lag      attached; its scratch changes.  It keeps what the view shows until the next call
  *   k        0 .. kq_lag_steps()
  *   view     written; without memory, not the lag's filter.  After an error its readings are NaN
+ * Event (of the view and the filter): KQ_EVENT_PRECISION as kq_smooth, without what A x is rounded by.
  * Accuracy: as the filter; a few eps sigma_filtered are added to mean and sigma.
  * Cost for k = L or k <= 4: at most about 12 n^3 multiplications and 4n square roots.  For other k up to L/2 maps of
  * 3 n^3 multiplications more.
@@ -190,7 +191,7 @@ extern const struct kq_hooks_q31 kq_lag_hooks_q31, kq_delay_hooks_q31;
 #define KQ_PRIVATE_LAG_Q31(name, n, m, L, hooks) \
     static int32_t name##_memory[KQ_LAG_LEN_Q31(n, m, L)]; \
     static kq_lag_q31 name = { {{{&hooks}, n, 0, 0, 0, 0, 0, KQ_PRIVATE_ON_LINE_LEN_Q31(n, m), \
-        0, name##_memory, NULL, NULL, 0, NULL}}, L, 0, 0, 0, 0, 0}
+        0, name##_memory, NULL, NULL, 0, 0, NULL}}, L, 0, 0, 0, 0, 0}
 
 /** As kq_lag_assign_f32 and kq_delay_assign_f32. */
 KQ_NODISCARD kq_status kq_lag_assign_q31(kq_lag_q31 *lag, int n, int m, size_t L, int32_t *memory, size_t length);

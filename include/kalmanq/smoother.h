@@ -63,12 +63,13 @@ typedef struct kq_history_f32 {
     const kq_process_f32 *process; /* of the step at the tape's end */
     kq_filter_f32 *filter; /* attached to */
     uint8_t events; /* KQ_EVENT_... */
+    uint32_t rounding; /* that the measurements have left, in squares */
 } kq_history_f32;
 extern const struct kq_hooks_f32 kq_history_hooks_f32; /* what it does in the steps */
 typedef struct kq_history_f64 {
     struct kq_attached_f64 attached; uint8_t states, phase; uint16_t records;
     uint32_t steps, step, fingerprint; size_t length, used; double *memory; const kq_process_f64 *process;
-    kq_filter_f64 *filter; uint8_t events;
+    kq_filter_f64 *filter; uint8_t events; uint32_t rounding;
 } kq_history_f64;
 extern const struct kq_hooks_f64 kq_history_hooks_f64;
 
@@ -76,11 +77,11 @@ extern const struct kq_hooks_f64 kq_history_hooks_f64;
 #define KQ_HISTORY_F32(name, n, m, steps, changes) \
     static float name##_memory[KQ_HISTORY_LEN_F32(n, m, steps, changes)]; \
     static kq_history_f32 name = { {&kq_history_hooks_f32}, n, 0, 0, 0, 0, 0, KQ_HISTORY_LEN_F32(n, m, \
-        steps, changes), 0, name##_memory, NULL, NULL, 0}
+        steps, changes), 0, name##_memory, NULL, NULL, 0, 0}
 #define KQ_HISTORY_F64(name, n, m, steps, changes) \
     static double name##_memory[KQ_HISTORY_LEN_F64(n, m, steps, changes)]; \
     static kq_history_f64 name = { {&kq_history_hooks_f64}, n, 0, 0, 0, 0, 0, KQ_HISTORY_LEN_F64(n, m, \
-        steps, changes), 0, name##_memory, NULL, NULL, 0}
+        steps, changes), 0, name##_memory, NULL, NULL, 0, 0}
 
 /** Sets sizes and memory at run time.
  *   h        written
@@ -104,9 +105,9 @@ size_t kq_history_steps_f64(const kq_history_f64 *h);
 
 /** Smooths the whole history in place: mean and covariance of every step.
  *   h        recording; changed.  Its filter is detached and may go on
- * Events (of the views): KQ_EVENT_PRECISION (f32, f64) where later measurements left less of a sigma, predicted or
- * filtered, than 8 roundings of the filter's mean: means may be off by more than sigma.  Steps of compile-time sizes
- * do not check it.
+ * Events (of the views): KQ_EVENT_PRECISION where later measurements left less of a sigma, predicted or filtered, than
+ * what the recorded ones were rounded by or, in f32 and f64, 8 roundings of the filter's mean: means may be off by more
+ * than sigma.  Steps of compile-time sizes do not check it.
  * Accuracy: as the filter; about eps sigma_filtered is added to mean and sigma.
  * Cost: about 6 n^3 + 2 m n^2 multiplications a step.
  * KQ_ERR_NULL, KQ_ERR_HISTORY_EMPTY (nothing recorded, or smoothed already), KQ_ERR_HISTORY_FULL (it overflowed while
@@ -177,14 +178,14 @@ KQ_NODISCARD kq_status kq_smoothed_f64(const kq_history_f64 *h, size_t t, kq_fil
 typedef struct kq_history_q31 {
     struct kq_attached_q31 attached; uint8_t states, phase; uint16_t records;
     uint32_t steps, step, fingerprint; size_t length, used; int32_t *memory; const kq_process_q31 *process;
-    kq_filter_q31 *filter; uint8_t events; const kq_format_q31 *state_format;
+    kq_filter_q31 *filter; uint8_t events; uint32_t rounding; const kq_format_q31 *state_format;
 } kq_history_q31;
 extern const struct kq_hooks_q31 kq_history_hooks_q31;
 
 #define KQ_HISTORY_Q31(name, n, m, steps, changes) \
     static int32_t name##_memory[KQ_HISTORY_LEN_Q31(n, m, steps, changes)]; \
     static kq_history_q31 name = { {&kq_history_hooks_q31}, n, 0, 0, 0, 0, 0, KQ_HISTORY_LEN_Q31(n, m, \
-        steps, changes), 0, name##_memory, NULL, NULL, 0, NULL}
+        steps, changes), 0, name##_memory, NULL, NULL, 0, 0, NULL}
 
 /** As kq_history_assign_f32. */
 KQ_NODISCARD kq_status kq_history_assign_q31(kq_history_q31 *h, int n, int32_t *memory, size_t length);

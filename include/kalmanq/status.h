@@ -81,9 +81,11 @@ enum {
     KQ_EVENT_GATED = 16,      /**< A gate rejected a measurement: the state stayed as predicted. */
     KQ_EVENT_REJECTIONS = 32, /**< A gate rejected `run` measurements in a row: the next one was taken. */
     KQ_EVENT_JUMP = 64,       /**< A jump loss raised P before the measurement was taken. */
-    /** Precision lost: a sigma may be wrong by more than 5 %.  Rounding hides what a low-noise measurement
-        said or, over many updates, has become information (kq_predict); or very many measurements said less
-        than their last bits (kq_update); or the ranges of q31 are the prior of a diffuse start (diffuse.h). */
+    /** Precision lost: a sigma may be wrong by more than 5 %, or a mean by more than a hundredth of it.  Rounding
+        hides what a low-noise measurement said or, over many updates, has become information (kq_predict); very
+        many measurements said less than their last bits (kq_update); later ones left next to nothing of a sigma
+        (kq_smooth, kq_lagged, kq_instant_smooth); what a mean is the sum of is far beyond its sigma (f32, f64); or
+        the ranges of q31 are the prior of a diffuse start (diffuse.h). */
     KQ_EVENT_PRECISION = 128,
     KQ_EVENT_LOW_NOISE = 256, /**< A lean sensor raised the noise of a low-noise measurement (sensor.h). */
     /** Contradiction: a low-noise measurement is more than 2^12 (f32), 2^26.5 (f64) or 2^25 (q31) sigma from

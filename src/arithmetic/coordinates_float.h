@@ -142,43 +142,4 @@ static inline void load_noise(const num *record, scaled *mean, scaled *variance)
     *variance = record[1];
 }
 
-/* Have later measurements left a 32nd of some coordinate, or less, T being the root of all data? */
-static inline int root_is_short(const num *T, int n)
-{
-    for (int k = 0; k < n; k++) {
-        if (num_magnitude(T[column(k) + k]) < (num)0.03125) return 1;
-    }
-    return 0;
-}
-
-/* The square of sigma_i */
-static num row_square(const num *S, int n, int i)
-{
-    num total = 0;
-    for (int j = i; j < n; j++) total += S[column(j) + i] * S[column(j) + i];
-    return total;
-}
-
-/*
- * Where later measurements leave less of a sigma than 8 roundings of the filter's mean, of what the predict from x by A
- * adds to it and of what an update has moved it, smoothed means are not as good as their sigmas say.  `root` is the
- * one without those measurements: predicted, of the step that A leads to, or filtered, of the step that it leads
- * from.  A state that is known exactly has a sigma at rounding: it is left out.
- */
-KQ_COLD KQ_NOINLINE static unsigned smoothing_events(const num *A, const num *x, const num *root, const num *smoothed,
-                                                     int n)
-{
-    for (int i = 0; i < n; i++, A += n) {
-        const num before = row_square(root, n, i), after = row_square(smoothed, n, i);
-        if (after * 4096 >= before || after <= 64 * num_epsilon * num_epsilon * before) continue;
-        num moved = num_root(before);
-        for (int j = 0; j < n; j++) {
-            const num share = MEAN_PLANES == 2 && i == j ? A[j] - 1 : A[j];
-            moved += num_magnitude(share * mean_get(x, n, j));
-        }
-        if (4 * num_epsilon * moved > num_root(after)) return KQ_EVENT_PRECISION;
-    }
-    return 0;
-}
-
 #endif

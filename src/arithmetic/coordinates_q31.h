@@ -236,18 +236,4 @@ static inline void load_noise(const int32_t *record, scaled *mean, scaled *varia
     *variance = scaled_of(record[2], -30);
 }
 
-/* A mean in fixed point is rounded far below its sigma. */
-static inline int root_is_short(const int32_t *T, int n)
-{
-    (void)T, (void)n;
-    return 0;
-}
-
-static inline unsigned smoothing_events(const scaled *A, const int32_t *x, const int32_t *root, const int32_t *smoothed,
-                                        int n)
-{
-    (void)A, (void)x, (void)root, (void)smoothed, (void)n;
-    return 0;
-}
-
 #endif

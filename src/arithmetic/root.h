@@ -74,9 +74,10 @@ static void root_square(scaled *restrict P, const num *restrict S, int n)
 /*
  * Is the condition number of S, its rows scaled to norm 1, too large?  It is |S^-1 D|, found column by column.
  * Rows that are rounded by a part of their norm move the sigma of the combination that is known best by that
- * many such parts.  v: scratch, n
+ * many such parts.  is_singular: the answer where a state is known exactly, given those behind it, if not 0; such a state
+ * has no such sigma.  v: scratch, n
  */
-KQ_COLD KQ_NOINLINE static int root_is_ill_conditioned(const num *S, int n, scaled *v)
+KQ_COLD KQ_NOINLINE static int root_is_ill_conditioned(const num *S, int n, int is_singular, scaled *v)
 {
     const scaled zero = scaled_zero();
     scaled total = zero;
@@ -90,7 +91,8 @@ KQ_COLD KQ_NOINLINE static int root_is_ill_conditioned(const num *S, int n, scal
                 const scaled part = scaled_negative(scaled_times(root_number(S, n, i, k), v[k]));
                 scaled_add(v + i, &part);
             }
-            if (i == j && scaled_is_zero(own)) return 1;
+            if (i == j && scaled_is_zero(own) && is_singular) return is_singular;
+            if (i == j && scaled_is_zero(own)) break;
             v[i] = scaled_is_zero(own) ? zero : scaled_over(v[i], own);
             total = scaled_add_square(total, v[i]);
         }

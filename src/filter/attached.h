@@ -16,11 +16,11 @@ struct T(kq_hooks) {
     kq_status (*predict)(filter *f, const process *p, const num *u);
     kq_status (*update)(filter *f, const sensor *s, const num *z, uint32_t present);
     kq_status (*step)(filter *f, const process *p, const num *u, const sensor *s, const num *z);
-    /* Of each step that is recorded: before a predict; before a scalar measurement of row S'h (or `exact`,
+    /* Of each step that is recorded: before a predict; before a scalar measurement by h, of row S'h (or `exact`,
        in numbers), noise r, innovation e and variance s is taken; for one that is not taken; where the state
        has left the numbers.  All of them, or the empty ones below. */
     void (*record_predict)(filter *f, const process *p);
-    void (*record_update)(filter *f, const num *row, const scaled *exact, scaled r, scaled e, scaled s);
+    void (*record_update)(filter *f, const scaled *h, const num *row, const scaled *exact, scaled r, scaled e, scaled s);
     void (*record_nothing)(filter *f);
     void (*record_end)(filter *f);
     int is_recorder; /* 0, or RECORDS_... */
@@ -64,9 +64,10 @@ static int has_other_attached(const filter *f, const attached *own)
 
 static void predict_not_recorded(filter *f, const process *p) { (void)f, (void)p; }
 
-static void update_not_recorded(filter *f, const num *row, const scaled *exact, scaled r, scaled e, scaled s)
+static void update_not_recorded(filter *f, const scaled *h, const num *row, const scaled *exact, scaled r, scaled e,
+                                scaled s)
 {
-    (void)f, (void)row, (void)exact, (void)r, (void)e, (void)s;
+    (void)f, (void)h, (void)row, (void)exact, (void)r, (void)e, (void)s;
 }
 
 static void nothing_recorded(filter *f) { (void)f; }

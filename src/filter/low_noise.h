@@ -101,6 +101,14 @@ KQ_COLD static int contradicts(const low_noise_scalar *m)
     return m->sharp && scaled_is_less(num_most_sure, scaled_times(m->e, m->w));
 }
 
+/* Is its innovation rounded by a 16th of its sigma, or more?  Where h takes a state as it is a pair does not round. */
+KQ_COLD static int innovation_is_rounded(const filter *f, const low_noise_scalar *m)
+{
+    const int own = m->z->sensor->selects[m->component] - 1;
+    const scaled square = mean_rounding(m->h, f->memory, f->states, own);
+    return scaled_is_less(m->s, scaled_times(scaled_of_count(256), square));
+}
+
 /* f and s, given h, r and e; does the innovation say something? */
 KQ_COLD KQ_NOINLINE static int weigh_scalar(filter *f, low_noise_scalar *m, const low_noise_work *w)
 {
@@ -118,10 +126,11 @@ KQ_COLD KQ_NOINLINE static void tell_scalar(filter *f, low_noise_scalar *m, cons
     m->r = least_noise(m->r, m->s, m->h, f->states);
     m->w = scaled_over(m->e, m->s);
     m->sharp = scaled_is_less(m->r, low_noise_share(m->s));
-    if (f->attached) f->attached->hooks->record_update(f, 0, w->f, m->r, m->e, m->s);
+    if (f->attached) f->attached->hooks->record_update(f, m->h, 0, w->f, m->r, m->e, m->s);
     likelihood_add(&f->last, scaled_times(m->e, m->w),
                    physical_variance(m->z->sensor, m->component, m->s));
     if (contradicts(m)) f->events |= KQ_EVENT_CONTRADICTION;
+    if (!mean_widens && innovation_is_rounded(f, m)) f->events |= KQ_EVENT_PRECISION;
 }
 
 /* Takes a scalar measurement, given h, r and e, into the root, the likelihood and the history, and
@@ -135,8 +144,10 @@ KQ_COLD static int update_root(filter *f, low_noise_scalar *m, const low_noise_w
     }
     if (rows_share_exponents) note_condition(f, w->b);
     tell_scalar(f, m, w);
+    /* where a sigma was at rounding before, it is not this one that is lost */
+    const int narrows = m->sharp && !m->exact && !root_is_ill_conditioned(filter_root(f), f->states, 1, w->b);
     rotate_root_apart(filter_root(f), m->h, m->r, m->exact, w, m->sharp, f->states);
-    if (m->sharp) filter_set_ready(f, f->ready | FILTER_LOW_NOISE | (m->exact ? 0 : FILTER_NARROW));
+    if (m->sharp) filter_set_ready(f, f->ready | FILTER_LOW_NOISE | (narrows ? FILTER_NARROW : 0));
     return 1;
 }
 

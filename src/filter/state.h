@@ -52,7 +52,7 @@ KQ_KERNEL int filter_is_wide(const filter *f) { return mean_widens && (f->ready 
 KQ_COLD KQ_NOINLINE static void note_condition(filter *f, scaled *spare)
 {
     if (!(f->ready & FILTER_NARROW)) return;
-    if (root_is_ill_conditioned(filter_root(f), f->states, spare)) f->events |= KQ_EVENT_PRECISION;
+    if (root_is_ill_conditioned(filter_root(f), f->states, 0, spare)) f->events |= KQ_EVENT_PRECISION;
 }
 
 /* What was attached before is not looked at: it may be gone. */

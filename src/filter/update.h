@@ -75,7 +75,7 @@ KQ_KERNEL int take_scalar(filter *f, const reading *z, int c, const scaled *h, i
     const int surely = !is_general(mode) && KQ_MOSTLY(is_certainly_ordinary(r, s, e));
     const int ordinary = mode == MODE_LEAN || surely || (!is_copy && is_ordinary(r, s, e));
     if ((may_ask && f->ready != FILTER_READY) || !ordinary) return 0;
-    if (is_general(mode) && f->attached) f->attached->hooks->record_update(f, row, 0, r, e, s);
+    if (is_general(mode) && f->attached) f->attached->hooks->record_update(f, h, row, 0, r, e, s);
     rotor end;
     rotate_root(&end, S, row, r, s, n);
     const num *gain = row; /* b = s K has taken the place of S'h */

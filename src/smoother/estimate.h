@@ -3,6 +3,9 @@
 
 #include "map.h"
 
+/* What lag and instant have in common: the tape of the current step, with room for the answer behind it */
+KQ_KERNEL num *on_line_answer(const history *h, int n) { return h->memory + h->length - FILTER_LEN(n); }
+
 /* ------------------------------------------------------------------ an estimate by maps */
 
 /*
@@ -115,16 +118,20 @@ static unsigned estimate_map(estimate *now, backward_map map, int n)
     return events;
 }
 
-/* The smoothed state of a step whose filtered one is `state`, into the answer.  Answers the events. */
-static unsigned estimate_end(estimate *now, num *answer, const num *state, int n)
+/* The smoothed state of a step whose filtered one is `state`, into the answer of the tape h.  Answers the events. */
+static unsigned estimate_end(estimate *now, const history *h, const num *state, int n)
 {
+    num *answer = on_line_answer(h, n);
     copy(answer, state, FILTER_LEN(n));
     if (now->states_only) return smoothed_state(answer, now->v.a, 0, n);
     if (now->rows) {
         estimate_join(now, n);
         renormalise(now->v.T, n);
     }
-    return smoothed_state(answer, now->v.a, now->v.T, n);
+    const unsigned events = smoothed_state(answer, now->v.a, now->v.T, n);
+    if (!root_is_short(now->v.T, n)) return events;
+    const num *S = state + MEAN_PLANES * n, *smoothed = answer + MEAN_PLANES * n;
+    return events | smoothing_events(0, state, S, smoothed, h->rounding, n);
 }
 
 #endif

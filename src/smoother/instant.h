@@ -87,7 +87,7 @@ kq_status T(kq_instant_smooth)(T(kq_instant) *instant, filter *view)
     estimate now = {workspace_at(instant->tape.memory, n), 0, 0, 0};
     map_take_tape(instant_map(instant), &instant->tape, n);
     estimate_begin(&now, instant_map(instant), n);
-    const unsigned events = estimate_end(&now, on_line_answer(&instant->tape, n), instant_state(instant), n);
+    const unsigned events = estimate_end(&now, &instant->tape, instant_state(instant), n);
     return on_line_show(&instant->tape, view, 0, events);
 }
 

@@ -142,7 +142,7 @@ static unsigned lag_estimate(T(kq_lag) *lag, uint32_t k, int states_only, num *r
     map_take_tape(newest, &lag->tape, n);
     estimate_begin(&now, newest, n);
     const unsigned walked = lag_walk(lag, &now, k, n);
-    return walked | estimate_end(&now, on_line_answer(&lag->tape, n), lag_slot(lag, k, n), n);
+    return walked | estimate_end(&now, &lag->tape, lag_slot(lag, k, n), n);
 }
 
 KQ_NOINLINE static unsigned lag_estimate_of_few(T(kq_lag) *lag, uint32_t k, int states_only, int n)

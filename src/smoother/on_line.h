@@ -4,18 +4,16 @@
 #include "estimate.h"
 #include "recorder.h"
 
-/* What lag and instant have in common: the tape of the current step, with room for the answer behind it */
-KQ_KERNEL num *on_line_answer(const history *h, int n) { return h->memory + h->length - FILTER_LEN(n); }
-
 /* Where what is of one of them alone begins */
 KQ_KERNEL num *on_line_end_of_tape(const history *h) { return h->memory + h->length; }
 
 /* The update as it is, its rotations to be made later: the row, then r, e and s */
-static void history_record_row(filter *f, const num *row, const scaled *exact, scaled r,
+static void history_record_row(filter *f, const scaled *h, const num *row, const scaled *exact, scaled r,
                                scaled e, scaled s)
 {
     num *record = history_extend(f, ROW_RECORD_LEN(f->states));
     if (!record) return;
+    history_add_rounding(f, h, s, 1);
     if (row) copy(record, row, ROW_LEN(f->states));
     else row_fitted(record, exact, f->states);
     store_row_record(record + ROW_LEN(f->states), r, e, s);

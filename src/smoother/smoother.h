@@ -168,11 +168,11 @@ static void smooth_back(history *h, const process *p, undo_predict *undo, const 
     const int is_short = !states_only && root_is_short(v.T, n);
     h->process = before;
     history_note(h, undo(m, S, after, &v, extras));
-    if (is_short) history_note(h, smoothing_events(m->transition, state, v.predicted, after, n));
+    if (is_short) history_note(h, smoothing_events(m->transition, state, v.predicted, after, h->rounding, n));
     const int is_short_now = !states_only && root_is_short(v.T, n);
     if (is_short_now) copy(v.predicted, S, ROOT_LEN(n));
     history_note(h, smoothed_state(state, v.a, states_only ? 0 : v.T, n));
-    if (is_short_now) history_note(h, smoothing_events(m->transition, state, v.predicted, S, n));
+    if (is_short_now) history_note(h, smoothing_events(m->transition, state, v.predicted, S, h->rounding, n));
     keep_state(h, state, n);
 }
 

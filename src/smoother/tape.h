@@ -128,12 +128,33 @@ static void store_row_record(num *record, scaled r, scaled e, scaled s)
     store_scaled(record + 2 * SCALED_WORDS, s);
 }
 
-KQ_COLD static void history_record_update(filter *f, const num *row, const scaled *exact,
+/*
+ * What a tape's measurements were rounded by, in squares: the rounding of h'S, as that of the rows of S, beside the
+ * innovation's sigma.  In quarters of the square of one rounding, at least one a measurement, to powers of 2.  Rotations
+ * of the smoother make no error larger: times the filter's sigmas, it is what smoothed means and sigmas are off by.
+ */
+KQ_COLD KQ_NOINLINE static void history_add_rounding(filter *f, const scaled *h, scaled s, uint32_t times)
+{
+    const uint32_t most = UINT32_C(1) << 30;
+    history *past = history_of(f);
+    scaled terms = scaled_zero();
+    for (int k = 0; k < f->states; k++) {
+        if (scaled_is_zero(h[k])) continue;
+        const scaled part = scaled_times(h[k], root_product(filter_root(f), f->states, k, k));
+        scaled_add_times(&terms, h + k, &part);
+    }
+    for (s = scaled_shift(s, -2); times < most && scaled_is_less(s, terms); times <<= 1) terms = scaled_shift(terms, -1);
+    past->rounding = times < most - past->rounding ? past->rounding + times : most;
+}
+
+KQ_COLD static void history_record_update(filter *f, const scaled *h, const num *row, const scaled *exact,
                                           scaled r, scaled e, scaled s)
 {
     const int n = f->states;
     num *record = history_extend(f, UPDATE_RECORD_LEN(n));
     if (!record) return;
+    const int looks = (history_of(f)->steps & 7) == 1; /* at one step in 8 of the ordinary ones */
+    if (exact || looks) history_add_rounding(f, h, s, exact ? 1 : 8);
     scaled variance = r, sigma = scaled_root(r);
     for (int i = 0; i < n; i++) {
         const scaled entry = row ? row_entry(row, n, i) : exact[i];
@@ -187,6 +208,7 @@ static void history_begin(history *h, filter *f, const hooks *with)
     h->step = 1;
     h->used = 0;
     h->events = 0;
+    h->rounding = 0;
     h->process = 0;
     h->filter = f;
     history_keep_formats(h, f);

@@ -11,7 +11,7 @@
 #ifndef KQ_SRC_SMOOTHER_WHITENED_H
 #define KQ_SRC_SMOOTHER_WHITENED_H
 
-#include "tape.h"
+#include "resolution.h"
 
 /* The workspace, by name */
 typedef struct {

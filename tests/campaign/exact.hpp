@@ -238,6 +238,26 @@ inline Exact run(const Inputs &inputs)
     return run(inputs, none);
 }
 
+/// Does every measurement say what __float128 can tell from its own rounding, or nothing?
+inline bool isResolved(const Inputs &inputs, const Exact &exact)
+{
+    Mat open = inputs.P0;
+    for (const Instant &now : exact) {
+        for (const Update &update : now.updates) {
+            for (const Scalar &scalar : update.scalars) {
+                Real terms = 0;
+                for (Index k = 0; k < inputs.n(); ++k) {
+                    const Real part = scalar.h(k) * sigma(open, k);
+                    terms += part * part;
+                }
+                if (scalar.taken && scalar.variance < Real(1e-20) * terms) return false;
+            }
+        }
+        open = sandwich(inputs.A(), open) + inputs.Q();
+    }
+    return true;
+}
+
 } // namespace campaign
 
 #endif

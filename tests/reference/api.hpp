@@ -51,7 +51,7 @@ template <> constexpr double epsilon<Q31>() { return 0x1p-29; }
     F(history_steps, T) F(smooth, T) F(smooth_states, T) F(smooth_step, T) \
     F(smoothed_measurement_noise, T) F(smoothed, T) F(diffuse_assign, T) F(diffuse_init, T) \
     F(diffuse_count, T) F(diffuse_steps, T) F(diffuse_smooth, T) F(diffuse_smoothed, T) \
-    F(lag_assign, T) F(lag_steps, T) F(lagged, T) F(lagged_states, T) F(instant_assign, T) \
+    F(lag_assign, T) F(delay_assign, T) F(lag_steps, T) F(lagged, T) F(lagged_states, T) F(instant_assign, T) \
     F(instant_smooth, T) F(update_robust, T) F(chi_square_limit, T) F(adaptation_init, T) \
     F(adaptation_scales, T) F(least_squares_add, T) F(least_squares_residual, T) F(forget, T) \
     F(consistency_assign, T) F(consistency_clear, T) F(consistency_watch, T) \
