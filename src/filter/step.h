@@ -29,8 +29,8 @@ KQ_COLD KQ_NOINLINE static void watch_mean(filter *f, const process *p)
     }
 }
 
-/* Is the mean to be watched in this predict?  In one of 32 or more; in fixed point never. */
-KQ_INLINE int mean_is_watched(const filter *f) { return !mean_widens && !(f->run.count & 31); }
+/* Is the mean to be watched in this predict?  In one of 32, or fewer; in fixed point never.  Lean sensors do not count. */
+KQ_INLINE int mean_is_watched(const filter *f) { return !mean_widens && f->run.count && !(f->run.count & 31); }
 
 /* Answers the events, which have been told. */
 static unsigned predict_now(filter *f, const process *p, const num *u)
