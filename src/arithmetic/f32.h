@@ -40,6 +40,7 @@ static const num num_huge = 0x1p60f;           /* and where it is given up */
 static const num num_growth = 1.25f;           /* of a covariance that does not settle, a row */
 static const num num_unsettled = 0x1p-6f;      /* a change beyond it is not rounding */
 enum { freeze_bits_max = KQ_FREEZE_BITS_MAX_F32, num_refinements = 30 };
+enum { mean_moves = 4 }; /* a mean near 2^120 is where it belongs after so many moves */
 enum { num_digits = 24 }; /* of a number; doublings, too */
 enum { FLOW_TERMS = 8 }; /* of a sum that falls by half a term (model/continuous_float.h) */
 static const num num_half = 0.5f;

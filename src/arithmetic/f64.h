@@ -40,6 +40,7 @@ static const num num_huge = 0x1p500;           /* and where it is given up */
 static const num num_growth = 1.25;            /* of a covariance that does not settle, a row */
 static const num num_unsettled = 0x1p-20;      /* a change beyond it is not rounding */
 enum { freeze_bits_max = KQ_FREEZE_BITS_MAX_F64, num_refinements = 30 };
+enum { mean_moves = 20 }; /* a mean near 2^1000 is where it belongs after so many moves */
 enum { num_digits = 53 }; /* of a number; doublings, too */
 enum { FLOW_TERMS = 14 };
 static const num num_half = 0.5;

@@ -49,6 +49,7 @@ static inline int is_weak(scaled r, scaled s)
 static inline num num_nan(void) { return KQ_NOT_A_VALUE_Q31; }
 
 enum { freeze_bits_max = KQ_FREEZE_BITS_MAX_Q31 };
+enum { mean_moves = 1 }; /* no mean is far off */
 
 typedef int64_t score;
 

@@ -144,8 +144,9 @@ KQ_COLD static int update_root(filter *f, low_noise_scalar *m, const low_noise_w
     }
     if (rows_share_exponents) note_condition(f, w->b);
     tell_scalar(f, m, w);
-    /* where a sigma was at rounding before, it is not this one that is lost */
-    const int narrows = m->sharp && !m->exact && !root_is_ill_conditioned(filter_root(f), f->states, 1, w->b);
+    /* where a sigma was at rounding before this instant's low-noise measurements, it is not theirs that is lost */
+    const int narrows = m->sharp && !m->exact && !(f->ready & FILTER_LOW_NOISE) &&
+                        !root_is_ill_conditioned(filter_root(f), f->states, 1, w->b);
     rotate_root_apart(filter_root(f), m->h, m->r, m->exact, w, m->sharp, f->states);
     if (m->sharp) filter_set_ready(f, f->ready | FILTER_LOW_NOISE | (narrows ? FILTER_NARROW : 0));
     return 1;
@@ -171,14 +172,25 @@ KQ_COLD static int was_far_off(const low_noise_scalar *m)
 
 /*
  * After a low-noise measurement the residual is e r / s, but x has been moved with the rounding of one
- * number, perhaps many sigma: what is left of it is moved again.
+ * number, perhaps many sigma: what is left of it is moved again.  Answers its square.
  */
-KQ_COLD KQ_NOINLINE static void update_mean_again(filter *f, const low_noise_scalar *m,
-                                                  const scaled *b)
+KQ_COLD KQ_NOINLINE static scaled update_mean_again(filter *f, const low_noise_scalar *m,
+                                                    const scaled *b)
 {
     const scaled left = scalar_innovation(f, m->z, m->component);
     const scaled rest = scaled_minus(left, scaled_times(m->e, scaled_over(m->r, m->s)));
     update_mean(f, b, scaled_over(rest, m->s));
+    return scaled_times(rest, rest);
+}
+
+/* Each time leaves a rounding of what was left. */
+KQ_COLD static void update_mean_to_end(filter *f, const low_noise_scalar *m, const scaled *b)
+{
+    const int is_far = was_far_off(m);
+    for (int times = 0; times < (is_far ? mean_moves : 1); times++) {
+        const scaled moved = update_mean_again(f, m, b);
+        if (times >= 3 && !scaled_is_less(m->r, moved)) return;
+    }
 }
 
 /* An update that takes 2^-12 of a variance, looked at once, has the event: with those that are not looked at it is
@@ -251,7 +263,7 @@ KQ_COLD KQ_NOINLINE static void take_scalar_in(filter *f, low_noise_scalar *m, s
     }
     if (!update_root(f, m, &w)) return;
     update_mean(f, w.b, m->w);
-    for (int k = !m->sharp ? 0 : was_far_off(m) ? 4 : 1; k > 0; k--) update_mean_again(f, m, w.b);
+    if (m->sharp) update_mean_to_end(f, m, w.b);
 }
 
 /* The scratch lives on the stack, in a few sizes. */

@@ -166,7 +166,7 @@ static scaled late_scalar_of(late_scalar *m, const filter *then, const reading *
     scaled buffer[KQ_SIZE_MAX], spare[FLOOR_PARTS * KQ_SIZE_MAX];
     const int n = then->states;
     const scaled *h = scalar_row(z, c, buffer);
-    const scaled floor = project_with_floor(then, z, c, h, spare);
+    scaled floor = project_with_floor(then, z, c, h, spare);
     for (int i = 0; i < n; i++) m->f[i] = spare[i];
     m->r = scalar_noise(z, c);
     m->e = scalar_innovation(then, z, c);
@@ -175,6 +175,8 @@ static scaled late_scalar_of(late_scalar *m, const filter *then, const reading *
     if (!has_noise && scaled_is_less(m->r, last_bits)) m->r = last_bits;
     m->s = scaled_plus(m->r, square_of(m->f, n)); /* >= r, which the rotations rely on */
     if (has_noise) return (scaled){0};
+    const scaled before = scaled_times(scaled_of_count(64), rounding_before(then, z, c, spare)); /* as is_redundant */
+    if (scaled_is_less(scaled_one, before)) floor = scaled_times(before, floor);
     return scaled_plus(floor, scaled_times(scaled_of_count(3), m->r)); /* one r is left of it by the first of two */
 }
 

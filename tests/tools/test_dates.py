@@ -137,6 +137,11 @@ def test_a_model_of_steps_warns_of_an_irregular_index():
             assert len(told) == 1, [str(one.message) for one in told]
     with pytest.warns(kalmanq.KalmanqWarning, match="^z: row 1: the time of the index is not after the one before"):
         Filter(model).run(rows.set_axis(stamps[left_out][::-1]))
+    for index in (stamps[:8][::-1], pandas.Index(np.arange(8.0)[::-1])):  # newest first
+        with pytest.warns(kalmanq.KalmanqWarning, match="^z: row 1: the time of the index is not after the one before"):
+            Filter(model).run(rows.set_axis(index))
+    with pytest.warns(kalmanq.KalmanqWarning, match="^z: row ., the times of the index are irregular|^z: row .: the times of the index are irregular"):
+        Filter(model).run(rows.set_axis(pandas.Index([0, 0.1, 0.2, 17, 17.1, 20, 33, 40])))
     random = np.random.default_rng(1).integers(0, 999, 8)
     with warnings.catch_warnings():
         warnings.simplefilter("error")

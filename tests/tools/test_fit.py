@@ -734,3 +734,10 @@ def test_a_function_without_a_value_is_named(tmp_path):
     assert done.returncode == 3 and done.stderr.count("\n") == 1
     assert "not finite where the search begins: row 1: " in done.stderr and "line 5: f: answers nan for x at" in done.stderr, done.stderr
 
+
+@pytest.mark.parametrize("z", [np.zeros(40), np.ones(40), np.arange(40.0)], ids=["zero", "constant", "line"])
+def test_records_without_noise_have_a_sentence(z):
+    """Exactly on a line, which a level and a slope follow: no variance is left"""
+    for more in ({}, {"method": "ml"}):
+        found = kalmanq.fit(Model([[1, 1], [0, 1]], H=[1, 0], R=1, Q=[1, 0.1], P0=[100, 10]), [z], iterations=40, **more)
+        assert "\n" not in found.message

@@ -286,6 +286,26 @@ TEST(one_without_noise)
     TEST_ASSERT_EQUAL_MEMORY(&before, &after, offsetof(reading, nis));
 }
 
+/* Two rows without noise and their sum, late: the sum is redundant, as in time, and moves nothing. */
+TEST(what_repeats_without_noise_is_redundant_when_late)
+{
+    static const num none[3] = {0, 0, 0}, summed_range[3] = {400, 400, 800};
+    for (uint32_t seed = 1; seed <= 200; seed++) {
+        uint32_t state = seed;
+        num H[3 * MAX], z[3] = {late[STEPS - 1].z[0], late[STEPS - 1].z[1]};
+        set_up();
+        const int n = drawn.n;
+        z[2] = z[0] + z[1];
+        for (int i = 0; i < 2 * n; i++) H[i] = N((double)(int)(16 * drawn_number(&state)) / 16);
+        for (int i = 0; i < n; i++) H[2 * n + i] = H[i] + H[n + i];
+        put_independent(&radar, n, 3, range, summed_range, H, none);
+        ASSERT_OK(S(update_delayed)(&past, 2, &radar.sensor, measured(&radar.sensor, z), 7));
+        describe("", "seed", (int)seed, "taken", S(taken)(&track));
+        TEST_ASSERT_TRUE_MESSAGE(S(events)(&track) & KQ_EVENT_REDUNDANT, description());
+        TEST_ASSERT_TRUE_MESSAGE(S(taken)(&track) <= 2, description());
+    }
+}
+
 TEST(what_is_refused_changes_nothing)
 {
     const S(sensor) *s = &radar.sensor;

@@ -614,6 +614,20 @@ TEST(the_innovation_of_a_predicted_measurement_is_what_its_rounding_left)
     TEST_ASSERT_EQUAL_INT(sizeof(num) == sizeof(float), was_rounded);
 }
 
+/* Of 2^300 sigmas in f64: one move of the mean leaves its own rounding of that. */
+TEST(a_mean_far_beyond_what_is_measured_is_where_it_belongs)
+{
+    static const num seen[] = {N(0.75)}, r[] = {1}, h[] = {1, 0};
+    for (int k = 0; k < 100; k++) {
+        const double sigma = pow(MOST_SIGMA, 0.009 * (k + 1)) * (1 + 0.013 * k);
+        const num far[] = {N(-sigma / (7 + 31 * k)), N(0.3)}, wide[] = {N(1.7 * sigma * sigma), N(0.3 * sigma), N(0.3 * sigma), 1};
+        ASSERT_OK(K(filter_init)(&track, far, wide));
+        ASSERT_OK(K(update)(&track, sensor_of(h, r, 1), seen));
+        ASSERT_WITHIN(4, seen[0], K(mean)(&track, 0));
+        ASSERT_WITHIN(8 * EPS, sqrt(1.7 / (1.7 + 1 / (sigma * sigma))), K(sigma)(&track, 0));
+    }
+}
+
 TEST(an_innovation_beyond_the_number_range_is_not_taken)
 {
     static const num C[] = {1, 0, 0, 1};

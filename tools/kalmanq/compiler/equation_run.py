@@ -120,7 +120,7 @@ class FixedEquations(CompiledEquations):
     """Over the library in q31, as compile --library --arith q31 writes it: the chip's own words"""
 
     def __init__(self, model: NonlinearModel):
-        self.model, self.arithmetic, self.method = model, "q31", "extended"
+        self.model, self.arithmetic, self.method, self.coarse = model, "q31", "extended", ""
         self.product, self.programs = compiled_fixed(model, NAME), _programs(model)
         self.restart()
 

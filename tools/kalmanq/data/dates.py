@@ -94,16 +94,16 @@ def in_index(index: Any, unit: float, dt: Optional[float], name: str) -> Optiona
 
 def warn_of_steps(index: Any, name: str, cure: str) -> None:
     """Of a model that takes each row for one step, where the index says that they are not alike"""
-    if getattr(index, "freq", None) is not None or len(index) < 3:
-        return  # business days, too, are what someone has called a step
     kind = _kind(index)
-    if kind not in "mMif":
+    if kind not in "mMif" or len(index) < 3:
         return
     steps = np.diff(numbers_from(index, 1.0)[0])
     steps = np.where(np.isfinite(steps), steps, 0.0) if kind in "mM" else steps
-    if kind in "if" and not _is_named_time(index) and not _rises_like_a_clock(steps):
+    if getattr(index, "freq", None) is not None and np.all(steps > 0):
+        return  # business days, too, are what someone has called a step
+    if kind == "i" and not _is_named_time(index) and not _rises_like_a_clock(steps):
         return
-    if kind in "mM" and np.any(steps <= 0):
+    if kind in "mMf" and np.any(steps <= 0):
         warnings.warn(f"{name}: row {int(np.argmax(steps <= 0)) + 1}: the time of the index is not after the one before: each row is taken "
                       "for one step of the model; sort the rows, and join rows of one time", KalmanqWarning, stacklevel=5)
         return

@@ -114,7 +114,7 @@ def _without_covariances(problem: Problem, edge: np.ndarray) -> np.ndarray:
     for block, part in zip(problem.blocks, problem.slices):
         if isinstance(block, Cholesky):
             none = {block.cells[k][0] for k in np.flatnonzero(edge[part]) if block.is_alone(int(k))}
-            made[part] |= [i != j and bool({i, j} & none) for i, j in block.cells]
+            made[part] |= np.array([i != j and bool({i, j} & none) for i, j in block.cells], bool)
     return made
 
 
