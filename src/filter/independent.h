@@ -51,9 +51,11 @@ static kq_status take_lean(filter *f, const sensor *s, const num *z, uint32_t pr
     for (int c = 0; c < m; c++) {
         if (!(present >> c & 1)) continue;
         if (filter_is_wide(f)) filter_saturate(f);
-        if (take_component(f, &now, c, n, MODE_LEAN)) continue;
-        if (hold_state(f, s->measurement + c * n) && take_component(f, &now, c, n, MODE_LEAN)) continue;
-        if (f->attached) f->attached->hooks->record_nothing(f);
+        while (!take_component(f, &now, c, n, MODE_LEAN)) {
+            if (hold_state(f, s->measurement + c * n)) continue; /* once: then it is held */
+            if (f->attached) f->attached->hooks->record_nothing(f);
+            break;
+        }
     }
     settle(f, n);
     return KQ_OK;

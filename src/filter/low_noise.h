@@ -144,9 +144,11 @@ KQ_COLD static int update_root(filter *f, low_noise_scalar *m, const low_noise_w
     }
     if (rows_share_exponents) note_condition(f, w->b);
     tell_scalar(f, m, w);
-    /* where a sigma was at rounding before this instant's low-noise measurements, it is not theirs that is lost */
-    const int narrows = m->sharp && !m->exact && !(f->ready & FILTER_LOW_NOISE) &&
-                        !root_is_ill_conditioned(filter_root(f), f->states, 1, w->b);
+    /* where a sigma was at rounding before this instant's low-noise measurements, as q31's may, it is not theirs that is
+       lost */
+    const int was_ill = rows_share_exponents && m->sharp && !(f->ready & FILTER_LOW_NOISE) &&
+                        root_is_ill_conditioned(filter_root(f), f->states, 1, w->b);
+    const int narrows = m->sharp && !m->exact && !was_ill;
     rotate_root_apart(filter_root(f), m->h, m->r, m->exact, w, m->sharp, f->states);
     if (m->sharp) filter_set_ready(f, f->ready | FILTER_LOW_NOISE | (narrows ? FILTER_NARROW : 0));
     return 1;

@@ -56,18 +56,18 @@ class Goal:
 # A real program at n = 2: its deepest stack
 STACKS = (("m4f", "f32", 480), ("m3", "q31", 850), ("m0", "q31", 900), ("avr", "f32", 400), ("avr", "q31", 900))
 # The same with lean sensors and constant tables: bytes of flash
-LEAN = (("m4f", "f32", 5000), ("m3", "q31", 9000), ("m0", "q31", 9900), ("avr", "f32", 12900),
+LEAN = (("m4f", "f32", 5300), ("m3", "q31", 9000), ("m0", "q31", 9900), ("avr", "f32", 12900),
         ("avr", "q31", 25030))  # fmt: skip
 # Instructions of a step at n states
 STEPS = (
-    ("m4f", "f32", RUNTIME, {2: 855, 4: 1989, 9: 7120}),
+    ("m4f", "f32", RUNTIME, {2: 860, 4: 1989, 9: 7120}),
     ("m3", "q31", RUNTIME, {2: 2750, 4: 6754, 9: 21894}),
     ("m0", "q31", RUNTIME, {4: 16635, 9: 58631}),
     ("m4f", "f32", FIXED, {3: 225, 4: 500}),
     ("m3", "q31", FIXED, {2: 1300, 4: 3900, 9: 14000}),
 )
 # The dearest update, times the settled one
-WORST = (("m4f", "f32", 4.28), ("m3", "q31", 8), ("m0", "q31", 8))
+WORST = (("m4f", "f32", 4.45), ("m3", "q31", 8.5), ("m0", "q31", 8.5))
 
 
 # Of nonlinear models, in f32 on an M4F: instructions of a whole step at n states, f and h in them, extended and
@@ -110,7 +110,7 @@ GOALS = (
     Goal("m3", "q31", 4, FIXED, "steady", 500),
     # a sample of 10 steps' lag, the step of the filter in it: the most of all phases of its work.  With the root of
     # its covariance, which was left in up to 5 n columns, for each reading to sum, when this was 3
-    Goal("m3", "q31", 2, RUNTIME, "lag", 9300),
+    Goal("m3", "q31", 2, RUNTIME, "lag", 9500),
     Goal("m3", "q31", 2, RUNTIME, "lag_states", 3, of="step"),
 )
 
