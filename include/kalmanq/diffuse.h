@@ -17,7 +17,8 @@
  *
  * Limits (tests/README.md, "Accuracy").  h'D within 16 standard errors of its rounding counts as 0.
  * KQ_EVENT_PRECISION: a measurement saw 4 to 32 standard errors, and sigmas of states that it determined may be
- * wrong.  Modes of A that grow far apart hide small dependences.
+ * wrong.  Modes of A that grow far apart hide small dependences: where they have grown for many predicts before the first
+ * measurements, a start may not end, and sigmas may be wrong without an event.  Begin it with the measurements.
  *
  * Log-likelihood: the exact diffuse one (Durbin and Koopman's L_d, statsmodels' llf).  Packages that leave log 2 pi
  * out of the diffuse steps differ by (d / 2) log 2 pi.  kq_taken counts a measurement that removes a dimension, NIS
