@@ -153,9 +153,7 @@ KQ_NODISCARD kq_status kq_detach_f64(struct kq_attached_f64 *object);
  * 2^1000 (f64), or whose A x + B u overflows, becomes 0 (q31: it is saturated).  A state that A does not couple to it
  * keeps its mean.  Measurements bring the state back.  A history ends.  KQ_EVENT_PRECISION: rounding hides what a
  * low-noise measurement said, or the rounding of many updates may have moved a sigma by 5 %: use f64.  One
- * measurement in 73 is looked at for the latter, and none of lean sensors and KQ_FIXED_BARE.  In f32 and f64 also
- * where A x is rounded by a 90th of a sigma: one predict in 32 or fewer is looked at, none of compile-time sizes and
- * of filters with lean sensors alone.
+ * measurement in 73 is looked at for the latter, and none of lean sensors and KQ_FIXED_BARE.
  * Accuracy: P is exact for rows of the root perturbed by a few n eps of their norm.  A conditional sigma smaller than
  * this error is lost.  In f32 a mean with 1/2 <= A_ii <= 2 is rounded at its increment, not at its own size.
  * Cost: about n^3 multiplications, n^3/2 if A is upper triangular (states in the order position, velocity, ...), n

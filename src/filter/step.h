@@ -16,26 +16,9 @@ KQ_COLD KQ_NOINLINE static void predict_ends_low_noise(filter *f)
     filter_set_ready(f, FILTER_READY);
 }
 
-/* Each predict rounds the mean by what it adds to it: by a 90th of a sigma, which then adds up?  A sigma that is less
-   than that rounding may be known exactly. */
-KQ_COLD KQ_NOINLINE static void watch_mean(filter *f, const process *p)
-{
-    const int n = f->states;
-    for (int i = 0; i < n; i++) {
-        const scaled square = mean_rounding(p->transition + i * n, f->memory, n, i);
-        const scaled variance = root_product(filter_root(f), n, i, i);
-        if (scaled_is_less(variance, square)) continue;
-        if (scaled_is_less(variance, scaled_times(scaled_of_count(8192), square))) f->events |= KQ_EVENT_PRECISION;
-    }
-}
-
-/* Is the mean to be watched in this predict?  In one of 32, or fewer; in fixed point never.  Lean sensors do not count. */
-KQ_INLINE int mean_is_watched(const filter *f) { return !mean_widens && f->run.count && !(f->run.count & 31); }
-
 /* Answers the events, which have been told. */
 static unsigned predict_now(filter *f, const process *p, const num *u)
 {
-    if (mean_is_watched(f)) watch_mean(f, p);
     const unsigned events =
         predict_state(f->memory, filter_root(f), p, p->controls ? u : 0, f->states, SHAPE_AS_FOUND);
     f->events = (uint16_t)(f->events | events);

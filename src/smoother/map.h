@@ -199,7 +199,6 @@ KQ_KERNEL void predict_by_map(filter *f, const process *p, const num *u, backwar
                               const workspace *v, int n)
 {
     num *S = f->memory + MEAN_PLANES * n;
-    if (mean_is_watched(f)) watch_mean(f, p);
     const extent of_mean = predict_mean(f->memory, p, p->controls ? u : 0, v->W, n, SHAPE_AS_FOUND);
     const extent far = extent_join(of_mean, predict_root(S, S, p, v->W, v->pq));
     renormalise(S, n);
