@@ -365,6 +365,7 @@ pub struct kq_history_f32 {
     pub process: *const kq_process_f32,
     pub filter: *mut kq_filter_f32,
     pub events: u8,
+    pub rounding: u32,
 }
 #[repr(C)]
 #[derive(Clone, Copy)]
@@ -382,6 +383,7 @@ pub struct kq_history_f64 {
     pub process: *const kq_process_f64,
     pub filter: *mut kq_filter_f64,
     pub events: u8,
+    pub rounding: u32,
 }
 #[repr(C)]
 #[derive(Clone, Copy)]
@@ -413,6 +415,7 @@ pub struct kq_history_q31 {
     pub process: *const kq_process_q31,
     pub filter: *mut kq_filter_q31,
     pub events: u8,
+    pub rounding: u32,
     pub state_format: *const kq_format_q31,
 }
 #[repr(C)]

@@ -83,15 +83,20 @@ class Trial:
     start: float = 0.0  # how far first estimates are from those of an unknown start, where the ranges are the prior
 
     @property
+    def wrong(self) -> int:
+        """Events that are counted against it: where the ranges are the prior of a start that is told of, and measured, by itself"""
+        return self.events & WRONG & ~(lib.KQ_EVENT_PRECISION if self.start > ACCURATE else 0)
+
+    @property
     def is_good(self) -> bool:
-        return not self.refused and not self.events & WRONG and bool(self.worst.max(initial=0) <= TOLERABLE)
+        return not self.refused and not self.wrong and bool(self.worst.max(initial=0) <= TOLERABLE)
 
     @property
     def warnings(self) -> list[str]:
         cure = [f"{self.arithmetic} would do with {self.cure}"] if self.cure else []
         if self.refused:
             return [self.refused, *cure]
-        made = cure + [f"{self.arithmetic}: {name}" for name in names_of(self.events & WRONG)]
+        made = cure + [f"{self.arithmetic}: {name}" for name in names_of(self.wrong)]
         if self.start > ACCURATE:
             made.append(f"{self.arithmetic}: the ranges are the prior of the diffuse start; it takes first estimates "
                         f"{self.start:.1g} sigma from double's")
