@@ -109,12 +109,13 @@ class WordFilter(Readings):
         f, lines = self.formats, []
         for i in range(self.of.n):
             by, most = f.x[i] - f.read[i], self._most_mean(i)
-            text = f"(mean[{i}] > {most} ? {most} : mean[{i}] < -{most} ? -{most} : mean[{i}])"
-            lines.append(f"f->x[{i}] = {f'(int64_t){text} >> {-by}' if by < 0 else f'{text} * (INT64_C(1) << {by})'};")
+            lines.append(f"const int32_t mean{i} = mean[{i}] > {most} ? {most} : mean[{i}] < -{most} ? -{most} : mean[{i}];")
+            lines.append(f"f->x[{i}] = {f'(int64_t)mean{i} >> {-by}' if by < 0 else f'mean{i} * (INT64_C(1) << {by})'};")
         for slot, (i, j) in enumerate(self.live):
             state, most = self.factor.order[i], self._most_sigma(i)
-            lines.append(f"f->P[{slot}] = 0;" if i != j else
-                         f"f->P[{slot}] = sigma[{state}] < 0 ? 0 : sigma[{state}] > {most} ? {most} : sigma[{state}];")
+            lines += [f"f->P[{slot}] = 0;"] if i != j else [
+                f"const int32_t sigma{state} = sigma[{state}] < 0 ? 0 : sigma[{state}] > {most} ? {most} : sigma[{state}];",
+                f"f->P[{slot}] = sigma{state};"]
         return lines
 
     def _most_mean(self, i: int) -> int:
@@ -125,8 +126,8 @@ class WordFilter(Readings):
         return 1 << BITS - self.factor.exponent[row] + self.factor.held[row]
 
     def started_at(self) -> list[str]:
-        means = [f"mean[{i}] < -{self._most_mean(i)} || mean[{i}] > {self._most_mean(i)}" for i in range(self.of.n)]
-        sigmas = [f"sigma[{i}] < 0 || sigma[{i}] > {self._most_sigma(row)}" for row, i in enumerate(self.factor.order) if (row, row) in self.live]
+        means = [f"mean{i} != mean[{i}]" for i in range(self.of.n)]
+        sigmas = [f"sigma{i} != sigma[{i}]" for row, i in enumerate(self.factor.order) if (row, row) in self.live]
         return [*(f"if ({' || '.join(one)}) {self.event(event)}" for one, event in ((means, "MEAN_SATURATED"), (sigmas, "SIGMA_SATURATED")) if one),
                 "return !f->events;"]
 
