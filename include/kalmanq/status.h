@@ -84,7 +84,7 @@ enum {
     /** Precision lost: a sigma may be wrong by more than 5 %, or a mean by more than a hundredth of it.  Rounding
         hides what a low-noise measurement said or, over many updates, has become information (kq_predict); very
         many measurements said less than their last bits (kq_update); later ones left next to nothing of a sigma
-        (kq_smooth, kq_lagged, kq_instant_smooth); what a mean is the sum of is far beyond its sigma (f32, f64); or
+        (kq_smooth, kq_lagged, kq_instant_smooth); H x is rounded beside its innovation's sigma (f32, f64); or
         the ranges of q31 are the prior of a diffuse start (diffuse.h). */
     KQ_EVENT_PRECISION = 128,
     KQ_EVENT_LOW_NOISE = 256, /**< A lean sensor raised the noise of a low-noise measurement (sensor.h). */
