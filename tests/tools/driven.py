@@ -110,8 +110,8 @@ class Driven(Called):
     def __init__(self, model: Model, folder: Path, options: Options = Options(), flags: Sequence[str] = ()):
         super().__init__(compiled(model, "flt", options), folder, flags)
 
-    def start_at(self, mean: Sequence[float], sigma: Sequence[float]) -> None:
-        self.call("start_at", self.numbers(mean), self.numbers(sigma))
+    def start_at(self, mean: Sequence[float], sigma: Sequence[float]) -> int:
+        return self.call("start_at", self.numbers(mean), self.numbers(sigma))
 
     def predict(self, u: Optional[Sequence[float]] = None) -> None:
         self.call("predict", *self.controls(u))

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import warnings
-from datetime import date
+from datetime import date, timedelta
 
 import numpy as np
 import pytest
@@ -16,6 +16,7 @@ from test_times import cart, drawn_at_random_times
 
 pandas = pytest.importorskip("pandas")
 
+GIVEN = dict(h=lambda x: [x[0]], Q=[0.1, 0.1], R=[1.0], P0=[1.0, 1.0], x0=[0.0, 0.0])  # of nonlinear models
 SECONDS = np.array([0, 0.1, 0.5, 2.0, 2.2, 9.0])
 
 
@@ -88,6 +89,25 @@ def test_a_fit_takes_the_times_of_an_index():
             call()
 
 
+def test_a_step_may_be_a_duration():
+    for make in (lambda: Filter(of_time()), lambda: NonlinearFilter(NonlinearModel(lambda x, dt: [x[0] + dt * x[1], x[1]], dt=0.1, **GIVEN))):
+        one, other = make(), make()
+        for dt in (pandas.Timedelta("250ms"), np.timedelta64(250, "ms"), timedelta(seconds=0.25)):
+            one.predict(dt=dt)
+            other.predict(dt=0.25)
+            assert np.array_equal(one.covariance, other.covariance)
+        for wrong in (pandas.Timestamp(0), "1 s", pandas.Timedelta(0), np.nan, [1.0]):
+            with pytest.raises(KalmanqError, match="^(dt|times): "):
+                one.predict(dt=wrong)
+
+
+def test_one_record_is_no_list_of_them():
+    model, z = of_time(), np.arange(5.0)
+    for given in (z, pandas.DataFrame({"z": z}), pandas.Series(z)):
+        with pytest.raises(KalmanqError, match=r"^z: one record: give a list of them, \[z\]$"):
+            fit(model, given, ["R"])
+
+
 def test_an_index_that_may_count_rows_is_asked_about():
     model, z = of_time(), np.arange(5.0)
     apart = Filter(model).run(z)
@@ -153,8 +173,7 @@ def test_a_model_of_steps_warns_of_an_irregular_index():
 
 def test_a_nonlinear_model_takes_the_times_of_an_index():
     z = np.arange(6.0)
-    given = dict(h=lambda x: [x[0]], Q=[0.1, 0.1], R=[1.0], P0=[1.0, 1.0], x0=[0.0, 0.0])
-    model = NonlinearModel(lambda x, dt: [x[0] + dt * x[1], x[1]], dt=0.1, **given)
+    model = NonlinearModel(lambda x, dt: [x[0] + dt * x[1], x[1]], dt=0.1, **GIVEN)
     table = pandas.Series(z, index=pandas.to_datetime(SECONDS + 1.7e9, unit="s").round("ms"))
     exact, apart = NonlinearSmoother(model).run(z, times=SECONDS), NonlinearSmoother(model).run(z)
     assert np.abs(exact.mean - apart.mean).max() > 0.1
@@ -164,7 +183,7 @@ def test_a_nonlinear_model_takes_the_times_of_an_index():
     assert abs(kalmanq.likelihood(model, [table]) - exact.log_likelihood.sum()) < 1e-6
     f = NonlinearFilter(model)
     assert np.allclose(np.concatenate([f.run(table[:2]).mean, f.run(table[2:]).mean]), exact.mean, rtol=1e-6, atol=1e-9)
-    steps = NonlinearModel(lambda x: [x[0] + x[1], x[1]], **given)
+    steps = NonlinearModel(lambda x: [x[0] + x[1], x[1]], **GIVEN)
     for call in (NonlinearFilter(steps).run, NonlinearSmoother(steps).run):
         with pytest.warns(kalmanq.KalmanqWarning, match="the times of the index are irregular, .* functions of dt take them") as told:
             call(table)

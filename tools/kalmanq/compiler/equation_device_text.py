@@ -92,7 +92,7 @@ class DeviceText(EquationText):
         a, carried = self.of, len(self.given.carried)
         lines = [f"static const {a.type} none[{a.n}] = {{0}};"] if a.has_errors else []
         lines += [f"{a.type} P[{a.n * a.n}] = {{0}};", *self._calls(f"{self.given.name}_start(f)"),
-                  f"for (int i = 0; i < {a.n}; i++) P[i * {a.n + 1}] = sigma[i] * sigma[i];",
+                  f"for (int i = 0; i < {a.n}; i++) P[i * {a.n + 1}] = sigma[i] < 0 ? -1 : sigma[i] * sigma[i]; /* -1: is refused */",
                   *([f"for (int i = 0; i < {carried}; i++) f->x[i] = mean[i];"] if a.has_errors else []),
                   f"return status ? status : kq_filter_init_{a.T}(&f->filter, {'none' if a.has_errors else 'mean'}, P);"]
         return function(self.start_at_head(), lines)

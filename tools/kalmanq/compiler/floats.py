@@ -33,7 +33,7 @@ class FloatFilter(Arithmetic):
 
     most_operations = 4000  # about 20 kB
     may_be_slow = True
-    refused_start = "NaN, infinite or too large: then nothing has changed"
+    refused_start = "NaN, infinite or too large, or a sigma is negative: then nothing has changed"
 
     def __init__(self, given: Request, steady: Optional[Settled]):
         self.given, self.of = given, given.of.doubles()
@@ -167,9 +167,10 @@ class FloatFilter(Arithmetic):
         lines, counts = [], {"mean": len(self.given.carried), "sigma": self.of.n}
         squares = {name: f"{name}[i] * {name}[i]" for name in counts}
         if len(set(counts.values())) == 1:
-            counts, squares = {"mean": self.of.n}, {"mean": " + ".join(squares.values())}
+            counts, squares = {"sigma": self.of.n}, {"sigma": " + ".join(squares.values())}
         for name, count in counts.items():
-            lines += [f"for (int i = 0; i < {count}; i++)", f"    if (!({squares[name]} <= {self.number(MOST[self.type]**2)})) return 0;"]
+            negative = f"sigma[i] < {self.number(0)} || " if name == "sigma" else ""
+            lines += [f"for (int i = 0; i < {count}; i++)", f"    if ({negative}!({squares[name]} <= {self.number(MOST[self.type]**2)})) return 0;"]
         lines += [f"for (int i = 0; i < {len(self.given.carried)}; i++) {{", "    f->x[i] = mean[i];", f"    f->low[i] = {self.number(0)};", "}"]
         for slot, (i, j) in enumerate(self.live):
             shared = [key[0] for key, fact in self.facts.items() if fact == (i, j)] if i == j else []

@@ -26,6 +26,14 @@ def numbers_from(given: Any, unit: float, origin: Optional[np.datetime64] = None
     return (made / np.timedelta64(1, "s") / unit if made.dtype.kind == "m" else made), begun
 
 
+def step_from(given: Any, unit: float) -> float:
+    """The time to the next row, in units of so many seconds"""
+    made, begun = numbers_from([given], unit)
+    if begun is not None or made.shape != (1,) or not 0 < made[0] < np.inf:
+        raise KalmanqError("dt: not a number or a duration above 0")
+    return float(made[0])
+
+
 def _moments(given: Any) -> np.ndarray:
     """datetime64, timedelta64 or float64; what is missing is NaT or NaN"""
     try:

@@ -30,6 +30,8 @@ class Records:
 
     def __init__(self, model: Union[Model, NonlinearModel], z: Sequence[ArrayLike], u: Optional[Sequence[Optional[ArrayLike]]] = None,
                  times: Optional[Sequence[Optional[ArrayLike]]] = None, varying: Optional[Sequence[Varying]] = None):
+        if hasattr(z, "index") and not isinstance(z, (list, tuple)) or isinstance(z, np.ndarray) and z.ndim == 1:
+            raise KalmanqError("z: one record: give a list of them, [z]")
         for name, one in (("u", u), ("times", times)):
             if one is not None and len(one) != len(z):
                 raise KalmanqError(f"{name} has {len(one)} records, z has {len(z)}")

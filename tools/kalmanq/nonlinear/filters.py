@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from kalmanq.core import NOT_A_VALUE, require, warn_of
+from kalmanq.data.dates import step_from
 from kalmanq.data.rows import Rows, index_of, require_one_origin, rising, row_of, rows_of, times_in
 from kalmanq.errors import KalmanqError
 from kalmanq.nonlinear import methods
@@ -70,9 +71,8 @@ class NonlinearFilter(Readable):
     # ------------------------------------------------------------------ rows
 
     def predict(self, u: Optional[ArrayLike] = None, dt: Optional[float] = None) -> None:
-        """To the next row; u: l controls of the row that is left; dt: seconds to the next row, where rows have times"""
-        if dt is not None and not 0 < dt < np.inf:
-            raise KalmanqError(f"dt: {dt:g} is not a number above 0")
+        """To the next row; u: l controls of the row that is left; dt: to the next row, where rows have times: seconds, or a duration"""
+        dt = None if dt is None else step_from(dt, 1.0)
         self._move(self._controls(u), self.model.dt if dt is None and self.is_timed else dt, None if dt is None else self.at + dt)
 
     def _move(self, u: np.ndarray, dt: Optional[float], to: Optional[float]) -> None:

@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from kalmanq.core import ffi, lib, require, warn_of
+from kalmanq.data.dates import step_from
 from kalmanq.data.rows import Rows, Varying, controls_of, require_one_origin, row_of
 from kalmanq.errors import KalmanqError
 from kalmanq.model import Model
@@ -87,7 +88,8 @@ class Filter(Readable):
     # ------------------------------------------------------------------ one row
 
     def predict(self, u: Optional[ArrayLike] = None, dt: Optional[float] = None) -> None:
-        """To the next row; u: l controls, or None; dt: of a model in continuous time, if not its own."""
+        """To the next row; u: l controls, or None; dt: of a model in continuous time, if not its own: a number of its unit, or a duration"""
+        dt = self._step_of(dt)
         require(self._call("predict", self._process(dt), self._pointer(self.parts.pushes(u))), "predict")
         self._moved(1, dt=dt)
 
@@ -111,6 +113,7 @@ class Filter(Readable):
         """The state so many rows ahead, as a filter; u: steps x l, 0 if left out; dt: of each, if not the model's."""
         if steps < 0:
             raise KalmanqError("steps: below 0")
+        dt = self._step_of(dt)
         controls = controls_of(u, self.model, steps)
         words = None if controls is None else self.parts.words(controls, "controls")
         if self._next is not None and dt is None:  # the first step is not as those after it
@@ -229,9 +232,14 @@ class Filter(Readable):
         """What moves the state to the next row"""
         if dt is None:
             return self.parts.process if self._next is None else self._steps.process_at(self._next)
-        if self.model.continuous is None or not 0 < dt < np.inf:
-            raise KalmanqError("dt: of a model in continuous time (F, Qc, dt), and above 0")
-        return self._steps.process_at(self._steps.over(np.array([float(dt)]))[0])
+        return self._steps.process_at(self._steps.over(np.array([dt]))[0])
+
+    def _step_of(self, dt: Any) -> Optional[float]:
+        if dt is None:
+            return None
+        if self.model.continuous is None:
+            raise KalmanqError("dt: of a model in continuous time (F, Qc, dt)")
+        return step_from(dt, self.model.continuous.seconds)
 
     def _moved(self, rows: int, left: Optional[np.ndarray] = None, dt: Optional[float] = None) -> None:
         self.row, self.begins, self._left, self._next = self.row + rows, False, left, None
