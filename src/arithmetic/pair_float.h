@@ -20,10 +20,13 @@ static inline num_pair pair_sum(num high, num low)
     return (num_pair){total, (high - (total - part)) + (low - part)};
 }
 
+/* By itself, so that no compiler fuses it with the sums that say how it was rounded */
+KQ_COLD KQ_NOINLINE static num rounded_product(num a, num b) { return a * b; }
+
 /* a b and what rounding has left of it: products of halves are exact. */
 static inline num_pair pair_product(num a, num b)
 {
-    const num product = a * b, a_high = num_upper_half(a), b_high = num_upper_half(b);
+    const num product = rounded_product(a, b), a_high = num_upper_half(a), b_high = num_upper_half(b);
     const num a_low = a - a_high, b_low = b - b_high;
     return (num_pair){product, a_low * b_low - (((product - a_high * b_high) - a_low * b_high) - a_high * b_low)};
 }
