@@ -180,7 +180,7 @@ KQ_NODISCARD kq_status kq_process_init_continuous_f64(kq_process_f64 *p, const d
  * leave of a variance counts as 0 below eps of it.  The mean is rounded at the size of
  * A* x and K z: in f32, where a state is far larger than its sigma, move it by kq_predict_extended (extended.h) with
  * this process, d = (A - I) x + B u + K e, where kq_innovation after the update gives e = z - H x.
- * Cost: 3, 11, 52 thousand instructions at n = 2, 4, 9 and m = 1, 2, 3 (M4F, f32); up to 12 times that where rounding has
+ * Cost: 3, 11, 52 thousand instructions at n = 2, 4, 9 and m = 1, 2, 3 (M4F, f32); up to 15 times that where rounding has
  * left no covariance.  Stack: 400 bytes. */
 KQ_NODISCARD kq_status kq_process_init_correlated_f32(kq_process_f32 *p, const float *A, const float *B,
     const float *Q, const kq_sensor_f32 *s, const float *S, uint32_t present);
