@@ -5,6 +5,7 @@
 #include "root.h"
 #if KQ_FLOATING
 #include "matrix_float.h"
+#include "pair_float.h"
 #endif
 
 #endif

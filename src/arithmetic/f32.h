@@ -72,6 +72,17 @@ static inline uint32_t num_folded(num a) { return num_bits(a); }
 /* Is a >= 0 beyond `most`, or not a number?  As integers, where the FPU would have to load it. */
 static inline int num_exceeds(num a, num most) { return num_bits(a) > num_bits(most); }
 
+/* The upper half of its digits: a product of two halves is exact. */
+static inline num num_upper_half(num a)
+{
+    union {
+        num value;
+        uint32_t bits;
+    } both = {a};
+    both.bits &= ~UINT32_C(0xfff);
+    return both.value;
+}
+
 /* a > 0, not subnormal, as m 2^e with m in [1/2, 1): e is added to *exponent. */
 static inline num num_split(num a, int32_t *exponent)
 {

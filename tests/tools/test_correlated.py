@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from fractions import Fraction
+
 import numpy as np
 import pytest
 
@@ -84,6 +86,15 @@ def test_ignoring_it_costs_what_it_costs():
     errors = [np.sqrt(np.mean((run.mean[:, 0] - x)**2)) for run in (Filter(model).run(z), Filter(equal).run(z, controls, varying=varying))]
     run = Filter(equal).run(z, controls, varying=varying)
     assert errors[1] < errors[0] and np.mean(run.nis) == pytest.approx(1, abs=0.1)
+
+
+@pytest.mark.skipif(np.finfo(np.longdouble).eps > 1e-18, reason="long double is double")
+@pytest.mark.parametrize("ulps", [3, 100, 30000])
+def test_what_is_left_of_q_is_rounded_at_its_own_size(ulps):
+    for R in (3.0, 7.0, 11.0):
+        Q = 1 / R + ulps * 2.0**-52
+        equal, _, _ = decorrelated(Model(1, H=1, R=R, Q=Q, P0=1), 1.0, [1.0, 2.0])
+        assert equal.Q[0, 0] == pytest.approx(float(Fraction(Q) - 1 / Fraction(R)), rel=1e-3)
 
 
 def test_what_is_no_s_is_refused():

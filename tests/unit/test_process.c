@@ -533,6 +533,82 @@ TEST(noise_that_the_measurement_has_whole_is_gone)
     TEST_ASSERT_EQUAL_MEMORY(motion_memory, p.noise_root, sizeof motion_memory);
 }
 
+/* w = K v + F e, of whole numbers: R = L L' and Q - S R^-1 S' = unit F F' are exact, and then scaled by `size`. */
+enum { SHARED_MOST = sizeof(void *) == 2 ? 6 : 16 };
+static num all_Q[SHARED_MOST * SHARED_MOST], all_R[SHARED_MOST * SHARED_MOST], all_S[SHARED_MOST * SHARED_MOST];
+static double left[SHARED_MOST * SHARED_MOST];
+
+static int whole(uint32_t *seed, int most)
+{
+    *seed = *seed * UINT32_C(1664525) + UINT32_C(1013904223);
+    return (int)(*seed >> 16) % (2 * most + 1) - most;
+}
+
+static void put_shared(int n, int m, double unit, double size, uint32_t seed)
+{
+    static int L[SHARED_MOST * SHARED_MOST], KL[SHARED_MOST * SHARED_MOST], F[SHARED_MOST * SHARED_MOST];
+    for (int k = 0; k < m * m; k++) L[k] = k / m == k % m ? 1 : k / m - k % m == 1 ? whole(&seed, 1) : 0;
+    for (int k = 0; k < n * n; k++) F[k] = k / n == k % n ? 1 : k / n < k % n ? whole(&seed, 1) : 0;
+    for (int i = 0; i < n; i++) {
+        int K[SHARED_MOST];
+        for (int c = 0; c < m; c++) K[c] = whole(&seed, 2);
+        for (int c = 0; c < m; c++) KL[i * m + c] = K[c] + (c + 1 < m ? K[c + 1] * L[(c + 1) * m + c] : 0);
+    }
+    for (int i = 0; i < n; i++) {
+        for (int j = 0; j < n; j++) {
+            int seen_part = 0, own = 0;
+            for (int c = 0; c < m; c++) seen_part += KL[i * m + c] * KL[j * m + c];
+            for (int k = 0; k < n; k++) own += F[i * n + k] * F[j * n + k];
+            left[i * n + j] = size * unit * own;
+            all_Q[i * n + j] = N(size * (seen_part + unit * own));
+        }
+    }
+    for (int k = 0; k < (n + m) * m; k++) {
+        int sum = 0;
+        const int *row = k < n * m ? KL + k / m * m : L + (k / m - n) * m;
+        for (int b = 0; b < m; b++) sum += row[b] * L[k % m * m + b];
+        *(k < n * m ? all_S + k : all_R + k - n * m) = N(size * sum);
+    }
+}
+
+static void init_shared(K(process) * p, int n, int m)
+{
+    static num one[SHARED_MOST * SHARED_MOST], memory[KQ_CORRELATED_LEN(SHARED_MOST, 0, SHARED_MOST)], noise[KQ_SENSOR_LEN(SHARED_MOST)];
+    K(sensor) s;
+    put_identity(one, SHARED_MOST, 1);
+    ASSERT_OK(K(sensor_assign)(&s, n, m, noise, COUNT(noise)));
+    ASSERT_OK(K(sensor_init)(&s, one, all_R));
+    ASSERT_OK(K(process_assign)(p, n, m, memory, COUNT(memory)));
+    ASSERT_OK(K(process_init_correlated)(p, one, NULL, all_Q, &s, all_S, UINT32_MAX));
+}
+
+/* Down to a few eps of Q, it has all its digits. */
+TEST(noise_that_the_measurement_leaves_is_rounded_at_its_own_size)
+{
+    K(process) p;
+    for (int k = 0; k < 4 * SHARED_MOST * SHARED_MOST; k += KQ_TEST_IS_SLOW ? 13 : 1) {
+        const int n = k / 4 % SHARED_MOST + 1, m = k / 4 / SHARED_MOST + 1;
+        put_shared(n, m, ldexp(EPS, 9 + k % 4 * 4), 1, (uint32_t)k);
+        init_shared(&p, n, m);
+        for (int i = 0; i < n * n; i++) {
+            const double sigmas = sqrt(left[i / n * (n + 1)]) * sqrt(left[i % n * (n + 1)]);
+            ASSERT_WITHIN(TOLERANCE * sigmas, left[i], noise_of(&p, i / n, i % n));
+        }
+    }
+}
+
+/* A joint covariance that rounding alone keeps from being singular, or makes indefinite, is one. */
+TEST(noise_that_rounding_leaves_is_rounding)
+{
+    K(process) p;
+    for (int k = 0; k < SHARED_MOST * SHARED_MOST; k += KQ_TEST_IS_SLOW ? 5 : 1) {
+        const int n = k % SHARED_MOST + 1, m = k / SHARED_MOST + 1;
+        put_shared(n, m, 0, 1.0 / 3, (uint32_t)k);
+        init_shared(&p, n, m);
+        for (int i = 0; i < n; i++) ASSERT_WITHIN(TOLERANCE * (double)all_Q[i * (n + 1)] + TINY_SIGMA * TINY_SIGMA, 0, noise_of(&p, i, i));
+    }
+}
+
 /* d = (A - I) x + B u + K e, K in the process's memory; a position, far away, which A and H move as it is */
 static void drift_from(num far, double *means)
 {

@@ -64,7 +64,9 @@ def _step(model: Model, S: np.ndarray, there: Any) -> tuple[np.ndarray, np.ndarr
     K[:, there] = S[:, there] @ np.linalg.pinv(model.R[np.ix_(there, there)], hermitian=True) if len(there) else 0
     sigma = np.sqrt(np.diag(model.Q))
     unit = np.where(sigma > 0, sigma, 1.0)[:, None]  # so that no state loses what is small beside the others
-    values, vectors = np.linalg.eigh((model.Q - K @ S.T) / (unit * unit.T))
+    k, s = K.astype(np.longdouble), S.astype(np.longdouble)  # what is left may be far less than Q
+    left = (model.Q - k @ s.T - (s - k @ model.R) @ k.T).astype(float)
+    values, vectors = np.linalg.eigh(left / (unit * unit.T))
     Q = unit * ((vectors * values.clip(0)) @ vectors.T) * unit.T
     return model.A - K @ model.H, K if model.B is None else np.hstack([model.B, K]), (Q + Q.T) / 2
 
