@@ -1,7 +1,8 @@
 /*
  * The update by a sensor without the careful path.  A measurement of low noise is taken in stages, each by the ordinary
- * kernel: with the least noise that this bears, then what that leaves of the measurement, which is the same z with the
- * noise r r1 / (r1 - r), of the state as it is by then.
+ * kernel: with the least noise r1 that this bears, then what that leaves of the measurement, which is the same z with the
+ * noise r r1 / (r1 - r), of the state as it is by then.  What is left of h'P h may be less than rounding makes of it:
+ * to measure that would take variance from other directions.  No stage does.
  */
 #ifndef KQ_SRC_FILTER_LEAN_H
 #define KQ_SRC_FILTER_LEAN_H
@@ -10,6 +11,7 @@
 #include "update.h"
 
 enum { LEAN_STAGES = 4 }; /* down to 2^-60 of H P H' (f64: 2^-144) */
+enum { FLOOR_SHIFT = -4 }; /* a 16th of the floor of project_exactly is (16 eps)^2 of the terms of h'P h */
 
 /* A measurement on its way; no noise is left where all of it has been taken. */
 typedef struct {
@@ -68,6 +70,23 @@ KQ_KERNEL int take_stage(filter *f, const reading *z, int c, staged *m, int is_f
     return answer;
 }
 
+/* Is what is left of h'P h more than rounding makes of the rows as they are by now? */
+KQ_COLD KQ_NOINLINE static int stage_counts(const num *S, const scaled *h, int n)
+{
+    scaled F[KQ_SIZE_MAX], spare[KQ_SIZE_MAX];
+    const scaled floor = project_exactly(F, S, h, spare, n);
+    return scaled_is_less(scaled_shift(floor, FLOOR_SHIFT), square_of(F, n));
+}
+
+/* Makes ready for the next stage: the mean within its words, the rows as long as they may be.  Is there one? */
+KQ_COLD KQ_NOINLINE static int stage_begin(filter *f, const reading *z, int c)
+{
+    const int n = f->states, has_noise = scaled_is_less(num_tiny, z->noise[c]);
+    settle(f, n);
+    filter_set_ready(f, f->ready | FILTER_LOW_NOISE | (has_noise ? FILTER_NARROW : 0));
+    return stage_counts(filter_root(f), z->sensor->measurement + c * n, n);
+}
+
 /* Component c of a reading.  Answers 0 where it overflows, and has done nothing. */
 KQ_NOINLINE static int take_lean_component(filter *f, const reading *z, int c)
 {
@@ -76,10 +95,7 @@ KQ_NOINLINE static int take_lean_component(filter *f, const reading *z, int c)
     m.noise = z->noise[c];
     if (filter_is_wide(f)) filter_saturate(f);
     for (int stage = 0; stage < LEAN_STAGES; stage++) {
-        if (stage) { /* the mean within its words, the rows as long as they may be */
-            settle(f, n);
-            filter_set_ready(f, f->ready | FILTER_LOW_NOISE | FILTER_NARROW);
-        }
+        if (stage && !stage_begin(f, z, c)) break;
         const int answer = take_stage(f, z, c, &m, stage == 0, n);
         if (answer != 2) return answer || stage;
     }
