@@ -11,96 +11,75 @@
 #include "update.h"
 
 enum { LEAN_STAGES = 4 }; /* down to 2^-60 of H P H' (f64: 2^-144) */
-enum { FLOOR_SHIFT = -4 }; /* a 16th of the floor of project_exactly is (16 eps)^2 of the terms of h'P h */
 
-/* A measurement on its way; no noise is left where all of it has been taken. */
-typedef struct {
-    scaled noise, e; /* to be taken; its innovation */
-    scaled r, s;     /* as given, and the variance of e then, for what is recorded and scored */
-} staged;
+/*
+ * One stage of component c: the noise *left becomes that of what is left of it.  least: the least h'P h that is more than
+ * rounding; 0 of the first stage, which is recorded and scored, with noise and variance as given.  Answers STAGE_..., and has
+ * done nothing where the variance overflows or says nothing.
+ */
+enum { STAGE_REFUSED, STAGE_LAST, STAGE_MORE };
 
-/* The noise r that the next stage takes, and s = r + |row|^2.  Answers 1, 2 if r was raised, or 0: it overflows. */
-KQ_KERNEL int stage_noise(scaled *r, scaled *s, const staged *m, const num *row, int n)
+KQ_NOINLINE static int take_stage(filter *f, const reading *z, int c, scaled *left, scaled least)
 {
-    int answer = 1;
-    *r = m->noise;
-    while (*s = add_square(*r, row, n), !has_noise_enough(*r, *s, m->e)) {
-        if (!raise_noise(r, *s)) return 0;
-        answer = 2;
-    }
-    return answer;
-}
-
-/* r and s as given, unless they count as 0: then as they are taken */
-KQ_COLD KQ_NOINLINE static void stage_take_given(staged *m, const num *row, const scaled *h, int n)
-{
-    const scaled s = add_square(m->noise, row, n);
-    if (!scaled_is_less(num_zero_variance, s)) return;
-    m->s = s;
-    m->r = least_noise(m->noise, s, h, n);
-}
-
-/* One stage of component c.  Answers 0 where it overflows. */
-KQ_KERNEL int take_stage(filter *f, const reading *z, int c, staged *m, int is_first, int n)
-{
+    const int n = f->states, selected = z->sensor->selects[c], is_first = scaled_is_zero(least);
+    const int from = selected ? selected - 1 : 0, to = selected ? selected : n;
+    const scaled *h = z->sensor->measurement + c * n, given = *left;
     num row[ROW_LEN(KQ_SIZE_MAX)], *S = filter_root(f);
-    const scaled *h = z->sensor->measurement + c * n;
-    const int selected = z->sensor->selects[c], from = selected ? selected - 1 : 0, to = selected ? selected : n;
-    m->e = mean_residual(z->z[c], h, f->memory, n, from, to);
+    const scaled e = mean_residual(z->z[c], h, f->memory, n, from, to);
     if (selected) project_selected(row, S, h[from], from, n);
     else project(row, S, h, n);
-    scaled r, s;
-    const int answer = stage_noise(&r, &s, m, row, n);
-    if (!answer) return 0;
-    m->r = r, m->s = s;
-    if (is_first && answer == 2) stage_take_given(m, row, h, n);
-    if (is_first && f->attached) f->attached->hooks->record_update(f, h, row, 0, m->r, m->e, m->s);
+    const scaled variance = add_square(given, row, n);
+    if (!is_first && scaled_is_less(variance, scaled_plus(least, given))) return STAGE_REFUSED;
+    scaled r = given, s = variance;
+    int answer = STAGE_LAST;
+    while (!has_noise_enough(r, s, e)) {
+        if (!raise_noise(&r, s)) return STAGE_REFUSED;
+        s = add_square(r, row, n);
+        answer = STAGE_MORE;
+    }
+    const int counts = scaled_is_less(num_zero_variance, variance);
+    const scaled s0 = counts ? variance : s, r0 = counts ? given : r;
+    if (is_first && f->attached) f->attached->hooks->record_update(f, h, row, 0, least_noise(r0, s0, h, n), e, s0);
     rotor end;
     rotate_root(&end, S, row, r, s, n);
-    const scaled w = rotor_weight(&end, m->e, s);
+    const scaled w = rotor_weight(&end, e, s);
     move_mean(f, row, S, w, n);
     renormalise_if_strong(S, r, s, n);
     if (is_first) {
-        const scaled nis = answer == 1 ? weight_nis(w, m->e) : scaled_times(m->e, scaled_over(m->e, m->s));
-        likelihood_add(&f->last, nis, physical_variance(z->sensor, c, m->s));
-        if (is_weak(m->r, m->s)) count_weak(f);
+        const scaled nis = answer == STAGE_LAST ? weight_nis(w, e) : scaled_times(e, scaled_over(e, s0));
+        likelihood_add(&f->last, nis, physical_variance(z->sensor, c, s0));
+        if (is_weak(r0, s0)) count_weak(f);
     }
-    if (answer == 1) m->noise = scaled_zero();
-    else m->noise = scaled_over(scaled_times(r, m->noise), scaled_minus(r, m->noise));
+    if (answer == STAGE_MORE) *left = scaled_over(scaled_times(r, given), scaled_minus(r, given));
     return answer;
 }
 
-/* Is what is left of h'P h more than rounding makes of the rows as they are by now? */
-KQ_COLD KQ_NOINLINE static int stage_counts(const num *S, const scaled *h, int n)
-{
-    scaled F[KQ_SIZE_MAX], spare[KQ_SIZE_MAX];
-    const scaled floor = project_exactly(F, S, h, spare, n);
-    return scaled_is_less(scaled_shift(floor, FLOOR_SHIFT), square_of(F, n));
-}
+/* One copy of it */
+KQ_NOINLINE static void settle_lean(filter *f) { settle(f, f->states); }
 
-/* Makes ready for the next stage: the mean within its words, the rows as long as they may be.  Is there one? */
-KQ_COLD KQ_NOINLINE static int stage_begin(filter *f, const reading *z, int c)
+/* Makes ready for another stage: the mean within its words, the rows as long as they may be.  Answers a 16th of the floor,
+   (16 eps)^2 of the terms of h'P h: the rows are shorter by now, and their rounding. */
+KQ_COLD KQ_NOINLINE static scaled stage_begin(filter *f, const reading *z, int c)
 {
     const int n = f->states, has_noise = scaled_is_less(num_tiny, z->noise[c]);
-    settle(f, n);
+    settle_lean(f);
     filter_set_ready(f, f->ready | FILTER_LOW_NOISE | (has_noise ? FILTER_NARROW : 0));
-    return stage_counts(filter_root(f), z->sensor->measurement + c * n, n);
+    return scaled_shift(floor_of_square(filter_root(f), z->sensor->measurement + c * n, n), -4);
 }
 
 /* Component c of a reading.  Answers 0 where it overflows, and has done nothing. */
-KQ_NOINLINE static int take_lean_component(filter *f, const reading *z, int c)
+KQ_INLINE int take_lean_component(filter *f, const reading *z, int c)
 {
-    const int n = f->states;
-    staged m;
-    m.noise = z->noise[c];
+    scaled left = z->noise[c], least = scaled_zero();
     if (filter_is_wide(f)) filter_saturate(f);
-    for (int stage = 0; stage < LEAN_STAGES; stage++) {
-        if (stage && !stage_begin(f, z, c)) break;
-        const int answer = take_stage(f, z, c, &m, stage == 0, n);
-        if (answer != 2) return answer || stage;
+    for (int stage = 1;; stage++) {
+        const int answer = take_stage(f, z, c, &left, least);
+        if (answer == STAGE_LAST || (answer == STAGE_REFUSED && stage == 1)) return answer;
+        if (answer == STAGE_REFUSED || stage == LEAN_STAGES) break;
+        least = stage_begin(f, z, c);
     }
     f->events |= KQ_EVENT_LOW_NOISE;
-    return 1;
+    return STAGE_LAST;
 }
 
 static kq_status take_lean(filter *f, const sensor *s, const num *z, uint32_t present)
@@ -115,7 +94,7 @@ static kq_status take_lean(filter *f, const sensor *s, const num *z, uint32_t pr
             break;
         }
     }
-    settle(f, f->states);
+    settle_lean(f);
     return KQ_OK;
 }
 
