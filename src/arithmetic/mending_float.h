@@ -44,31 +44,32 @@ KQ_COLD static inline void mend_root_row(num *S, const scaled *rest, scaled h, s
 }
 
 /*
- * What rounding alone makes of |S'h|^2, squared sums of its terms' sizes: a variance below it says nothing.  (64 eps)^2:
- * the rounding of S'h, and the rounding of S in earlier updates, whose rows were longer.
+ * f = S'h in numbers.  Answers what rounding alone makes of f'f, squared sums of its terms' sizes: a
+ * variance below it says nothing.  (64 eps)^2: the rounding of f, and the rounding
+ * of S in earlier updates, whose rows were longer.
  */
-KQ_COLD KQ_NOINLINE static num floor_of_square(const num *S, const num *h, int n)
+KQ_COLD static num project_exactly(num *f, const num *S, const num *h, num *rests, int n)
 {
     num total = 0;
+    (void)rests;
     for (int j = 0; j < n; j++) {
-        num size = 0;
-        for (int i = 0; i <= j; i++) size += num_magnitude(h[i] * *S++);
+        num sum = 0, size = 0;
+        for (int i = 0; i <= j; i++) {
+            const num term = h[i] * *S++;
+            sum += term;
+            size += num_magnitude(term);
+        }
+        f[j] = sum;
         total += size * size;
     }
     return 4096 * num_epsilon * num_epsilon * total;
 }
 
-/* f = S'h in numbers.  Answers the floor of f'f. */
-KQ_COLD static num project_exactly(num *f, const num *S, const num *h, num *rests, int n)
+/* That alone */
+KQ_COLD static num floor_of_square(const num *S, const num *h, int n)
 {
-    const num *s = S;
-    (void)rests;
-    for (int j = 0; j < n; j++) {
-        num sum = 0;
-        for (int i = 0; i <= j; i++) sum += h[i] * *s++;
-        f[j] = sum;
-    }
-    return floor_of_square(S, h, n);
+    num f[KQ_SIZE_MAX];
+    return project_exactly(f, S, h, f, n);
 }
 
 #endif

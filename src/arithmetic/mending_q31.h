@@ -65,15 +65,8 @@ static inline uint32_t remainder_word(int32_t a, int32_t down)
     return down > 0 ? (uint32_t)(a >> down) + (uint32_t)(a >> (down - 1) & 1) : (uint32_t)a << -down;
 }
 
-/* What rounding alone makes of |S'h|^2, 16 units of each entry, or 2 last bits of the mean: a variance below either says
-   nothing. */
-KQ_COLD KQ_NOINLINE static scaled floor_of_square(const int32_t *S, const scaled *h, int n)
+KQ_COLD static scaled floor_of_length(scaled length, const scaled *h, int n)
 {
-    scaled length = scaled_zero();
-    for (int k = 0; k < n; k++) {
-        const scaled part = scaled_shift(scaled_magnitude(h[k]), exponents_of(S, n)[k]);
-        scaled_add(&length, &part);
-    }
     const scaled of_root = scaled_times(scaled_of_count(512 * n), scaled_times(length, length));
     const scaled of_mean = scaled_shift(mean_resolution(h, n), 2);
     return scaled_is_less(of_root, of_mean) ? of_mean : of_root;
@@ -82,18 +75,20 @@ KQ_COLD KQ_NOINLINE static scaled floor_of_square(const int32_t *S, const scaled
 /*
  * f = S'h, every entry to its own last bit: on the scale of all of h a coefficient that is small
  * beside others has but a few.  What they lack is in `rests`, n words of at most 2^26, in units of 2^-27:
- * its product with 16 words of a column is below 2^60.  One that has none is left to project_far.  Answers the
- * floor of f'f.
+ * its product with 16 words of a column is below 2^60.  One that has none is left to project_far.  Answers
+ * what rounding alone makes of f'f, 16 units of each entry, or 2 last bits of the mean: a variance
+ * below either says nothing.
  */
 KQ_COLD static scaled project_exactly(scaled *f, const int32_t *S, const scaled *h, scaled *rests, int n)
 {
     int32_t *c = &f[0].mantissa, *low = &rests[0].mantissa, exponent = lowest_exponent;
-    uint32_t far = 0;
+    uint32_t size = 0, far = 0;
     align(c, h, exponents_of(S, n), 1, n, &exponent);
     const int32_t scale = exponent - 30;
     for (int k = 0; k < n; k++) {
         const int32_t a = h[k].mantissa, down = scale - h[k].exponent - S[KQ_TRIANGLE(n) + k];
         low[k] = 0;
+        size += magnitude(c[k]);
         if (a == 0 || down <= 0) continue;
         if (down > 31) far |= UINT32_C(1) << k;
         else low[k] = (int32_t)(remainder_word(a, down - 27) - ((uint32_t)c[k] << 27));
@@ -104,7 +99,18 @@ KQ_COLD static scaled project_exactly(scaled *f, const int32_t *S, const scaled 
         f[j] = scaled_plus(unpack(packed_dot(c, s, j + 1, scale)), unpack(rest));
     }
     project_far(f, S, h, far, n);
-    return floor_of_square(S, h, n);
+    return floor_of_length(scaled_of(size, scale), h, n);
+}
+
+/* That alone */
+KQ_COLD static scaled floor_of_square(const int32_t *S, const scaled *h, int n)
+{
+    scaled length = scaled_zero();
+    for (int k = 0; k < n; k++) {
+        const scaled part = scaled_shift(scaled_magnitude(h[k]), exponents_of(S, n)[k]);
+        scaled_add(&length, &part);
+    }
+    return floor_of_length(length, h, n);
 }
 
 #endif
