@@ -65,4 +65,11 @@ KQ_COLD static num project_exactly(num *f, const num *S, const num *h, num *rest
     return 4096 * num_epsilon * num_epsilon * total;
 }
 
+/* That alone */
+KQ_COLD static num floor_of_square(const num *S, const num *h, int n)
+{
+    num f[KQ_SIZE_MAX];
+    return project_exactly(f, S, h, f, n);
+}
+
 #endif

@@ -65,6 +65,13 @@ static inline uint32_t remainder_word(int32_t a, int32_t down)
     return down > 0 ? (uint32_t)(a >> down) + (uint32_t)(a >> (down - 1) & 1) : (uint32_t)a << -down;
 }
 
+KQ_COLD static scaled floor_of_length(scaled length, const scaled *h, int n)
+{
+    const scaled of_root = scaled_times(scaled_of_count(512 * n), scaled_times(length, length));
+    const scaled of_mean = scaled_shift(mean_resolution(h, n), 2);
+    return scaled_is_less(of_root, of_mean) ? of_mean : of_root;
+}
+
 /*
  * f = S'h, every entry to its own last bit: on the scale of all of h a coefficient that is small
  * beside others has but a few.  What they lack is in `rests`, n words of at most 2^26, in units of 2^-27:
@@ -92,10 +99,18 @@ KQ_COLD static scaled project_exactly(scaled *f, const int32_t *S, const scaled 
         f[j] = scaled_plus(unpack(packed_dot(c, s, j + 1, scale)), unpack(rest));
     }
     project_far(f, S, h, far, n);
-    const scaled length = scaled_of(size, scale);
-    const scaled of_root = scaled_times(scaled_of_count(512 * n), scaled_times(length, length));
-    const scaled of_mean = scaled_shift(mean_resolution(h, n), 2);
-    return scaled_is_less(of_root, of_mean) ? of_mean : of_root;
+    return floor_of_length(scaled_of(size, scale), h, n);
+}
+
+/* That alone */
+KQ_COLD static scaled floor_of_square(const int32_t *S, const scaled *h, int n)
+{
+    scaled length = scaled_zero();
+    for (int k = 0; k < n; k++) {
+        const scaled part = scaled_shift(scaled_magnitude(h[k]), exponents_of(S, n)[k]);
+        scaled_add(&length, &part);
+    }
+    return floor_of_length(length, h, n);
 }
 
 #endif

@@ -7,6 +7,7 @@
 #include "gain.h"
 #include "independent.h"
 #include "intact.h"
+#include "lean.h"
 #include "readings.h"
 #include "step.h"
 #if KQ_FLOATING

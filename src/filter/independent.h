@@ -41,24 +41,4 @@ static kq_status take_independent(filter *f, const sensor *s, const num *z, uint
     return KQ_OK;
 }
 
-/* Without the careful path: what is sharp is taken with more noise, and a mean that has left its words is
-   held between components. */
-static kq_status take_lean(filter *f, const sensor *s, const num *z, uint32_t present)
-{
-    const reading now = {s, s->noise, z, present};
-    const int n = s->states, m = s->components;
-    likelihood_clear(&f->last);
-    for (int c = 0; c < m; c++) {
-        if (!(present >> c & 1)) continue;
-        if (filter_is_wide(f)) filter_saturate(f);
-        while (!take_component(f, &now, c, n, MODE_LEAN)) {
-            if (hold_state(f, s->measurement + c * n)) continue; /* once: then it is held */
-            if (f->attached) f->attached->hooks->record_nothing(f);
-            break;
-        }
-    }
-    settle(f, n);
-    return KQ_OK;
-}
-
 #endif

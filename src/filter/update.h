@@ -52,12 +52,10 @@ KQ_COLD KQ_NOINLINE static void count_weak(filter *f)
 
 /*
  * Takes component c of a reading into the filter: row h, noise r, innovation e.  selected: 1 + the state that h takes
- * alone and as it is, or 0.  Answers 0, and has done nothing, where something is unusual (low_noise.h) or, of a lean
- * sensor, the variance s overflows.
+ * alone and as it is, or 0.  Answers 0, and has done nothing, where something is unusual (low_noise.h).
  *   may_ask      the state may be unusual; steps of compile-time sizes have asked before the first component
  *   is_copy      a step of compile-time sizes works on a copy, which is forgotten where anything is unusual
  *   surely       a cheaper bound says that the measurement is ordinary; a copy has no other
- *   ordinary     it is, or the noise of a lean sensor has been raised until it was
  */
 KQ_KERNEL int take_scalar(filter *f, const reading *z, int c, const scaled *h, int selected,
                           scaled r, scaled e, int n, int mode)
@@ -65,17 +63,13 @@ KQ_KERNEL int take_scalar(filter *f, const reading *z, int c, const scaled *h, i
     num row[ROW_LEN(KQ_SIZE_MAX)], *S = f->memory + MEAN_PLANES * n;
     if (selected) project_selected(row, S, h[selected - 1], selected - 1, n);
     else project(row, S, h, n);
-    scaled s;
-    while (s = add_square(r, row, n), mode == MODE_LEAN && !has_noise_enough(r, s, e)) {
-        if (!raise_noise(&r, s)) return 0;
-        f->events |= KQ_EVENT_LOW_NOISE;
-    }
-    const int may_ask = mode == MODE_GENERAL || (!is_general(mode) && mean_widens && c > 0);
-    const int is_copy = !is_general(mode) && n <= states_in_registers;
-    const int surely = !is_general(mode) && KQ_MOSTLY(is_certainly_ordinary(r, s, e));
-    const int ordinary = mode == MODE_LEAN || surely || (!is_copy && is_ordinary(r, s, e));
+    const scaled s = add_square(r, row, n);
+    const int may_ask = mode == MODE_GENERAL || (mean_widens && c > 0);
+    const int is_copy = mode != MODE_GENERAL && n <= states_in_registers;
+    const int surely = mode != MODE_GENERAL && KQ_MOSTLY(is_certainly_ordinary(r, s, e));
+    const int ordinary = surely || (!is_copy && is_ordinary(r, s, e));
     if ((may_ask && f->ready != FILTER_READY) || !ordinary) return 0;
-    if (is_general(mode) && f->attached) f->attached->hooks->record_update(f, h, row, 0, r, e, s);
+    if (mode == MODE_GENERAL && f->attached) f->attached->hooks->record_update(f, h, row, 0, r, e, s);
     rotor end;
     rotate_root(&end, S, row, r, s, n);
     const num *gain = row; /* b = s K has taken the place of S'h */
@@ -111,7 +105,7 @@ KQ_INLINE int update_end(filter *f)
 KQ_KERNEL int take_component(filter *f, const reading *z, int c, int n, int mode)
 {
     const scaled *h = z->sensor->measurement + c * n;
-    const int selected = is_general(mode) || select_always ? z->sensor->selects[c] : 0;
+    const int selected = mode == MODE_GENERAL || select_always ? z->sensor->selects[c] : 0;
     const int from = selected ? selected - 1 : 0, to = selected ? selected : n;
     const scaled e = mean_residual(z->z[c], h, f->memory, n, from, to);
     return take_scalar(f, z, c, h, selected, z->noise[c], e, n, mode);

@@ -109,13 +109,9 @@ KQ_COLD static void sensor_set_plain(sensor *s)
     s->plain = (uint16_t)(plain ? s->states | s->components << 8 : 0);
 }
 
-/* How it is taken.  GENERAL: as the library has it.  LEAN: by a sensor without the careful path.
-   PLAIN: nothing sharp came before the update, and there is no history.  BARE: no likelihood is kept
-   either. */
-enum { MODE_GENERAL, MODE_LEAN, MODE_PLAIN, MODE_BARE };
-
-/* Not by the steps of compile-time sizes? */
-KQ_INLINE int is_general(int mode) { return mode == MODE_GENERAL || mode == MODE_LEAN; }
+/* How it is taken.  GENERAL: as the library has it.  PLAIN, by the steps of compile-time sizes: nothing sharp came
+   before the update, and there is no history.  BARE: no likelihood is kept either. */
+enum { MODE_GENERAL, MODE_PLAIN, MODE_BARE };
 
 /* The noise of one scalar measurement: decorrelated component c */
 static inline scaled scalar_noise(const reading *z, int c)

@@ -1,0 +1,101 @@
+/*
+ * The update by a sensor without the careful path.  A measurement of low noise is taken in stages, each by the ordinary
+ * kernel: with the least noise r1 that this bears, then what that leaves of the measurement, which is the same z with the
+ * noise r r1 / (r1 - r), of the state as it is by then.  What is left of h'P h may be less than rounding makes of it:
+ * to measure that would take variance from other directions.  No stage does.
+ */
+#ifndef KQ_SRC_FILTER_LEAN_H
+#define KQ_SRC_FILTER_LEAN_H
+
+#include "low_noise.h"
+#include "update.h"
+
+enum { LEAN_STAGES = 4 }; /* down to 2^-60 of H P H' (f64: 2^-144) */
+
+/*
+ * One stage of component c: the noise *left becomes that of what is left of it.  least: the least h'P h that is more than
+ * rounding; 0 of the first stage, which is recorded and scored, with noise and variance as given.  Answers STAGE_..., and has
+ * done nothing where the variance overflows or says nothing.
+ */
+enum { STAGE_REFUSED, STAGE_LAST, STAGE_MORE };
+
+KQ_NOINLINE static int take_stage(filter *f, const reading *z, int c, scaled *left, scaled least)
+{
+    const int n = f->states, selected = z->sensor->selects[c], is_first = scaled_is_zero(least);
+    const int from = selected ? selected - 1 : 0, to = selected ? selected : n;
+    const scaled *h = z->sensor->measurement + c * n, given = *left;
+    num row[ROW_LEN(KQ_SIZE_MAX)], *S = filter_root(f);
+    const scaled e = mean_residual(z->z[c], h, f->memory, n, from, to);
+    if (selected) project_selected(row, S, h[from], from, n);
+    else project(row, S, h, n);
+    const scaled variance = add_square(given, row, n);
+    if (!is_first && scaled_is_less(variance, scaled_plus(least, given))) return STAGE_REFUSED;
+    scaled r = given, s = variance;
+    int answer = STAGE_LAST;
+    while (!has_noise_enough(r, s, e)) {
+        if (!raise_noise(&r, s)) return STAGE_REFUSED;
+        s = add_square(r, row, n);
+        answer = STAGE_MORE;
+    }
+    const int counts = scaled_is_less(num_zero_variance, variance);
+    const scaled s0 = counts ? variance : s, r0 = counts ? given : r;
+    if (is_first && f->attached) f->attached->hooks->record_update(f, h, row, 0, least_noise(r0, s0, h, n), e, s0);
+    rotor end;
+    rotate_root(&end, S, row, r, s, n);
+    const scaled w = rotor_weight(&end, e, s);
+    move_mean(f, row, S, w, n);
+    renormalise_if_strong(S, r, s, n);
+    if (is_first) {
+        const scaled nis = answer == STAGE_LAST ? weight_nis(w, e) : scaled_times(e, scaled_over(e, s0));
+        likelihood_add(&f->last, nis, physical_variance(z->sensor, c, s0));
+        if (is_weak(r0, s0)) count_weak(f);
+    }
+    if (answer == STAGE_MORE) *left = scaled_over(scaled_times(r, given), scaled_minus(r, given));
+    return answer;
+}
+
+/* One copy of it */
+KQ_NOINLINE static void settle_lean(filter *f) { settle(f, f->states); }
+
+/* Makes ready for another stage: the mean within its words, the rows as long as they may be.  Answers a 16th of the floor,
+   (16 eps)^2 of the terms of h'P h: the rows are shorter by now, and their rounding. */
+KQ_COLD KQ_NOINLINE static scaled stage_begin(filter *f, const reading *z, int c)
+{
+    const int n = f->states, has_noise = scaled_is_less(num_tiny, z->noise[c]);
+    settle_lean(f);
+    filter_set_ready(f, f->ready | FILTER_LOW_NOISE | (has_noise ? FILTER_NARROW : 0));
+    return scaled_shift(floor_of_square(filter_root(f), z->sensor->measurement + c * n, n), -4);
+}
+
+/* Component c of a reading.  Answers 0 where it overflows, and has done nothing. */
+KQ_INLINE int take_lean_component(filter *f, const reading *z, int c)
+{
+    scaled left = z->noise[c], least = scaled_zero();
+    if (filter_is_wide(f)) filter_saturate(f);
+    for (int stage = 1;; stage++) {
+        const int answer = take_stage(f, z, c, &left, least);
+        if (answer == STAGE_LAST || (answer == STAGE_REFUSED && stage == 1)) return answer;
+        if (answer == STAGE_REFUSED || stage == LEAN_STAGES) break;
+        least = stage_begin(f, z, c);
+    }
+    f->events |= KQ_EVENT_LOW_NOISE;
+    return STAGE_LAST;
+}
+
+static kq_status take_lean(filter *f, const sensor *s, const num *z, uint32_t present)
+{
+    const reading now = {s, s->noise, z, present};
+    likelihood_clear(&f->last);
+    for (int c = 0; c < s->components; c++) {
+        if (!(present >> c & 1)) continue;
+        while (!take_lean_component(f, &now, c)) {
+            if (hold_state(f, s->measurement + c * f->states)) continue; /* once: then it is held */
+            if (f->attached) f->attached->hooks->record_nothing(f);
+            break;
+        }
+    }
+    settle_lean(f);
+    return KQ_OK;
+}
+
+#endif
