@@ -30,7 +30,7 @@ const double classes[] = {6, 10, 15}; // of log10 P0 / R
 /// A chain of integrators of which the last one walks, or dense and stable; growing: by 2 % a step, or by the chain
 reference::ProcessModel processOf(Random &random, Index n, bool isChain, bool grows)
 {
-    Matrix<double> A = isChain ? Matrix<double>::Identity(n, n) : Matrix<double>(0.3 / static_cast<double>(n) * reference::normals(random, n, n));
+    Matrix<double> A = isChain ? Matrix<double>::Identity(n, n) : Matrix<double>(0.3 / static_cast<double>(n + 2) * reference::normals(random, n, n));
     Matrix<double> F = Matrix<double>::Zero(n, n);
     for (Index i = 0; i < n && !isChain; ++i) A(i, i) += grows ? 0.816 : 0.8;
     for (Index i = 0; i + 1 < n && isChain; ++i) A(i, i + 1) = 0.1;
