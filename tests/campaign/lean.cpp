@@ -2,7 +2,7 @@
 // 1e15 by a uniform exponent.  n = 1..16, m = 1..4, up to 3 sensors, rows that are 1e-4 apart, chains of integrators, and
 // models that grow, with outages of 20 steps.
 //
-//     lean [models [seed [first]]]      300, 1, 0; -v names the models that are wrong
+//     lean [models [seed [first]]]      300, 1, 0; -v names the models that are wrong or have events
 //
 // A model is wrong where, at some step, a mean is off by more than 0.1 sigma or an entry of a covariance by more than 0.1
 // of sigma_i sigma_j; sigma as judge.hpp has it.  It is silent where no event says so.  Of an arithmetic, lean sensors may
@@ -100,25 +100,36 @@ using Table = Tally[3][2][std::size(classes)]; // by arithmetic, full or lean, c
 
 const char *const forms[] = {"full", "lean"};
 
-void count(Tally &tally, const Series &errors, const Outcome &outcome)
-{
+/// What is wrong of a model, and its events
+struct Found {
     std::array<bool, quantities> off{};
-    unsigned events = 0;
-    for (std::size_t t = 0; t < errors.size(); ++t) {
-        for (std::size_t q = 0; q < quantities; ++q) off[q] |= !(errors[t][q] <= (q == score ? mostOfScore : most));
-        events |= outcome.events[t];
+    unsigned filter = 0, all = 0;
+
+    Found(const Series &errors, const Outcome &outcome)
+    {
+        for (std::size_t t = 0; t < errors.size(); ++t) {
+            for (std::size_t q = 0; q < quantities; ++q) off[q] |= !(errors[t][q] <= (q == score ? mostOfScore : most));
+            filter |= outcome.events[t] & ~static_cast<unsigned>(KQ_EVENT_REDUNDANT);
+        }
+        all = filter | outcome.smootherEvents;
     }
-    const unsigned tell = ~static_cast<unsigned>(KQ_EVENT_REDUNDANT), smoothed = events | outcome.smootherEvents;
-    const bool isWrong = off[filterMean] || off[filterCovariance], isWrongSmoothed = off[smootherMean] || off[smootherCovariance];
-    tally.wrong += isWrong;
-    tally.silent += isWrong && !(events & tell);
-    tally.smoothedWrong += isWrongSmoothed;
-    tally.smoothedSilent += isWrongSmoothed && !(smoothed & tell);
-    tally.meansWrong += off[means] || off[means + 1] || off[means + 2];
-    tally.scoresOff += off[score];
+
+    bool isWrong() const { return off[filterMean] || off[filterCovariance]; }
+    bool isWrongSmoothed() const { return off[smootherMean] || off[smootherCovariance]; }
+};
+
+void count(Tally &tally, const Found &found, const Outcome &outcome)
+{
+    const bool isRight = !found.isWrong() && !found.isWrongSmoothed();
+    tally.wrong += found.isWrong();
+    tally.silent += found.isWrong() && !found.filter;
+    tally.smoothedWrong += found.isWrongSmoothed();
+    tally.smoothedSilent += found.isWrongSmoothed() && !found.all;
+    tally.meansWrong += found.off[means] || found.off[means + 1] || found.off[means + 2];
+    tally.scoresOff += found.off[score];
     tally.indefinite += !(outcome.indefinite <= 1);
-    tally.saturated += (smoothed & KQ_EVENT_SATURATED) != 0;
-    tally.falsePrecision += !isWrong && !isWrongSmoothed && (smoothed & KQ_EVENT_PRECISION);
+    tally.saturated += (found.all & KQ_EVENT_SATURATED) != 0;
+    tally.falsePrecision += isRight && (found.all & KQ_EVENT_PRECISION);
 }
 
 struct Run {
@@ -134,7 +145,7 @@ template <class T> void judge(Tally (&tallies)[2][std::size(classes)], const Run
     const Accuracy accuracy = accuracyOf<T>(run.inputs.n());
     const Units units(accuracy, run.inputs, words);
     for (int isLean = 0; isLean < 2; ++isLean) {
-        Tally &tally = tallies[isLean][run.level], now;
+        Tally &tally = tallies[isLean][run.level];
         reference::Library<T> library(run.sequence, reference::Processes::separate, isLean);
         const Outcome outcome = Campaigner<T>(run.sequence, library).run();
         ++tally.models;
@@ -143,11 +154,11 @@ template <class T> void judge(Tally (&tallies)[2][std::size(classes)], const Run
             std::printf("%s: %s\n", kq::Api<T>::name, outcome.refused.c_str());
             continue;
         }
-        const Tally before = tally;
-        count(tally, compare(outcome.instants, run.exact, units, true), outcome);
-        if (!run.name) continue;
-        if (tally.wrong > before.wrong) std::printf("%s %s %s wrong%s\n", run.name, kq::Api<T>::name, forms[isLean], tally.silent > before.silent ? ", silent" : "");
-        if (tally.smoothedWrong > before.smoothedWrong) std::printf("%s %s %s smoothed wrong%s\n", run.name, kq::Api<T>::name, forms[isLean], tally.smoothedSilent > before.smoothedSilent ? ", silent" : "");
+        const Found found(compare(outcome.instants, run.exact, units, true), outcome);
+        count(tally, found, outcome);
+        if (!run.name || (!found.isWrong() && !found.isWrongSmoothed() && !found.all)) continue;
+        std::printf("%s %s %s:%s%s events %x %x\n", run.name, kq::Api<T>::name, forms[isLean], found.isWrong() ? " wrong" : "",
+                    found.isWrongSmoothed() ? " smoothed wrong" : "", found.filter, found.all);
     }
 }
 
