@@ -12,20 +12,24 @@
 
 enum { LEAN_STAGES = 4 }; /* down to 2^-60 of H P H' (f64: 2^-144) */
 
+/* x += b w, of a mean that may have carries */
+KQ_INLINE void move_lean_mean(filter *f, const num *b, const num *S, scaled w, int n)
+{
+    unsigned events = 0;
+    if (!mean_widens) {
+        move_mean(f, b, S, w, n);
+        return;
+    }
+    for (int i = 0; i < n; i++) events |= mean_correct_exactly(f->memory, n, i, column_entry(b, S, n, i), w);
+    filter_note_move(f, events);
+}
+
 /*
  * One stage of component c: the noise *left becomes that of what is left of it.  least: the least h'P h that is more than
  * rounding; 0 of the first stage, which is recorded and scored, with noise and variance as given.  Answers STAGE_..., and has
  * done nothing where the variance overflows or says nothing.
  */
 enum { STAGE_REFUSED, STAGE_LAST, STAGE_MORE };
-
-/* move_mean where the mean may have carries */
-KQ_COLD KQ_NOINLINE static void move_wide_mean(filter *f, const num *b, const num *S, scaled w, int n)
-{
-    unsigned events = 0;
-    for (int i = 0; i < n; i++) events |= mean_correct_exactly(f->memory, n, i, column_entry(b, S, n, i), w);
-    filter_note_move(f, events);
-}
 
 KQ_NOINLINE static int take_stage(filter *f, const reading *z, int c, scaled *left, scaled least)
 {
@@ -51,8 +55,7 @@ KQ_NOINLINE static int take_stage(filter *f, const reading *z, int c, scaled *le
     rotor end;
     rotate_root(&end, S, row, r, s, n);
     const scaled w = rotor_weight(&end, e, s);
-    if (filter_is_wide(f)) move_wide_mean(f, row, S, w, n);
-    else move_mean(f, row, S, w, n);
+    move_lean_mean(f, row, S, w, n);
     renormalise_if_strong(S, r, s, n);
     if (is_first) {
         const scaled nis = answer == STAGE_LAST ? weight_nis(w, e) : scaled_times(e, scaled_over(e, s0));
@@ -63,8 +66,8 @@ KQ_NOINLINE static int take_stage(filter *f, const reading *z, int c, scaled *le
     return answer;
 }
 
-/* Makes ready for another stage: the rows as long as they may be.  Answers a 16th of the floor,
-   (16 eps)^2 of the terms of h'P h: the rows are shorter by now, and their rounding. */
+/* Makes ready for another stage: the rows as long as they may be.  Answers a 16th of the floor, (16 eps)^2 of the terms of
+   h'P h: the rows are shorter by now, and their rounding. */
 KQ_COLD KQ_NOINLINE static scaled stage_begin(filter *f, const reading *z, int c)
 {
     const int n = f->states, has_noise = scaled_is_less(num_tiny, z->noise[c]);

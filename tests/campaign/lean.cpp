@@ -30,8 +30,8 @@ const double classes[] = {6, 10, 15}; // of log10 P0 / R
 /// A chain of integrators of which the last one walks, or dense and stable; growing: by 2 % a step, or by the chain
 reference::ProcessModel processOf(Random &random, Index n, bool isChain, bool grows)
 {
-    Matrix<double> A = isChain ? Matrix<double>::Identity(n, n) : Matrix<double>(0.3 / static_cast<double>(n + 2) * reference::normals(random, n, n));
-    Matrix<double> F = Matrix<double>::Zero(n, n);
+    Matrix<double> A = Matrix<double>::Identity(n, n), F = Matrix<double>::Zero(n, n);
+    if (!isChain) A = 0.3 / static_cast<double>(n + 2) * reference::normals(random, n, n);
     for (Index i = 0; i < n && !isChain; ++i) A(i, i) += grows ? 0.816 : 0.8;
     for (Index i = 0; i + 1 < n && isChain; ++i) A(i, i + 1) = 0.1;
     if (isChain) F(n - 1, n - 1) = 0.1;
@@ -167,7 +167,8 @@ void study(Table &table, std::uint64_t seed, std::uint64_t number, bool isVerbos
     double exponent = 0;
     const Model model = leanModel(seed, number, exponent);
     const auto level = static_cast<std::size_t>(std::lower_bound(classes, std::end(classes), exponent) - classes);
-    const std::string text = std::to_string(seed) + ":" + std::to_string(number) + " " + model.text + " 1e" + std::to_string(exponent);
+    const std::string text =
+        std::to_string(seed) + ":" + std::to_string(number) + " " + model.text + " 1e" + std::to_string(exponent);
     const char *name = isVerbose ? text.c_str() : nullptr;
     const Inputs inputs = heldByFloats(model.sequence);
     const Exact exact = run(inputs);
@@ -193,14 +194,16 @@ int main(int argc, char **argv)
         else if (given < 3) numbers[given++] = std::strtoull(argv[k], nullptr, 10);
     }
     for (std::uint64_t k = 0; k < numbers[0]; ++k) study(table, numbers[1], numbers[2] + k, isVerbose);
-    std::printf("          P0/R to  models  wrong (silent)  smoothed (silent)  other means  scores  not PSD  saturated  false precision\n");
+    std::printf("          P0/R to  models  wrong (silent)  smoothed (silent)  other means  scores  not PSD  saturated  "
+                "false precision\n");
     for (int a = 0; a < 3; ++a) {
         int wrong[2] = {}, smoothed[2] = {}, other[2] = {};
         for (int form = 0; form < 2; ++form) {
             for (std::size_t c = 0; c < std::size(classes); ++c) {
                 const Tally &t = table[a][form][c];
-                std::printf("%s %s    1e%-4g %7d %6d (%4d)   %8d (%4d)     %8d %7d %8d %9d %9d\n", names[a], forms[form], classes[c], t.models,
-                            t.wrong, t.silent, t.smoothedWrong, t.smoothedSilent, t.meansWrong, t.scoresOff, t.indefinite, t.saturated, t.falsePrecision);
+                std::printf("%s %s    1e%-4g %7d %6d (%4d)   %8d (%4d)     %8d %7d %8d %9d %9d\n", names[a], forms[form],
+                            classes[c], t.models, t.wrong, t.silent, t.smoothedWrong, t.smoothedSilent, t.meansWrong,
+                            t.scoresOff, t.indefinite, t.saturated, t.falsePrecision);
                 wrong[form] += t.wrong, smoothed[form] += t.smoothedWrong, other[form] += t.meansWrong;
             }
         }
