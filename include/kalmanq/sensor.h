@@ -114,9 +114,8 @@ KQ_NODISCARD kq_status kq_sensor_init_diagonal_f64(kq_sensor_f64 *s, const doubl
  * (f64: 2^-47 S) and sets KQ_EVENT_LOW_NOISE.  NIS, the likelihood and a history have the raised noise.  So after an
  * outage each measurement lowers the sigma of H x at least 2^7 times (f64: 2^23), until r is used as it is (figures:
  * tests/ACCURACY.md).  Without outages and with P0 below 2^16 r (f64: 2^48 r), in the units of z, nothing is raised.
- * A component whose innovation variance overflows is not taken (KQ_EVENT_OVERFLOW).  In q31 a state beyond +-2^31 raw
- * values is saturated before the next component (KQ_EVENT_SATURATED).  Redundant measurements are not found: after a
- * noise-free one of another sensor at the same instant, r must be above 2^-32 of the earlier H P H'.
+ * A component whose innovation variance overflows is not taken (KQ_EVENT_OVERFLOW).  Redundant measurements are not
+ * found: after a noise-free one of another sensor at the same instant, r must be above 2^-32 of the earlier H P H'.
  * kq_log_likelihood does not count its measurements.  kq_gain, steady.h, robust.h, adaptation.h, and diffuse.h while
  * a state is unknown treat it as an ordinary sensor.  fixed_size leaves it.
  * Errors: as kq_sensor_init_diagonal.  Accuracy: as kq_update; q31: 2^-22 of S. */

@@ -12,6 +12,18 @@
 
 enum { LEAN_STAGES = 4 }; /* down to 2^-60 of H P H' (f64: 2^-144) */
 
+/* x += b w, of a mean that may have carries */
+KQ_INLINE void move_lean_mean(filter *f, const num *b, const num *S, scaled w, int n)
+{
+    unsigned events = 0;
+    if (!mean_widens) {
+        move_mean(f, b, S, w, n);
+        return;
+    }
+    for (int i = 0; i < n; i++) events |= mean_correct_exactly(f->memory, n, i, column_entry(b, S, n, i), w);
+    filter_note_move(f, events);
+}
+
 /*
  * One stage of component c: the noise *left becomes that of what is left of it.  least: the least h'P h that is more than
  * rounding; 0 of the first stage, which is recorded and scored, with noise and variance as given.  Answers STAGE_..., and has
@@ -25,7 +37,7 @@ KQ_NOINLINE static int take_stage(filter *f, const reading *z, int c, scaled *le
     const int from = selected ? selected - 1 : 0, to = selected ? selected : n;
     const scaled *h = z->sensor->measurement + c * n, given = *left;
     num row[ROW_LEN(KQ_SIZE_MAX)], *S = filter_root(f);
-    const scaled e = mean_residual(z->z[c], h, f->memory, n, from, to);
+    const scaled e = filter_is_wide(f) ? scalar_innovation(f, z, c) : mean_residual(z->z[c], h, f->memory, n, from, to);
     if (selected) project_selected(row, S, h[from], from, n);
     else project(row, S, h, n);
     const scaled variance = add_square(given, row, n);
@@ -43,7 +55,7 @@ KQ_NOINLINE static int take_stage(filter *f, const reading *z, int c, scaled *le
     rotor end;
     rotate_root(&end, S, row, r, s, n);
     const scaled w = rotor_weight(&end, e, s);
-    move_mean(f, row, S, w, n);
+    move_lean_mean(f, row, S, w, n);
     renormalise_if_strong(S, r, s, n);
     if (is_first) {
         const scaled nis = answer == STAGE_LAST ? weight_nis(w, e) : scaled_times(e, scaled_over(e, s0));
@@ -54,15 +66,13 @@ KQ_NOINLINE static int take_stage(filter *f, const reading *z, int c, scaled *le
     return answer;
 }
 
-/* One copy of it */
-KQ_NOINLINE static void settle_lean(filter *f) { settle(f, f->states); }
-
-/* Makes ready for another stage: the mean within its words, the rows as long as they may be.  Answers a 16th of the floor,
-   (16 eps)^2 of the terms of h'P h: the rows are shorter by now, and their rounding. */
+/* Makes ready for another stage: the rows as long as they may be.  Answers a 16th of the floor, (16 eps)^2 of the terms of
+   h'P h: the rows are shorter by now, and their rounding. */
 KQ_COLD KQ_NOINLINE static scaled stage_begin(filter *f, const reading *z, int c)
 {
     const int n = f->states, has_noise = scaled_is_less(num_tiny, z->noise[c]);
-    settle_lean(f);
+    mean_settle(f->memory, n);
+    renormalise(filter_root(f), n);
     filter_set_ready(f, f->ready | FILTER_LOW_NOISE | (has_noise ? FILTER_NARROW : 0));
     return scaled_shift(floor_of_square(filter_root(f), z->sensor->measurement + c * n, n), -4);
 }
@@ -71,7 +81,6 @@ KQ_COLD KQ_NOINLINE static scaled stage_begin(filter *f, const reading *z, int c
 KQ_INLINE int take_lean_component(filter *f, const reading *z, int c)
 {
     scaled left = z->noise[c], least = scaled_zero();
-    if (filter_is_wide(f)) filter_saturate(f);
     for (int stage = 1;; stage++) {
         const int answer = take_stage(f, z, c, &left, least);
         if (answer == STAGE_LAST || (answer == STAGE_REFUSED && stage == 1)) return answer;
@@ -94,7 +103,7 @@ static kq_status take_lean(filter *f, const sensor *s, const num *z, uint32_t pr
             break;
         }
     }
-    settle_lean(f);
+    settle(f, f->states);
     return KQ_OK;
 }
 

@@ -31,6 +31,14 @@ template <class Wide> Belief toBelief(const reference::Belief<Wide> &from)
     return {from.mean.template cast<Real>(), from.covariance.template cast<Real>()};
 }
 
+/// All that the sensors of a sequence measure
+inline int componentsOf(const Sequence &sequence)
+{
+    Index count = 0;
+    for (const reference::SensorModel &sensor : sequence.sensors) count += sensor.components();
+    return static_cast<int>(count);
+}
+
 /// A filter with a tape, and the objects that it takes.
 template <class T> class Campaigner
 {
@@ -38,8 +46,8 @@ template <class T> class Campaigner
 
   public:
     Campaigner(const Sequence &sequence, reference::Library<T> &library)
-        : sequence_(sequence), library_(library), filter_(library.states()),
-          history_(library.states(), 2 * maxComponents, sequence.steps.size(), 1)
+        : sequence_(sequence), library_(library), components_(componentsOf(sequence)), filter_(library.states()),
+          history_(library.states(), components_, sequence.steps.size(), 1)
     {
     }
 
@@ -140,8 +148,8 @@ template <class T> class Campaigner
     void smoothOnLine(Outcome &outcome)
     {
         constexpr int lags = 6;
-        reference::LagOwner<T> lag(library_.states(), 2 * maxComponents, lags);
-        reference::InstantOwner<T> point(library_.states(), 2 * maxComponents);
+        reference::LagOwner<T> lag(library_.states(), components_, lags);
+        reference::InstantOwner<T> point(library_.states(), components_);
         follow([&] { lag.attach(filter_); });
         const std::size_t last = outcome.instants.size() - 1;
         for (int k = 0; k <= lags; ++k) tell(outcome, last - static_cast<std::size_t>(k), 1, lag.smooth(k).mean);
@@ -153,6 +161,7 @@ template <class T> class Campaigner
 
     const Sequence &sequence_;
     reference::Library<T> &library_;
+    const int components_;
     reference::FilterOwner<T> filter_;
     reference::HistoryOwner<T> history_;
     unsigned pending_ = 0;

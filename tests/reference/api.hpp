@@ -42,7 +42,7 @@ template <> constexpr double epsilon<Q31>() { return 0x1p-29; }
 
 /// Functions that all arithmetics have, and those of floating point alone
 #define KALMANQ_FUNCTIONS(F, T) \
-    F(process_init, T) F(process_change_transition, T) F(sensor_init, T) \
+    F(process_init, T) F(process_change_transition, T) F(sensor_init, T) F(sensor_init_lean, T) \
     F(sensor_change_measurement, T) F(filter_assign, T) F(filter_init, T) F(predict, T) \
     F(update, T) F(update_subset, T) F(step, T) F(mean, T) F(mean_low, T) F(sigma, T) \
     F(covariance, T) F(measurement, T) F(innovation, T) F(gain, T) F(nis, T) F(taken, T) \

@@ -24,14 +24,14 @@ enum class Processes { separate, shared };
 
 /// The processes and sensors of a sequence, which must outlive it.  Models that differ in H alone
 /// share a sensor, which is changed before each use.  Each way to give a noise has its turn: Q or
-/// its factor, R in full or, where it is diagonal, its diagonal.
+/// its factor, R in full or, where it is diagonal, its diagonal; or lean sensors throughout.
 template <class T> class Library
 {
   public:
     using Api = kq::Api<T>;
 
-    explicit Library(const Sequence &sequence, Processes sharing = Processes::separate)
-        : sequence_(sequence), states_(sequence.states(), sequence.range)
+    explicit Library(const Sequence &sequence, Processes sharing = Processes::separate, bool isLean = false)
+        : sequence_(sequence), states_(sequence.states(), sequence.range), isLean_(isLean)
     {
         for (std::size_t k = 0; k < sequence.processes.size(); ++k) addProcess(k, sharing);
         for (std::size_t k = 0; k < sequence.sensors.size(); ++k) addSensor(k);
@@ -122,11 +122,13 @@ template <class T> class Library
         const bool asDiagonal = model.diagonal() && states_.count() % 3 != 0;
         sensorOf_.push_back(sensors_.size());
         measurementNow_.push_back(k);
-        sensors_.emplace_back(states_, model, asDiagonal ? Noise::diagonal : Noise::covariance);
+        const Noise kind = isLean_ ? Noise::lean : asDiagonal ? Noise::diagonal : Noise::covariance;
+        sensors_.emplace_back(states_, model, kind);
     }
 
     const Sequence &sequence_;
     Formats<T> states_;
+    bool isLean_;
     std::deque<ProcessOwner<T>> processes_;
     std::deque<SensorOwner<T>> sensors_;
     std::vector<std::size_t> processOf_, sensorOf_;           // owner of each model

@@ -17,8 +17,8 @@
 namespace reference
 {
 
-/// How a noise is given to the library: as a covariance, a factor F of it (F F'), or its diagonal.
-enum class Noise { covariance, factor, diagonal };
+/// How a noise is given to the library: as a covariance, a factor F of it (F F'), its diagonal, or that of a lean sensor.
+enum class Noise { covariance, factor, diagonal, lean };
 
 inline std::size_t triangle(int n) { return static_cast<std::size_t>(KQ_TRIANGLE(n)); }
 
@@ -90,15 +90,16 @@ template <class T> class SensorOwner : NotCopied
   public:
     SensorOwner(const Formats<T> &states, const SensorModel &model, Noise kind)
         : components_(model.components(), model.range), measurement_(flattened<T>(model.H)),
-          noise_(
-              flattened<T>(kind == Noise::diagonal ? Matrix<double>(model.R.diagonal()) : model.R)),
-          memory_(kind == Noise::diagonal ? static_cast<std::size_t>(model.components())
-                                          : triangle(components_.count()))
+          noise_(flattened<T>(kind == Noise::covariance ? model.R : Matrix<double>(model.R.diagonal()))),
+          memory_(kind == Noise::covariance ? triangle(components_.count())
+                                            : static_cast<std::size_t>(model.components()))
     {
         kq::require(Api::sensor_assign(&handle_, states.count(), components_.count(), memory_.data(),
                                       memory_.size()),
                     "sensor assign");
-        const auto initialise = kind == Noise::diagonal ? Api::sensor_init_diagonal : Api::sensor_init;
+        const auto initialise = kind == Noise::lean       ? Api::sensor_init_lean
+                                : kind == Noise::diagonal ? Api::sensor_init_diagonal
+                                                          : Api::sensor_init;
         kq::require(initialise(&handle_, measurement_.data(), noise_.data()), "sensor init");
     }
 
@@ -257,11 +258,12 @@ template <> class SensorOwner<Q31> : NotCopied
     {
         kq::require(prepareNoise(model.R, kind), "noise prepare");
         const kq_sensor_table_q31 table = {
-            states.count(), components_.count(), kind == Noise::diagonal ? 0 : 1,
+            states.count(), components_.count(), kind == Noise::covariance ? 1 : 0,
             states.data(),  components_.data(),  measurement_.data(),
             noise_.data()};
         kq_range_error_q31 range_error{};
-        requireFit(kq_sensor_init_q31(&handle_, &table, &range_error), range_error, "sensor init");
+        const auto initialise = kind == Noise::lean ? kq_sensor_init_lean_q31 : kq_sensor_init_q31;
+        requireFit(initialise(&handle_, &table, &range_error), range_error, "sensor init");
     }
 
     kq_sensor_q31 *get() { return &handle_; }
@@ -278,7 +280,7 @@ template <> class SensorOwner<Q31> : NotCopied
     kq_status prepareNoise(const Matrix<double> &R, Noise kind)
     {
         const int m = components_.count();
-        if (kind == Noise::diagonal) {
+        if (kind != Noise::covariance) {
             noise_.resize(static_cast<std::size_t>(m));
             return kq_noise_prepare_diagonal_q31(
                 noise_.data(), flattened<double>(R.diagonal()).data(), m, components_.data());

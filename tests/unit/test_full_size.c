@@ -97,10 +97,12 @@ static const sensor_kind sensors[] = {
     {"of singular R", FULL / 2, 1, 0, 0},
     {"lean", 0, 1, 1, 0},
     {"lean, of low noise", 0, 1e-10, 1, 0},
+    {"lean, without noise", 0, 0, 1, 0},
     {"of innovations", 0, 1, 0, 1},
     {"of innovations, correlated", FULL, 1, 0, 1},
     {"of innovations, singular", FULL / 2, 1e-4, 0, 1},
     {"of innovations, lean", 0, 1, 1, 1},
+    {"of innovations, lean, of low noise", 0, 1e-10, 1, 1},
 };
 
 static double sigma_of_noise; /* of what is measured */

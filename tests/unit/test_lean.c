@@ -3,7 +3,7 @@
 #include "models.h"
 #include "unchanged.h"
 
-enum { STEPS = 12, CHAIN_MAX = 4, AFTER = 120 };
+enum { STEPS = 12, LAST = 4, CHAIN_MAX = 4, AFTER = 120 };
 
 static process_model motion;
 static sensor_model full, lean, sharp;
@@ -14,6 +14,14 @@ S_HISTORY(tape, 2, 6, STEPS + 1, 0);
 S_HISTORY(other, 2, 6, STEPS + 1, 0);
 S_ADAPTATION(taught, 2, 3);
 S_ADAPTATION(taught_lean, 2, 3);
+S_LAG(past, 2, 6, LAST);
+S_LAG(past_lean, 2, 6, LAST);
+S_INSTANT(instant, 2, 6);
+S_INSTANT(instant_lean, 2, 6);
+S_FREEZE(lazy, 2, 3);
+S_FREEZE(lazy_lean, 2, 3);
+S_DIFFUSE(start, 2, 2);
+S_DIFFUSE(start_lean, 2, 2);
 
 static const num range[] = {100, 10, 10, 10}, measured_range[] = {100, 100, 100};
 static const num A[] = {1, 0.5, 0, 1}, Q[] = {0.25, 0.125, 0.125, 0.5};
@@ -42,6 +50,22 @@ static void put_sensors(const num *rows)
     put_independent(&lean, 2, 3, range, measured_range, rows, r);
     ASSERT_OK(init_lean(&lean, r));
 }
+
+#ifdef KQ_TEST_Q31
+static const S(sensor) *lean_of_innovations(void)
+{
+    static S(sensor) made;
+    ASSERT_OK(kq_sensor_init_lean_extended_q31(&made, &lean.table, NULL));
+    return &made;
+}
+#else
+static const S(sensor) *lean_of_innovations(void)
+{
+    SENSOR_DIAGONAL(made, 2, 3);
+    ASSERT_OK(S(sensor_init_lean_extended)(&made, lean.sensor.measurement, r));
+    return &made;
+}
+#endif
 
 static void begin(void)
 {
@@ -98,19 +122,25 @@ static void update_both(uint32_t present)
     ASSERT_OK(S(update_subset)(&twin, &lean.sensor, z, present));
 }
 
-/* The filter of the lean sensor is that of the full one, up to so much of sigma and mean; 0: bit for bit. */
+/* Alike up to so much of sigma and mean */
+static void assert_near(double tolerance, const reading *a, const reading *b)
+{
+    for (int i = 0; i < 2; i++) {
+        const double sigma = sqrt((double)a->P[3 * i]);
+        ASSERT_WITHIN(tolerance * (sigma + fabs(whole(a, i))), whole(a, i), whole(b, i));
+        for (int j = 0; j < 2; j++) {
+            ASSERT_WITHIN(tolerance * sigma * sqrt((double)a->P[3 * j]), a->P[2 * i + j], b->P[2 * i + j]);
+        }
+    }
+}
+
+/* The filter of the lean sensor is that of the full one, up to so much; 0: bit for bit. */
 static void assert_as_full(double tolerance)
 {
     reading a, b;
     read_now(&a, &track, 2);
     read_now(&b, &twin, 2);
-    for (int i = 0; i < 2; i++) {
-        const double sigma = sqrt((double)a.P[3 * i]);
-        ASSERT_WITHIN(tolerance * (sigma + fabs(whole(&a, i))), whole(&a, i), whole(&b, i));
-        for (int j = 0; j < 2; j++) {
-            ASSERT_WITHIN(tolerance * sigma * sqrt((double)a.P[3 * j]), a.P[2 * i + j], b.P[2 * i + j]);
-        }
-    }
+    assert_near(tolerance, &a, &b);
     if (tolerance == 0) TEST_ASSERT_EQUAL_MEMORY(track_memory, twin_memory, sizeof track_memory);
 }
 
@@ -239,16 +269,197 @@ TEST(the_given_noise_is_recorded)
     assert_same_smoothed(64 * IN_STAGES);
 }
 
+/* ------------------------------------------------------------------ with all that goes with a filter */
+
+/* One component of low noise at every fourth step */
+static void take_both(int t, uint32_t *seed)
+{
+    sharpen(t % 4 ? 1 : SHARE / 64 * variance_of_first());
+    draw(seed);
+    update_both(7);
+}
+
+static void assert_shown_near(const S(filter) *a, const S(filter) *b)
+{
+    reading of_full, of_lean;
+    read_shown(&of_full, a, &prior, 2);
+    read_shown(&of_lean, b, &prior, 2);
+    assert_near(64 * IN_STAGES, &of_full, &of_lean);
+}
+
+/* NIS and likelihood are those of the noise as given. */
+TEST(the_given_noise_is_scored)
+{
+    static const double noises[] = {1, 0.5 * SHARE, SHARE / 64, SHARE * SHARE, SHARP};
+    uint32_t seed = 1;
+    for (int k = 0; k < COUNT(noises); k++) {
+        for (int both = 0; both < 2; both++) {
+            describe("noise", "", k, "", 0);
+            begin();
+            r[both] = N(noises[k] * variance_of_first());
+            sharpen(noises[k] * variance_of_first());
+            draw(&seed);
+            update_both(7);
+            const double nis = score_number(S(nis)(&track)), log_likelihood = score_number(S(log_likelihood_last)(&track));
+            ASSERT_WITHIN(1e-3 * (1 + nis), nis, score_number(S(nis)(&twin)));
+            ASSERT_WITHIN(1e-3 * (1 + fabs(log_likelihood)), log_likelihood, score_number(S(log_likelihood_last)(&twin)));
+            r[both] = 1;
+        }
+    }
+}
+
+TEST(on_line_they_are_smoothed_alike)
+{
+    static S(filter) shown, shown_lean;
+    uint32_t seed = 1;
+    for (int is_lag = 0; is_lag < 2; is_lag++) {
+        begin();
+        ASSERT_OK(S(lag_assign)(&past, 2, 6, LAST, past_memory, COUNT(past_memory)));
+        ASSERT_OK(S(lag_assign)(&past_lean, 2, 6, LAST, past_lean_memory, COUNT(past_lean_memory)));
+        ASSERT_OK(S(attach)(&track, is_lag ? &past.attached : &instant.attached));
+        ASSERT_OK(S(attach)(&twin, is_lag ? &past_lean.attached : &instant_lean.attached));
+        for (int t = 0; t < STEPS; t++) {
+            take_both(t, &seed);
+            for (size_t k = 0; is_lag && k <= S(lag_steps)(&past); k++) {
+                ASSERT_OK(S(lagged)(&past, k, &shown));
+                ASSERT_OK(S(lagged)(&past_lean, k, &shown_lean));
+                assert_shown_near(&shown, &shown_lean);
+            }
+            if (!is_lag) ASSERT_OK(S(instant_smooth)(&instant, &shown));
+            if (!is_lag) ASSERT_OK(S(instant_smooth)(&instant_lean, &shown_lean));
+            assert_shown_near(&shown, &shown_lean);
+            predict_both();
+        }
+        TEST_ASSERT_EQUAL_UINT(0, S(events)(&twin));
+    }
+}
+
+/* Component 0 comes late. */
+TEST(late_measurements_are_taken)
+{
+    uint32_t seed = 1;
+    ASSERT_OK(S(delay_assign)(&past, 2, 6, LAST, past_memory, COUNT(past_memory)));
+    ASSERT_OK(S(delay_assign)(&past_lean, 2, 6, LAST, past_lean_memory, COUNT(past_lean_memory)));
+    ASSERT_OK(S(attach)(&track, &past.attached));
+    ASSERT_OK(S(attach)(&twin, &past_lean.attached));
+    for (int t = 0; t < STEPS; t++) {
+        sharpen(t % 4 ? 1 : SHARE / 64 * variance_of_first());
+        draw(&seed);
+        update_both(6);
+        const size_t late = S(lag_steps)(&past) / 2;
+        ASSERT_OK(S(update_delayed)(&past, late, &full.sensor, z, 1));
+        ASSERT_OK(S(update_delayed)(&past_lean, late, &lean.sensor, z, 1));
+        assert_as_full(64 * IN_STAGES);
+        predict_both();
+    }
+    TEST_ASSERT_EQUAL_UINT(0, S(events)(&twin));
+}
+
+/* With other noises of the process */
+TEST(they_are_smoothed_alike_with_weights)
+{
+    static process_model scaled;
+    static entry q[2][STEPS];
+    uint32_t seed = 1;
+    put_process(&scaled, 2, 0, range, NULL, A, NULL, Q);
+    ASSERT_OK(S(attach)(&track, &tape.attached));
+    ASSERT_OK(S(attach)(&twin, &other.attached));
+    for (int t = 0; t < STEPS; t++) {
+        take_both(t, &seed);
+        predict_both();
+        q[0][t] = q[1][t] = number(1 + 0.25 * (t % 3));
+    }
+    ASSERT_OK(smooth_reweighted(&tape, &scaled, &motion, number(4), q[0]));
+    ASSERT_OK(smooth_reweighted(&other, &scaled, &motion, number(4), q[1]));
+    for (size_t t = 0; t < STEPS; t++) {
+        reading a, b;
+        read_smoothed_at(&a, &tape, t, &prior, 2);
+        read_smoothed_at(&b, &other, t, &prior, 2);
+        assert_near(64 * IN_STAGES, &a, &b);
+        ASSERT_WITHIN(64 * IN_STAGES * number_of(q[0][t]), number_of(q[0][t]), number_of(q[1][t]));
+    }
+}
+
+/* A gain is that of an ordinary sensor, and so is a frozen step. */
+TEST(gains_are_those_of_a_full_sensor)
+{
+    static const double noises[] = {1, SHARE / 64, 0};
+    num gain[6], gain_of_lean[6];
+    for (int k = 0; k < COUNT(noises); k++) {
+        sharpen(noises[k]);
+        begin();
+        ASSERT_OK(read_gain(&track, &full.sensor, gain));
+        ASSERT_OK(read_gain(&twin, &lean.sensor, gain_of_lean));
+        TEST_ASSERT_EQUAL_MEMORY(gain, gain_of_lean, sizeof gain);
+    }
+}
+
+TEST(a_frozen_filter_takes_it)
+{
+    uint32_t seed = 1;
+    sharpen(SHARE / 64);
+    ASSERT_OK(S(freeze_init)(&lazy, 8));
+    ASSERT_OK(S(freeze_init)(&lazy_lean, 8));
+    ASSERT_OK(S(attach)(&track, &lazy.attached));
+    ASSERT_OK(S(attach)(&twin, &lazy_lean.attached));
+    for (int t = 0; t < AFTER; t++) {
+        reading a, b;
+        draw(&seed);
+        ASSERT_OK(S(step)(&track, &motion.process, NULL, &full.sensor, z));
+        ASSERT_OK(S(step)(&twin, &motion.process, NULL, &lean.sensor, z));
+        read_now(&a, &track, 2);
+        read_now(&b, &twin, 2);
+        for (int i = 0; i < 2; i++) {
+            const double frozen_apart = 0.01 * (double)a.sigma[i]; /* not at the same step */
+            ASSERT_WITHIN(64 * IN_STAGES * (fabs(whole(&a, i)) + (double)a.sigma[i]) + frozen_apart, whole(&a, i), whole(&b, i));
+        }
+    }
+    TEST_ASSERT_EQUAL_INT(1, S(freeze_is_active)(&lazy_lean));
+}
+
+/* While a state is unknown it is an ordinary sensor. */
+TEST(an_unknown_start_takes_it)
+{
+    uint32_t seed = 1;
+    for (uint32_t unknown = 1; unknown < 4; unknown++) {
+        ASSERT_OK(init_start(&start, &track, &prior, unknown));
+        ASSERT_OK(init_start(&start_lean, &twin, &prior, unknown));
+        for (int t = 0; t < STEPS; t++) {
+            take_both(t, &seed);
+            assert_as_full(64 * IN_STAGES);
+            predict_both();
+        }
+    }
+}
+
+/* Sensors that take innovations */
+TEST(innovations_are_taken)
+{
+    uint32_t seed = 1;
+    for (int t = 0; t < STEPS; t++) {
+        sharpen(t % 4 ? 1 : SHARE / 64 * variance_of_first());
+        draw(&seed);
+        ASSERT_OK(S(update)(&track, of_innovations(&full), z));
+        ASSERT_OK(S(update)(&twin, lean_of_innovations(), z));
+        assert_as_full(64 * IN_STAGES);
+        predict_both();
+    }
+    TEST_ASSERT_EQUAL_UINT(0, S(events)(&twin));
+}
+
 /* The robust updates bring the careful path along. */
 TEST(robust_updates_take_it)
 {
-    sharpen(0);
-    for (int k = 0; k < 2; k++) {
-        S(loss) loss = {.kind = k ? &S(loss_huber) : &S(loss_gate), .parameter = number(2), .limit = score_of(1000)};
+    const S(loss) losses[] = {{.kind = &S(loss_gate)}, {.kind = &S(loss_huber)}, {.kind = &S(loss_student)}, {.kind = &S(loss_jump)}};
+    static const double noises[] = {SHARE / 64, SHARP, 0};
+    for (int k = 0; k < COUNT(losses) * COUNT(noises); k++) {
+        S(loss) loss = losses[k / COUNT(noises)];
+        loss.parameter = number(2), loss.limit = score_of(1000);
+        S(loss) same = loss;
+        sharpen(noises[k % COUNT(noises)]);
         begin();
-        if (k) ASSERT_OK(S(update_robust)(&track, &full.sensor, z, 7, &loss));
-        else ASSERT_OK(S(update)(&track, &full.sensor, z));
-        ASSERT_OK(S(update_robust)(&twin, &lean.sensor, z, 7, &loss));
+        ASSERT_OK(S(update_robust)(&track, &full.sensor, z, 7, &loss));
+        ASSERT_OK(S(update_robust)(&twin, &lean.sensor, z, 7, &same));
         ASSERT_SAME(&track, &twin, 2);
     }
 }
@@ -344,6 +555,34 @@ TEST(after_any_outage_it_comes_back)
 }
 
 #ifdef KQ_TEST_Q31
+TEST_Q31(a_correlated_noise_is_refused)
+{
+    static const num R[] = {1, 0.5, 0.25, 0.5, 1, 0, 0.25, 0, 1};
+    put_sensor(&full, 2, 3, range, measured_range, H, R);
+    ASSERT_REFUSED(KQ_ERR_TABLE, kq_sensor_init_lean_q31(&lean.sensor, &full.table, NULL));
+}
+
+/* The second component brings back what the first one moves beyond the word: nothing is saturated between them, nor
+   between stages. */
+TEST_Q31(no_mean_is_held_within_an_update)
+{
+    static const num rows[] = {1, 1, 1, -1, 0, 1}, wide_P0[] = {400, 0, 0, 400}, far[] = {80, 0}, wide[] = {200, 200, 200};
+    static const double noises[] = {1, 0.01, SHARE};
+    for (int k = 0; k < COUNT(noises); k++) {
+        for (int c = 0; c < 3; c++) r[c] = noises[k];
+        put_prior(&prior, 2, range, far, wide_P0);
+        put_independent(&full, 2, 3, range, wide, rows, r);
+        put_independent(&lean, 2, 3, range, wide, rows, r);
+        ASSERT_OK(init_lean(&lean, r));
+        begin();
+        see(116, 96, 1); /* the state is 106, 10: after the first component 98, 18, beyond 16 */
+        update_both(3);
+        TEST_ASSERT_EQUAL_UINT(0, S(events)(&track));
+        TEST_ASSERT_EQUAL_UINT(0, S(events)(&twin));
+        assert_as_full(IN_STAGES);
+    }
+}
+
 /* Of sigmas far beyond the words, too */
 TEST_Q31(twelve_measurements_after_an_outage_they_agree)
 {
