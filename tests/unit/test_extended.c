@@ -171,7 +171,7 @@ TEST(a_step_is_a_predict_and_an_update)
     }
 }
 
-TEST(a_lean_sensor_says_what_it_takes_coarsely)
+TEST(a_lean_sensor_says_what_it_takes_in_part)
 {
     SENSOR_DIAGONAL(sharp, 2, 1);
     const num r[] = {N(1e-30)};
