@@ -45,7 +45,7 @@ class Options:
     core: choices("Core", CORES) = typer.Option(..., "--core", help="The processor core that the filter will run on.")
     data: Optional[Path] = typer.Option(None, "--data", metavar="DATA.csv", help="Data that the filter will get; simulated by default.")
     arithmetic: Optional[ChipArithmetic] = typer.Option(None, "--arith", help="Look at this arithmetic only; by default the best one is chosen.")
-    way: Optional[choices("Way", ALL_WAYS)] = typer.Option(None, "--way", help="Look at this form only; by default the cheapest that fits is chosen.")
+    way: Optional[choices("Way", ALL_WAYS)] = typer.Option(None, "--way", help="Look at this form only; by default the cheapest that fits is chosen. Lean does, unless R is 0 or rows of H repeat exactly.")
     flash: Optional[float] = typer.Option(None, "--flash", metavar="KB", min=0, help="Flash of the part, in kB.")
     ram: Optional[float] = typer.Option(None, "--ram", metavar="KB", min=0, help="RAM of the part, in kB.")
     name: str = typer.Option("", "--name", metavar="NAME", help="Name of the files and functions; the model's by default.")
