@@ -107,18 +107,18 @@ KQ_NODISCARD kq_status kq_sensor_init_f64(kq_sensor_f64 *s, const double *H, con
 KQ_NODISCARD kq_status kq_sensor_init_diagonal_f32(kq_sensor_f32 *s, const float *H, const float *r);
 KQ_NODISCARD kq_status kq_sensor_init_diagonal_f64(kq_sensor_f64 *s, const double *H, const double *r);
 
-/** A lean sensor: kq_sensor_init_diagonal without the code for low-noise measurements (filter.h) and for the sum of
- * log-likelihoods.  Saves 2 kB (f32), 4 kB (q31) of flash.
+/** A lean sensor: kq_sensor_init_diagonal with 2 kB (f32), 4 kB (q31) of flash less; 5 kB with const tables.
  *   s, H, r  as in kq_sensor_init_diagonal
- * If r is 0 or below 2^-16 S (f32; q31: 2^-16 or 2^-17), 2^-48 S (f64), S = H P H' + r, an update raises r to 2^-15 S
- * (f64: 2^-47 S) and sets KQ_EVENT_LOW_NOISE.  NIS, the likelihood and a history have the raised noise.  So after an
- * outage each measurement lowers the sigma of H x at least 2^7 times (f64: 2^23), until r is used as it is (figures:
- * tests/ACCURACY.md).  Without outages and with P0 below 2^16 r (f64: 2^48 r), in the units of z, nothing is raised.
+ * WHICH TO TAKE: lean, unless R is 0 or rows of H repeat exactly (one is a sum of multiples of others).  Then take the
+ * full sensor, kq_sensor_init_diagonal, which finds what is redundant (figures: tests/ACCURACY.md).
+ * An update takes a low-noise measurement (filter.h; q31: r below 2^-16 S) in up to four stages.  NIS, the likelihood
+ * and a history have it once, with r.  KQ_EVENT_LOW_NOISE: it was taken in part, because r is 0, or what was left of
+ * H P H' was rounding.  KQ_EVENT_PRECISION after it: as kq_predict.
  * A component whose innovation variance overflows is not taken (KQ_EVENT_OVERFLOW).  Redundant measurements are not
  * found: after a noise-free one of another sensor at the same instant, r must be above 2^-32 of the earlier H P H'.
  * kq_log_likelihood does not count its measurements.  kq_gain, steady.h, robust.h, adaptation.h, and diffuse.h while
  * a state is unknown treat it as an ordinary sensor.  fixed_size leaves it.
- * Errors: as kq_sensor_init_diagonal.  Accuracy: as kq_update; q31: 2^-22 of S. */
+ * Errors: as kq_sensor_init_diagonal.  Accuracy: as kq_update; q31: 2^-22 of S.  Cost: a stage as a component. */
 KQ_NODISCARD kq_status kq_sensor_init_lean_f32(kq_sensor_f32 *s, const float *H, const float *r);
 KQ_NODISCARD kq_status kq_sensor_init_lean_f64(kq_sensor_f64 *s, const double *H, const double *r);
 

@@ -87,7 +87,7 @@ enum {
         (kq_smooth, kq_lagged, kq_instant_smooth); H x is rounded beside its innovation's sigma (f32, f64); or
         the ranges of q31 are the prior of a diffuse start (diffuse.h). */
     KQ_EVENT_PRECISION = 128,
-    KQ_EVENT_LOW_NOISE = 256, /**< A lean sensor raised the noise of a low-noise measurement (sensor.h). */
+    KQ_EVENT_LOW_NOISE = 256, /**< A lean sensor took a measurement in part: R is 0, or the rest was rounding (sensor.h). */
     /** Contradiction: a low-noise measurement is more than 2^12 (f32), 2^26.5 (f64) or 2^25 (q31) sigma from
         its prediction.  What it did to other states may be rounding. */
     KQ_EVENT_CONTRADICTION = 512

@@ -128,7 +128,7 @@ static void scale_sensor(adaptation *a)
 {
     set_scaled_sensor(a, a->sensor, a->sensor_scale, sensor_noise(a));
     if (sensor_is_correlated(a->sensor)) return;
-    /* What teaches is taken: a lean sensor refuses some of it. */
+    /* What teaches is taken whole: a lean sensor leaves what is beyond its stages. */
     a->scaled_sensor.kind = &T(kq_sensor_independent);
 }
 

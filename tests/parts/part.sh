@@ -46,6 +46,6 @@ echo "$part, $arithmetic, n = $n, $what:"
 "$host" check "$arithmetic" "$n" "$what" "$worst" <"$work/run"
 depth=$(printf '%d' "0x$(sed -n 's/^stack //p' "$work/run" | tr -d '\r')")
 [ "$depth" -le $((worst + own)) ] || { echo "the stack is deeper than $worst + $own"; exit 1; }
-# a lean program has no path for low-noise measurements, and no row of its own with a smoother
+# a lean program takes low-noise measurements on a short path, and no row of its own with a smoother
 case $what in lean_*) least=$((2 * worst / 3)) ;; *) least=$((3 * worst / 4)) ;; esac
 [ "$depth" -ge "$least" ] || { echo "the stack is less than $least, of $worst"; exit 1; }

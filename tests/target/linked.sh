@@ -1,7 +1,7 @@
 #!/bin/sh
 # linked.sh LIBRARY WORK: what a program does not use is not linked: what can be attached to a filter, robust
-# updates and the losses that it does not name, what takes innovations, what takes a correlated R apart, the roots of Q and P0, with lean sensors what takes a sharp
-# measurement.  What it does use is, so that the names are right.
+# updates and the losses that it does not name, what takes innovations, what takes a correlated R apart, the roots of Q and P0, with lean sensors the full path of
+# low-noise measurements.  What it does use is, so that the names are right.
 # shellcheck disable=SC2086
 set -eu
 root=$(cd "$(dirname "$0")/../.." && pwd)

@@ -196,7 +196,7 @@ def refused(done, said, folder):
     (["--as", "init"], "--as init and --arith f64"),
     (["--as", "init", "--arith", "q31", "--smooth"], "--as init and --smooth"),
     (["--as", "init", "--arith", "f32", "--lag", "0"], "--as init and --lag"),
-    (["--as", "lean", "--arith", "q31"], "cannot run as lean, but as init, sizes"),
+    (["--as", "lean", "--arith", "q31"], "cannot run as lean, but as init, sizes: the start is unknown, which init and sizes take"),
 ])
 def test_bad_options_are_one_line(options, said, tmp_path):
     refused(kalmanq("run", MODEL, NILE, *options, folder=tmp_path), said, tmp_path)

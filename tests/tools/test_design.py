@@ -24,13 +24,13 @@ from kalmanq import KalmanqError, Model, ModelError, Quantity
 from kalmanq.core import lib
 from kalmanq.firmware import costs
 from kalmanq.firmware.c_source import source, ways_of
-from kalmanq.firmware.designs import ACCURATE, NEAR, PARTS, SOON, Part, design, errors_of
+from kalmanq.firmware.designs import ACCURATE, PARTS, Part, design, errors_of
 from kalmanq.firmware.life import life_of, tail
 from kalmanq.firmware.ranges import with_ranges
 from kalmanq.firmware.reach import Record, draw, reach
 from kalmanq.model import Gaps, model_file
 from kalmanq.run.filters import Filter
-from kalmanq.run.parts import Parts
+from kalmanq.run.parts import Parts, not_lean
 from kalmanq.run.simulation import simulate
 
 ROOT = Path(__file__).resolve().parents[2]
@@ -91,7 +91,7 @@ def test_the_c_file_does_what_the_twin_does(model, arithmetic, tmp_path):
     model = with_ranges(model, draw(model))[0]
     parts = Parts(model, arithmetic)
     (tmp_path / "main.c").write_text(HOST)
-    for way in ways_of(parts):
+    for way in ways_of(model):
         name = f"written_{way}"
         folder = write(tmp_path, name, parts, way, record)
         subprocess.run(["cc", *STRICT, f"-I{ROOT / 'include'}", f"-I{ROOT / 'src' / 'fixed_size'}", f"-I{folder}",
@@ -196,10 +196,10 @@ def test_names_are_identifiers():
 
 def test_a_correlated_or_unknown_start_has_its_ways():
     correlated = Model(1, H=[[1], [1]], R=[[1, 0.5], [0.5, 1]], Q=1, P0=1)
-    assert ways_of(Parts(correlated, "f32")) == ["init"]
-    with pytest.raises(KalmanqError, match="cannot be written as lean"):
+    assert ways_of(correlated) == ["init"]
+    with pytest.raises(KalmanqError, match="cannot be written as lean: R is correlated"):
         source(Parts(correlated, "f32"), "lean")
-    assert ways_of(Parts(Model(1, H=1, R=1, Q=1, P0=None), "f32")) == ["init", "sizes"]
+    assert ways_of(Model(1, H=1, R=1, Q=1, P0=None)) == ["init", "sizes"]
 
 
 # ------------------------------------------------------------------------------ ranges and errors
@@ -421,96 +421,84 @@ def test_saturating_ranges_are_warned_of():
     assert not trial.is_good and trial.warnings
 
 
-# ------------------------------------------------------------------------------ lean after an outage
+# ------------------------------------------------------------------------------ lean or not
 
 
 def velocity(q=0.1, R=0.01, n=2, **given):
-    """Position and velocity; after 30 rows without a measurement R < 2^-16 S"""
+    """Position, velocity, ...; after 30 rows without a measurement R < 2^-16 S"""
     A, Q = np.eye(n) + np.eye(n, k=1), np.zeros((n, n))
     Q[-2:, -2:] = q * np.array([[1 / 3, 1 / 2], [1 / 2, 1]])
-    return Model(A, H=np.eye(1, n), R=R, Q=Q, P0=np.ones(n), name="velocity", **{
-        "states": [Quantity(f"x{i}", range=1e6) for i in range(n)], "measurements": [Quantity("z", range=1e6)], **given})
+    return Model(A, R=R, Q=Q, P0=np.ones(n), name="velocity", **{
+        "H": np.eye(1, n), "states": [Quantity(f"x{i}", range=1e6) for i in range(n)],
+        "measurements": [Quantity(f"z{c}", range=4e6) for c in range(np.size(R))], **given})
 
 
-def sigmas_after(model, arithmetic, outage, rows):
-    """Of lean beside the full sensor, a row at a time; measurements are other than the design's"""
-    made, z = [], np.random.default_rng(1).uniform(-1e-3, 1e-3, (100 + rows, model.m))
-    for way in ("lean", "init"):
-        one, sigmas = Filter(model, arithmetic, way=way), []
-        for row in range(100 + rows):
-            if row:
-                one.predict()
-            for _ in range(outage if row == 100 else 0):
-                one.predict()
-            one.update(z[row])
-            sigmas.append(one.sigma)
-        made.append(np.array(sigmas[100:]))
-    return np.abs(made[0] / made[1] - 1).max(axis=1)
-
-
-@pytest.mark.parametrize("arithmetic", ["f32", "q31"])
-@pytest.mark.parametrize("gap, outage", [(0, 100), (3, 30), (400, 4000)])
-def test_lean_is_offered_where_it_comes_back_from_an_outage(arithmetic, gap, outage):
-    """Ten times the declared gap, 100 rows where none is declared: in how many rows is what the design says."""
-    model = velocity(gaps=Gaps(gap, 100) if gap else Gaps())
-    record = type(draw(model)[0])(np.zeros((300, 1)))  # without gaps
-    made = design(model, LARGE, [record])
-    found = made.lean[arithmetic]
-    assert not found.refused and found.outage == outage and found.rows <= SOON * model.n
-    far = sigmas_after(model, arithmetic, outage, 30)
-    assert far[found.rows - 1:].max() <= NEAR < far[found.rows - 2], (found.rows, far)
-    assert (arithmetic, "lean") in [(one.arithmetic, one.way) for one in made.ways]
+def three(H, **given):
+    return velocity(H=H, R=[0.01] * len(H), n=3, **given)
 
 
 @pytest.mark.parametrize("model, why", [
-    (Model(1.5, H=1, R=1, Q=1, P0=1, states=[Quantity("x", range=1e6)], measurements=[Quantity("z", range=1e6)]),
-     "after 100 rows without measurements a sigma is not within 2 % of the full sensor's in 4 rows"),
-    (velocity(R=1e-9), "on the records R is less than 2^-14 S"),
-    (velocity(gaps=Gaps(30, 10)), "on the records R is less than 2^-14 S"),
-    (velocity(unknown=[0]), "the start is unknown"),
-    (velocity(B=[1e-10, 0], controls=[Quantity("u", range=1)], R=1e-40), "R is correlated or too small")])
-def test_why_lean_is_not_offered_is_said(model, why):
-    made = design(model, LARGE, draw(model))
-    assert why in made.lean["f32"].refused
-    assert ("f32", "lean") not in [(one.arithmetic, one.way) for one in made.ways]
-    assert ("f32", "init") in [(one.arithmetic, one.way) for one in made.ways]
+    (velocity(R=0.0), "R of z0 is 0 (2^-120 or less), which init and sizes take"),
+    (velocity(H=np.eye(2), R=[1.0, 1e-40]), "R of z1 is 0 (2^-120 or less)"),
+    (velocity(H=np.eye(2), R=[[1, 0.5], [0.5, 1]], measurements=["a", "b"]), "R is correlated, which init takes"),
+    (velocity(unknown=[0]), "the start is unknown, which init and sizes take"),
+    (three([[1, 0, 0], [0, 1, 0], [1, 0, 0]]), "the row of H of z2 repeats others: the full sensor finds what is redundant"),
+    (three([[1 / 3, 0.1, 0], [-1, -0.3, 0], [0, 0, 1]]), "the row of H of z1 repeats others"),
+    (three([[1, 2, 3], [1, 0, -1], [0, 1, 2], [1, 1, 1]]), "the row of H of z2 repeats others"),
+    (three([[1, 0, 0], [1, 1e-3, 0]]), ""), (three([[1, 0, 0], [1, 1e-9, 0], [0, 1e-9, 1]]), ""),
+    (three([[1e-9, 1e9, 1], [1e-9, 1e9, 2]]), ""), (velocity(gaps=Gaps(30, 10)), ""), (velocity(R=1e-9), ""),
+    (Model(1.5, H=1, R=1, Q=1, P0=1, states=[Quantity("x", range=1e6)], measurements=[Quantity("z", range=1e6)]), "")])
+def test_lean_is_offered_unless_R_is_0_or_rows_repeat(model, why):
+    assert not_lean(model).startswith(why) and bool(not_lean(model)) == bool(why)
+    assert ("lean" in ways_of(model)) == (not why) and (ways_of(model)[0] == "lean") == (not why)
+    assert ("tables" in ways_of(model)) == (not why or "repeats" in why)
 
 
 @pytest.mark.parametrize("models", [20, pytest.param(40, marks=WHOLE)])
-def test_random_lean_designs_come_back_from_their_outage(models):
-    """What is offered is within 2 % of the full sensor, by another program than the design's."""
-    random, offered, coarse = np.random.default_rng(23), 0, 0
+def test_random_lean_designs_are_as_good_as_full_ones(models):
+    """After outages, with measurements of low noise: a trial of its own"""
+    random, low = np.random.default_rng(23), 0
     for k in range(models):
-        n = int(random.integers(1, 5)) if k % 4 else 1
-        given = {"q": 10.0 ** random.uniform(-3, 3), "R": 10.0 ** random.uniform(-2, 1)}
-        gaps = Gaps(int(10 ** random.uniform(0, 3)), 100)
-        model = velocity(**given, n=n, gaps=gaps) if n > 1 else Model(
-            random.uniform(1, 1.2), H=1, R=given["R"], Q=given["q"], P0=1, gaps=gaps,
-            states=[Quantity("x", range=1e6)], measurements=[Quantity("z", range=1e6)])
-        for arithmetic, found in design(model, LARGE, [type(draw(five.level())[0])(np.zeros((300, 1)))]).lean.items():
-            if not found.refused:
-                far = sigmas_after(model, arithmetic, found.outage, SOON * n)
-                assert far[found.rows - 1:].max() <= NEAR, (k, arithmetic, found, far)
-                offered, coarse = offered + 1, coarse + (found.rows > 1)
-    assert offered >= models / 2 and coarse >= models / 4, (offered, coarse)
+        given = {"q": 10.0 ** random.uniform(-3, 3), "R": 10.0 ** random.uniform(-4, 1)}
+        model, z = velocity(**given, n=int(random.integers(2, 5)), gaps=Gaps(100, 100)), np.zeros((300, 1))
+        z[100:200] = np.nan
+        made = design(model, LARGE, [Record(z)])
+        low += min(given["R"] / one**2 for one in Filter(model, "f64").run(z).innovation_sigma[200:201, 0]) < 2.0**-16
+        for one in made.ways:
+            assert one.way != "lean" or one.trial.is_good or not made.trials[one.arithmetic].is_good, (k, one)
+        assert {one.arithmetic for one in made.ways if one.way == "lean"} == set(made.trials), k
+    assert low >= models / 4
 
 
-def test_the_page_the_header_and_json_say_in_how_many_rows_lean_is_back(tmp_path):
+def test_a_lean_way_that_is_worse_than_the_full_one_is_not_recommended(monkeypatch):
+    model, run = velocity(), Filter.run
+    monkeypatch.setattr(Filter, "run", lambda self, *given, **more: spoilt(run(self, *given, **more), self.parts.sensor.plain == 0))
+    made = design(model, LARGE, [Record(np.zeros((300, 1)))])
+    assert made.chosen("f32", "lean") is None and made.chosen("f32", "tables").trial is made.trials["f32"]
+    (lean,) = [one for one in made.ways if (one.arithmetic, one.way) == ("f32", "lean")]
+    assert lean.trial.warnings == ["lean in f32: low noise"]
+
+
+def spoilt(run, is_lean):
+    run.events |= lib.KQ_EVENT_LOW_NOISE if is_lean else 0
+    return run
+
+
+def test_the_page_and_json_say_why_there_is_no_lean(tmp_path):
     model_file_ = tmp_path / "velocity.toml"
     model_file_.write_text("[model]\nA = [[1.0, 1.0], [0.0, 1.0]]\nH = [1.0, 0.0]\nR = 0.01\nP0 = [1.0, 1.0]\n"
                            "Q = [[0.0333, 0.05], [0.05, 0.1]]\n[states]\nranges = [1e6, 1e6]\n[measurements]\nranges = [1e6]\n")
     (tmp_path / "z.csv").write_text("z1\n" + "\n".join(f"{np.sin(row / 9):.3f}" for row in range(200)))
-    said = "after 100 rows without measurements all sigmas are within 2 % of the full sensor's in 4 rows"
     options = ("design", model_file_, "--core", "m0", "--data", tmp_path / "z.csv", "--way", "lean", "-o", tmp_path)
     done = kalmanq(*options, "--arith", "f32")
-    header = " ".join((tmp_path / "velocity.h").read_text().replace(" * ", " ").split())
-    assert done.returncode == 0 and f"lean in f32: {said}" in " ".join(done.stdout.split()) and f"lean: {said}." in header
-    told = json.loads(kalmanq(*options, "--json").stdout)
-    assert told["lean"]["f32"] == {"outage": 100, "rows": 4, "refused": ""}
-    model_file_.write_text(model_file_.read_text().replace("R = 0.01", "R = 1e-9"))
+    assert done.returncode == 0 and "no lean" not in done.stdout and "KQ_SENSOR_LEAN_TABLE_F32" in (tmp_path / "velocity.c").read_text()
+    assert json.loads(kalmanq(*options, "--json").stdout)["no_lean"] == ""
+    model_file_.write_text(model_file_.read_text().replace("R = 0.01", "R = 0.0"))
+    why = "R of z1 is 0 (2^-120 or less), which init and sizes take"
     done = kalmanq(*options)
-    assert done.returncode == 1 and "lean: on the records R is less than 2^-14 S" in done.stderr
-    assert "no lean in f32: on the records R is less than 2^-14 S" in " ".join(done.stdout.split())
+    assert done.returncode == 1 and done.stderr.count("\n") == 1 and done.stderr.strip().endswith(f"lean: {why}")
+    assert f"no lean: {why}" in " ".join(done.stdout.split())
+    assert json.loads(kalmanq(*options[:6], "--json").stdout)["no_lean"] == why
 
 
 # ------------------------------------------------------------------------------ costs

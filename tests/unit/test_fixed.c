@@ -607,7 +607,7 @@ TEST_Q31(a_mean_may_leave_its_word_between_components)
     beyond_between_components(&bare[3], 0.5, 0);
 }
 #else
-/* The library takes its measurements, and says where it raised a noise. */
+/* The library takes its measurements, and says what it took in part. */
 TEST_FLOAT(a_lean_sensor_is_left_to_the_library)
 {
     static const num noises[][2] = {{1, 1}, {1, 0}};

@@ -1,4 +1,4 @@
-/* A sensor without the code for low-noise measurements, in all arithmetics: what it takes as any other, what it takes in
+/* A lean sensor, in all arithmetics: what it takes as any other, what it takes in
    stages, and what is beyond these. */
 #include "models.h"
 #include "unchanged.h"

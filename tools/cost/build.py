@@ -139,12 +139,14 @@ def program_text(place: Place, wanted: Program) -> str:
         lines += [
             f"#define N {n}",
             f"#define M {m}",
+            f"#define FIRST ({', '.join(map(str, range(n)))})",  # A is upper triangular, H selects (target/model.c)
+            f"#define SELECTS ({', '.join(str(c + 1 if c < n else 0) for c in range(m))})",
             f"#define REGION (COST_KINDS * {index})",
             run([str(place.model), numbers(wanted), *map(str, (n, m, wanted.controls))]),
             f'#include "{subject}.inc"',
             '#include "use.inc"',
             own,
-            *(f"#undef {name}" for name in ("N", "M", "REGION")),
+            *(f"#undef {name}" for name in ("N", "M", "FIRST", "SELECTS", "REGION")),
         ]
     calls = "".join(f" run_{n}_{m}();" for n, m in wanted.dimensions)
     return "\n".join([*lines, f"int main(void) {{{calls} cost_end(); return 0; }}", ""])

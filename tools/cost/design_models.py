@@ -138,7 +138,7 @@ def main(folder: Path, count: int = 42, seed: int = 1) -> None:
 
 def write_ways(folder: Path, name: str, model: Model, arithmetic: str, record: Record) -> None:
     parts = Parts(model if arithmetic == "f32" else with_ranges(model, [record])[0], arithmetic)
-    for way in ways_of(parts):
+    for way in ways_of(parts.model):
         if way != "sizes" or model.n <= 6:
             write(folder, f"{name}_{arithmetic}_{way}", parts, way, record)
 

@@ -76,8 +76,9 @@ A real program: init of a process, a sensor and a filter from A, Q, H, R, x0 and
 Bytes. Flash is code, constants and initial values with what libc and libgcc add, less the same program without
 a filter: gcc `-O2` (AVR `-Os`), then clang `-Oz`; all other columns are gcc's. From roots: where Q and P0 are given by
 their roots (`kq_process_init_root`, `kq_filter_init_root`), as in q31's tables always. Lean: process and
-sensor are constant tables, P0 is given by its root, and the sensor is one that takes low-noise measurements coarsely
-(`KQ_PROCESS_TABLE`, `KQ_SENSOR_LEAN_TABLE_<T>`). RAM: the objects and the tape, on AVR also the constants.
+sensor are constant tables with the shapes of A and H, as `kalmanq design` writes them, P0 is given by its root, and the
+sensor is lean (`KQ_PROCESS_TABLE`, `KQ_SENSOR_LEAN_TABLE_<T>`). Take lean, unless R is 0 or rows of H repeat exactly.
+RAM: the objects and the tape, on AVR also the constants.
 Worst stack: the deepest of all calls, with init, the first calls and noise-free measurements.
 Step: instructions of a settled `kq_step`; worst update: the dearest one found over hard inputs (R from 0 to P0,
 sigmas 14 decades apart, P0 standing for infinity). Part: flash + RAM of the smallest that holds it, with

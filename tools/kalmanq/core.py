@@ -24,7 +24,7 @@ EVENTS = {
     lib.KQ_EVENT_REJECTIONS: ("rejections", "so many measurements in a row were rejected that one was taken"),
     lib.KQ_EVENT_JUMP: ("jump", "the state was taken to have jumped"),
     lib.KQ_EVENT_PRECISION: ("precision", "precision lost: a sigma may be wrong by more than 5 %"),
-    lib.KQ_EVENT_LOW_NOISE: ("low noise", "a lean sensor took a low-noise measurement coarsely: its noise was raised"),
+    lib.KQ_EVENT_LOW_NOISE: ("low noise", "a lean sensor took a measurement in part: R is 0, or the rest was rounding"),
     lib.KQ_EVENT_CONTRADICTION: ("contradiction", "a low-noise measurement contradicts what was known"),
 }
 NOT_A_VALUE = np.iinfo(np.int32).min  # KQ_NOT_A_VALUE_Q31

@@ -7,7 +7,7 @@ from pathlib import Path
 HERE = Path(__file__).resolve().parent
 BOARDS = {"atmega328p": "Arduino Uno (ATmega328P)", "m0-4k": "Cortex-M0, 32 kB and 4 kB", "m3": "Cortex-M3", "m4f": "Cortex-M4F", "m7": "Cortex-M7",
           "m33": "Cortex-M33", "rv32": "RISC-V RV32IMAC"}
-NAMED = {"compiled": "compiled", "lean": "library, lean", "tables": "library, tables", "init": "library", "library": "library",
+NAMED = {"compiled": "compiled", "lean": "library, lean", "init": "library", "library": "library",
          "sizes": "library, compile-time sizes"}
 
 
@@ -80,7 +80,7 @@ EXAMPLES = {
                        data="../../../kalmanq/examples/battery.csv"),
     "attitude": Example(("m4f",), "f32", {"compiled": replace(COMPILED, near=NEAR), "library": replace(DEVICE, near=NEAR)},
                         means("q_w", "q_x", "q_y", "q_z"), model="../../../kalmanq/examples/attitude.py"),
-    "rocket": Example(("m7",), "f32", {"init": smoothed("init"), "tables": smoothed("tables"), "sizes": smoothed("sizes")},
+    "rocket": Example(("m7",), "f32", {"lean": smoothed("lean"), "init": smoothed("init"), "sizes": smoothed("sizes")},
                       tuple(f"{state}_smoothed{end}" for end in ("", "_sigma") for state in ("altitude", "speed", "acceleration"))),
     "room": Example(("m3",), "q31", {**SMALL, "sizes": designed("sizes")},
                     means("level", "slope", "day", "day_turned", "half_day", "half_day_turned")),

@@ -31,7 +31,7 @@ from kalmanq.firmware.ranges import with_ranges
 from kalmanq.firmware.reach import Record, draw
 from kalmanq.model import model_file
 from kalmanq.model import Model
-from kalmanq.run.parts import WAYS, Parts
+from kalmanq.run.parts import WAYS, Parts, not_lean
 
 
 COMPILED = compiled_offers.WAY
@@ -45,7 +45,7 @@ class Options:
     core: choices("Core", CORES) = typer.Option(..., "--core", help="The processor core that the filter will run on.")
     data: Optional[Path] = typer.Option(None, "--data", metavar="DATA.csv", help="Data that the filter will get; simulated by default.")
     arithmetic: Optional[ChipArithmetic] = typer.Option(None, "--arith", help="Look at this arithmetic only; by default the best one is chosen.")
-    way: Optional[choices("Way", ALL_WAYS)] = typer.Option(None, "--way", help="Look at this form only; by default the cheapest that fits is chosen.")
+    way: Optional[choices("Way", ALL_WAYS)] = typer.Option(None, "--way", help="Look at this form only; by default the cheapest that fits is chosen. Lean does, unless R is 0 or rows of H repeat exactly.")
     flash: Optional[float] = typer.Option(None, "--flash", metavar="KB", min=0, help="Flash of the part, in kB.")
     ram: Optional[float] = typer.Option(None, "--ram", metavar="KB", min=0, help="RAM of the part, in kB.")
     name: str = typer.Option("", "--name", metavar="NAME", help="Name of the files and functions; the model's by default.")
@@ -116,9 +116,8 @@ def _reason(options: Options, made: Designs) -> str:
     ways = [one for one in made.ways if options.arithmetic in (None, one.arithmetic) and options.way in (None, one.way)]
     if not ways:
         refused = [trial.refused for trial in made.trials.values() if trial.refused]
-        lean = [f"lean: {one.refused}" for name, one in made.lean.items()
-                if options.way == "lean" and options.arithmetic in (None, name) and one.refused]
-        return (lean or refused or [_no_such_way(options, made)])[0]
+        lean = not_lean(made.model) if options.way == "lean" else ""
+        return f"lean: {lean}" if lean else (refused or [_no_such_way(options, made)])[0]
     fitting = [one for one in ways if one.fits]
     if not fitting:
         least = min(one.cost.flash for one in ways)
@@ -171,8 +170,7 @@ def _remarks(made: Designs, chosen: Way, any_dt: bool) -> list[str]:
     cost, late = chosen.cost, _late(made.model, chosen.arithmetic, any_dt)
     return [f"Expected on {CORES[made.part.core]}: {cost.instructions} instructions a step, {cost.flash} bytes of",
             f"flash and {cost.ram} of RAM beside a program without a filter, {cost.stack} of stack.",
-            *(_in_lines(ANY_DT) if any_dt else []), *(_in_lines(late) if late else []), *_in_lines(_accuracy(chosen.trial)), *(line for one in made.notes for line in _in_lines(f"{one}.")),
-            *(_in_lines(f"lean: {made.lean[chosen.arithmetic].said}.") if chosen.way == "lean" else []),
+            *(_in_lines(ANY_DT) if any_dt else []), *(_in_lines(late) if late else []), *_in_lines(_accuracy(chosen)), *(line for one in made.notes for line in _in_lines(f"{one}.")),
             *_built(made.part.core, chosen.way)]
 
 
@@ -182,10 +180,10 @@ def _late(model: Model, arithmetic: str, any_dt: bool) -> str:
     return f"{LATE.format(size)} {DELAY if any_dt else REPLAY.format(latest_of(model) + 1)}" if size else ""
 
 
-def _accuracy(trial: Trial) -> str:
+def _accuracy(chosen: Way) -> str:
     """Of the very reading that the header names"""
-    reading = trial.reading
-    T, times = trial.arithmetic, f"{math.ceil(10 * reading.times) / 10:g}"
+    reading = chosen.trial.reading
+    T, times = chosen.arithmetic, f"{math.ceil(10 * reading.times) / 10:g}"
     return f"kq_mean_{T} alone is within {no_less(reading.within)} sigma of double's mean while states are within " \
            f"their ranges. Its 32 bits lose {no_less(reading.low)} at most, which kq_mean_low_{T} has. The rest is {times} " \
            f"times the largest error of {reading.rows} rows, {no_less(reading.seen)}: the ranges are up to {times} times as far as states went there."
@@ -216,7 +214,7 @@ def _told(made: Designs, compiled: Sequence[Offer], chosen: Optional[Way], writt
                    for name, trial in made.trials.items()},
         "ways": [{"arithmetic": one.arithmetic, "way": one.way, "fits": one.fits, "good": one.is_good,
                   **asdict(one.cost), **_flags(made.part.core, one.way)} for one in made.ways],
-        "lean": {name: asdict(one) for name, one in made.lean.items()},
+        "no_lean": not_lean(made.model),
         "compiled": [one.told(made.part.core) for one in compiled
                      if one.form != "covariance" or made.part.core in one.costs],
         "chosen": {"arithmetic": chosen.arithmetic, "way": chosen.way} if chosen else None,
@@ -255,7 +253,7 @@ def _tell(made: Designs, compiled: Sequence[Offer], chosen: Optional[Way], writt
     _tell_ways(made, chosen, console)
     if compiled:
         _tell_compiled(made, compiled, console)
-    for trial in [*made.trials.values(), *(one.trial for one in made.ways if one.way == COMPILED)]:
+    for trial in [*made.trials.values(), *(one.trial for one in made.ways if one.trial.arithmetic not in made.trials)]:
         for warning in trial.warnings:
             console.print(f"  warning: {warning}")
     if chosen:
@@ -295,9 +293,9 @@ def _tell_ways(made: Designs, chosen: Optional[Way], console: Console) -> None:
     console.print(f"  with gcc {flags(made.part.core)}; the library's files: {COMPACT}, too; include path "
                   f"{include_path(made.part.core, 'init')}{ways}. Other flags cost more.")
     if chosen and chosen.trial.reading:
-        console.print(f"  {_accuracy(chosen.trial)}")
-    for name, lean in made.lean.items():
-        console.print(f"  {'no lean' if lean.refused else 'lean'} in {name}: {lean.said}")
+        console.print(f"  {_accuracy(chosen)}")
+    if why := not_lean(made.model):
+        console.print(f"  no lean: {why}")
 
 
 def _tell_compiled(made: Designs, compiled: Sequence[Offer], console: Console) -> None:

@@ -16,7 +16,7 @@ from kalmanq.firmware.replay import Replay
 from kalmanq.firmware.steps_kept import latest_of, steps_late
 from kalmanq.model import Model, Quantity
 from kalmanq.run.filters import Filter
-from kalmanq.run.parts import CONSTANT, Parts, is_diagonal, known_prior, ways_of
+from kalmanq.run.parts import CONSTANT, Parts, is_diagonal, known_prior, not_lean, ways_of
 
 WORDS = frozenset("""auto break case char const continue default do double else enum extern float for goto if inline int
     long register restrict return short signed sizeof static struct switch typedef union unsigned void volatile while
@@ -152,9 +152,8 @@ def source(parts: Parts, way: str, name: str = "", remarks: Sequence[str] = (), 
         raise KalmanqError("a design is in f32 or q31")
     if any(one.delay for one in parts.model.sensors) and np.any(parts.model.unknown):
         raise KalmanqError("sensors: a delay, and a start that is unknown: give P0")
-    if way not in ways_of(parts):
-        raise KalmanqError(f"{parts.model.name} cannot be written as {way}: R is correlated or too small, or the "
-                           "start is unknown")
+    if way not in ways_of(parts.model):
+        raise KalmanqError(f"{parts.model.name} cannot be written as {way}: {not_lean(parts.model)}")
     writer = Writer(parts, way, identifier(name or parts.model.name), any_dt, steps)
     return Source(writer.name, _header(writer, remarks), _text(writer))
 

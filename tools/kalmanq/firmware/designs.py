@@ -22,13 +22,8 @@ from kalmanq.run.resolution import COARSE, coarse_of, said
 from kalmanq.run.results import Run
 
 ACCURATE, TOLERABLE = 1e-4, 1e-3  # of sigma: means farther from double's are warned of, are not recommended
-BLUNT = 2.0**-14  # R / S from which on a lean sensor is safe: what is less than 2^-16 it takes coarsely
-GAP = 10  # rows, where a model declares no gap
-OUTAGE, LONGEST = 10, 100_000  # so many gaps, and rows, are what lean has to come back from
 SUMMED = 4  # an error of the mean is at most about so many roundings of a measurement
-NEAR, SOON = 0.02, 4  # all sigmas as near to the full filter's in so many rows a state
 DRAWN, DRAWN_SEEDS = 4000, range(100, 103)  # rows and seeds of records beside those that are given
-SETTLED = 100  # rows before the outage
 WORTH = 0.9  # fewer instructions than that share are worth more code
 START_UP = 1024  # bytes of flash that a program has beside all this
 WRONG = (lib.KQ_EVENT_SATURATED | lib.KQ_EVENT_OVERFLOW | lib.KQ_EVENT_PRECISION | lib.KQ_EVENT_LOW_NOISE
@@ -72,7 +67,7 @@ class Reading:
 class Trial:
     """An arithmetic compared with double, over all records: of each state, in sigma, of the mean with its low part."""
 
-    arithmetic: str
+    arithmetic: str  # or a way in it
     worst: np.ndarray
     rms: np.ndarray
     events: int = 0
@@ -121,31 +116,15 @@ class Way:
         return self.fits and self.trial.is_good
 
 
-@dataclass(frozen=True)
-class Lean:
-    """A lean sensor after an outage of so many rows, beside the full one."""
-
-    outage: int
-    rows: Optional[int] = None  # with measurements, after which it is NEAR the full one and stays so; None: not soon
-    refused: str = ""  # why lean is not offered
-
-    @property
-    def said(self) -> str:
-        rows = "1 row" if self.rows == 1 else f"{self.rows} rows"
-        return self.refused or f"after {self.outage} rows without measurements all sigmas are within " \
-                               f"{100 * NEAR:g} % of the full sensor's in {rows}"
-
-
 @dataclass
 class Designs:
-    """model: with all ranges; lean: of each arithmetic that may do; notes: what was chosen for ranges."""
+    """model: with all ranges; notes: what was chosen for ranges."""
 
     model: Model
     part: Part
     reached: Reach
     trials: dict[str, Trial]
     ways: list[Way]
-    lean: dict[str, Lean] = field(default_factory=dict)
     notes: list[Choice] = field(default_factory=list)
 
     def chosen(self, arithmetic: Optional[str] = None, way: Optional[str] = None) -> Optional[Way]:
@@ -164,22 +143,29 @@ def design(model: Model, part: Part, records: Sequence[Record], notes: Sequence[
            late: Mapping[str, int] = {}) -> Designs:
     """Tries every way to run a model that has all its ranges.  late: bytes of RAM for what comes late, by arithmetic"""
     runs = [_run(model, "f64", record) for record in records]
-    trials = {name: _try(model, name, records, runs) for name in ("f32", "q31")}
-    trials["q31"].cure = _cure(model, records, runs, trials["q31"])
-    for name, trial in trials.items():
-        trial.cause = cause_of(model, name, records, trial)
-    made = Designs(model, part, reach(model, records), trials, [], notes=list(notes))
     drawn = [one for one in draw(model.changed(gaps=Gaps()), DRAWN, DRAWN_SEEDS) if len(one.z)]
+    exact, reached = [_run(model, "f64", one) for one in drawn], reach(model, records)
+    states = np.fmax(reached.states, reach(model, drawn).states)
+
+    def tried(name: str, way: str = "") -> Trial:
+        trial = _try(model, name, records, runs, way)
+        trial.cause = cause_of(model, name, records, trial)
+        if not trial.refused:
+            seen = np.fmax(trial.worst.max(), _try(model, name, drawn, exact, way).worst.max())
+            trial.reading = _reading(model, name, float(seen), states, [*runs, *exact])
+        return trial
+
+    trials = {name: tried(name) for name in ("f32", "q31")}
+    trials["q31"].cure = _cure(model, records, runs, trials["q31"])
+    made = Designs(model, part, reached, trials, [], notes=list(notes))
     for name, trial in trials.items():
-        if trial.refused:
-            continue
-        trial.reading = _reading(model, trial, made.reached, records, runs, drawn)
-        made.lean[name] = _lean(model, name, runs)
-        for way in ways_of(Parts(model, name)):
-            if costs.is_measured(part.core, name, way) and not (way == "lean" and made.lean[name].refused):
+        for way in ways_of(model) if not trial.refused else []:
+            if costs.is_measured(part.core, name, way):
                 cost = costs.estimate(model, part.core, name, way)
                 cost = replace(cost, ram=cost.ram + late.get(name, 0))
-                made.ways.append(Way(name, way, cost, part.holds(cost), trial))
+                own = tried(name, way) if way == "lean" else trial  # low-noise measurements are taken otherwise
+                is_same = own.events == trial.events and np.array_equal(own.worst, trial.worst)
+                made.ways.append(Way(name, way, cost, part.holds(cost), trial if is_same else own))
     return made
 
 
@@ -196,12 +182,12 @@ def _bounded(model: Model) -> Model:
     return model.changed(P0=np.where(known, model.P0, 0.0) + np.diag(thirds**2), unknown=[])
 
 
-def _try(model: Model, arithmetic: str, records: Sequence[Record], exact: Sequence[Run]) -> Trial:
+def _try(model: Model, arithmetic: str, records: Sequence[Record], exact: Sequence[Run], way: str = "") -> Trial:
     """Compared with double; an unknown start in q31 also with double that has the ranges as its prior"""
     bounded = _bounded(model) if arithmetic == "q31" and np.any(model.unknown) else None
-    runs = ((_run(model, arithmetic, record), double, _run(bounded, "f64", record) if bounded else None)
+    runs = ((_run(model, arithmetic, record, way), double, _run(bounded, "f64", record) if bounded else None)
             for record, double in zip(records, exact))
-    return trial_of(arithmetic, model.n, runs)
+    return trial_of(f"{way} in {arithmetic}" if way else arithmetic, model.n, runs)
 
 
 def trial_of(name: str, n: int, runs: Iterable[tuple[Run, Run, Optional[Run]]]) -> Trial:
@@ -238,60 +224,17 @@ def _cure(model: Model, records: Sequence[Record], exact: Sequence[Run], trial: 
     return ", ".join(said) if said and _try(wider, "q31", records, exact).is_good else ""
 
 
-def _reading(model: Model, trial: Trial, reached: Reach, records: Sequence[Record], runs: Sequence[Run],
-             drawn: Sequence[Record]) -> Reading:
-    name, exact = trial.arithmetic, [_run(model, "f64", one) for one in drawn]
+def _reading(model: Model, name: str, seen: float, states: np.ndarray, exact: Sequence[Run]) -> Reading:
     ranges = np.array([one.range for one in model.states])
     half = 2.0 ** (-1.0 - np.array(Parts(model, name).fractions("states"))) if name == "q31" else ranges * 2.0**-24
-    sigmas = np.concatenate([np.asarray(run.sigma) for run in (*runs, *exact)])
-    states = np.fmax(reached.states, reach(model, drawn).states)
-    seen = np.fmax(trial.worst.max(), _try(model, name, drawn, exact).worst.max())
+    sigmas = np.concatenate([np.asarray(run.sigma) for run in exact])
     with np.errstate(divide="ignore", invalid="ignore"):
         low = np.nanmax(np.where(sigmas > 0, half / sigmas, 0), initial=0)
         times = np.max(np.where(states > 0, ranges / states, 1), initial=1)
-    return Reading(float(low), float(seen), float(times), sum(len(one.z) for one in (*records, *drawn)))
+    return Reading(float(low), seen, float(times), len(sigmas))
 
 
 def errors_of(run: Run, exact: Run) -> np.ndarray:
     """T x n, of means in sigma; NaN where nothing is known, or all."""
     sigma = np.where(exact.sigma > 0, exact.sigma, np.nan)
     return (run.mean - exact.mean) / sigma
-
-
-def _lean(model: Model, arithmetic: str, runs: Sequence[Run]) -> Lean:
-    """May measurements be taken coarsely?  Not on the records, and after an outage for some rows alone."""
-    outage = min(OUTAGE * (model.gaps.max_gap or GAP), LONGEST)
-    if "lean" not in ways_of(Parts(model, arithmetic)):
-        return Lean(outage, refused="R is correlated or too small, or the start is unknown")
-    if not _is_blunt(model, runs):
-        return Lean(outage, refused=f"on the records R is less than 2^{np.log2(BLUNT):g} S: it would take "
-                                    "measurements coarsely")
-    try:
-        rows = _recovery(model, arithmetic, outage)
-    except KalmanqError as problem:
-        return Lean(outage, refused=f"an outage of {outage} rows: {problem}")
-    return Lean(outage, rows, "" if rows else f"after {outage} rows without measurements a sigma is not within "
-                f"{100 * NEAR:g} % of the full sensor's in {SOON * model.n} rows")
-
-
-def _recovery(model: Model, arithmetic: str, outage: int) -> Optional[int]:
-    """Rows after an outage until lean's sigmas are NEAR the full sensor's for good; None: that is not SOON."""
-    soon, begin = SOON * model.n, SETTLED + outage
-    z = np.zeros((begin + 2 * soon, model.m))  # sigmas do not depend on what is measured
-    z[SETTLED:begin] = np.nan
-    centred = model.changed(x0=np.zeros(model.n))
-    with np.errstate(over="ignore", invalid="ignore"):
-        lean, full = (_run(centred, arithmetic, Record(z), way).sigma[begin:] for way in ("lean", "tables"))
-        far = np.flatnonzero(np.any(~(np.abs(lean - full) <= NEAR * full), axis=1))
-    rows = int(far[-1]) + 2 if len(far) else 1
-    return rows if rows <= soon else None
-
-
-def _is_blunt(model: Model, runs: Sequence[Run]) -> bool:
-    """Is no measurement of so little noise that a lean sensor might take it coarsely?"""
-    for run in runs:
-        with np.errstate(invalid="ignore", divide="ignore"):
-            share = np.diag(model.R) / run.innovation_sigma**2
-        if np.nanmin(share, initial=np.inf) < BLUNT:
-            return False
-    return True

@@ -27,6 +27,7 @@ from kalmanq.pages.verdict import Finding, Whiteness
 from kalmanq.run.campaigns import versions
 from kalmanq.run.comparison import compare
 from kalmanq.run.filters import Smoother
+from kalmanq.run.parts import ways_of
 from kalmanq.run.results import Run
 
 AnyModel = Union[Model, NonlinearModel]
@@ -60,11 +61,11 @@ class Study:
 
 
 def cost_rows(model: Model) -> list[list[str]]:
-    """What a step of a model of this shape costs on each core, process and sensor prepared by init"""
+    """What a step of a model of this shape costs on each core, in the form of the least code"""
     made = []
     for core, name in costs.CORES.items():
         for arithmetic in ("f32", "q31"):
-            cost = costs.estimate(model, core, arithmetic, "init")
+            cost = costs.estimate(model, core, arithmetic, ways_of(model)[0])
             made.append([name, arithmetic, *map(str, (cost.instructions, cost.flash, cost.stack))])
     return made
 
@@ -260,7 +261,7 @@ def _costs(model: Model) -> str:
                        "`-Os -mcall-prologues` for `-O2`) and the core's own folder of port/ first on the include path. "
                        "Other flags cost more."),
         page.table(
-            f"The cost of a step of {counted(model.n, 'state')} and {counted(model.m, 'measurement')}",
+            f"The cost of a step of {counted(model.n, 'state')} and {counted(model.m, 'measurement')}, form {ways_of(model)[0]}",
             ["core", "arithmetic", "instructions", "flash, bytes", "stack, bytes"],
             cost_rows(model), text_columns=(1,)), *_compiled(model), name="costs")
 

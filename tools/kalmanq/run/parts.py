@@ -14,8 +14,8 @@ from kalmanq.model import Model, Quantity
 
 
 WAYS = {
-    "lean": "process and sensor are constants in flash; a low-noise measurement is taken coarsely: the least code",
-    "tables": "process and sensor are constants in flash",
+    "lean": "process and sensor are constants in flash, the sensor is lean: the least code",
+    "tables": "process and sensor are constants in flash, with the full sensor",
     "init": "process and sensor are prepared and checked at the start",
     "sizes": "as init, compiled for these sizes: the fewest instructions, the most code",
 }
@@ -45,8 +45,9 @@ class Parts:
 
     def _take_as(self, way: str) -> None:
         model, a = self.model, self.arithmetic
-        if way not in WAYS or way not in ways_of(self):
-            raise KalmanqError(f"{model.name} cannot run as {way}, but as {', '.join(ways_of(self))}")
+        if way not in WAYS or way not in ways_of(model):
+            said = f"{model.name} cannot run as {way}, but as {', '.join(ways_of(model))}"
+            raise KalmanqError(": ".join(filter(None, (said, not_lean(model)))))
         if way == "lean":
             given = (self.sensor_table, ffi.NULL) if a.is_fixed else (self.array(model.H), self.array(np.diag(model.R)))
             require(a.function("sensor_init_lean")(self.sensor, *given), "H, R")
@@ -140,14 +141,35 @@ class Parts:
             _require_held(self.arithmetic.function("diffuse_init")(start, filter_, x0, P0, unknown), "x0, P0", self.arithmetic)
 
 
-def ways_of(parts: Parts) -> list[str]:
-    made = ["init"]
-    has_tables = is_diagonal(parts.model.R) and not np.any(parts.model.unknown)
-    if has_tables and np.all(np.diag(parts.model.R) > LEAST_VARIANCE):
-        made = ["lean", "tables", "init"]
-    if is_diagonal(parts.model.R):
-        made.append("sizes")
-    return made
+def ways_of(model: Model) -> list[str]:
+    """The least code first"""
+    return [*(["lean"] if not not_lean(model) else []), *(["tables"] if not _not_constant(model) else []), "init",
+            *(["sizes"] if is_diagonal(model.R) else [])]
+
+
+def not_lean(model: Model) -> str:
+    """Why it does not run as lean; empty: it does"""
+    repeating = [one.name for c, one in enumerate(model.measurements) if _rank(model.H[: c + 1]) <= c]
+    return _not_constant(model) or (f"the row of H of {repeating[0]} repeats others: the full sensor finds what is redundant"
+                                    if repeating else "")
+
+
+def _not_constant(model: Model) -> str:
+    """Why the sensor cannot be a constant; empty: it can"""
+    if not is_diagonal(model.R):
+        return "R is correlated, which init takes"
+    zero = np.flatnonzero(np.diag(model.R) <= LEAST_VARIANCE)
+    if len(zero):
+        return f"R of {model.measurements[zero[0]].name} is 0 (2^-120 or less), which init and sizes take"
+    return "the start is unknown, which init and sizes take" if np.any(model.unknown) else ""
+
+
+def _rank(rows: np.ndarray) -> int:
+    """As far as a float tells, in any units"""
+    for axis in (0, 1):
+        largest = np.abs(rows).max(axis=axis, keepdims=True)
+        rows = rows / np.where(largest > 0, largest, 1)
+    return int(np.linalg.matrix_rank(rows.astype(np.float32)))
 
 
 def _floating_point(parts: Parts) -> None:

@@ -15,6 +15,7 @@ from kalmanq.firmware.costs import CORES, estimate, is_measured
 from kalmanq.model import Model
 from kalmanq.nonlinear import NonlinearModel
 from kalmanq.run.filters import Filter
+from kalmanq.run.parts import ways_of
 from kalmanq.tune import emitted, equations
 from kalmanq.tune.noises import Shape, has_dt, noises_of
 from kalmanq.tune.packing import noise_content, packed, quantities
@@ -23,7 +24,6 @@ HERE = Path(__file__).resolve().parent
 CORE = HERE / "core.wasm"
 STEPS_MOST = 1000  # steps of other lengths than dt, which have a process each
 NUMBERS_MOST = 40_000_000  # that the page's memory has to hold
-WAYS = ("tables", "init", "sizes", "lean")
 
 
 def core() -> bytes:
@@ -135,7 +135,7 @@ def costs(model: Model) -> dict[str, dict[str, dict[str, list[int]]]]:
     made: dict[str, dict[str, dict[str, list[int]]]] = {}
     for core_ in CORES:
         for arithmetic in ("f32", "q31"):
-            for way in WAYS:
+            for way in ways_of(model):
                 if is_measured(core_, arithmetic, way):
                     of = estimate(model, core_, arithmetic, way)
                     made.setdefault(core_, {}).setdefault(arithmetic, {})[way] = [of.instructions, of.flash, of.ram, of.stack]
