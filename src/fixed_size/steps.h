@@ -294,7 +294,7 @@ KQ_KERNEL unsigned fixed_smooth_in(num *scratch, const history *h, num *state, c
     v.a = kept.a;
     v.T = kept.T;
     predict_root_of(v.predicted, state + MEAN_PLANES * n, m, v.W, v.pq, n, shape);
-    const unsigned events = theta_times_root(m, &v, n, shape);
+    const unsigned events = theta_times_root_of(m, &v, n, shape);
     take_coordinates(&v, n);
     return events | smoothed_state(state, v.a, v.T, n);
 }

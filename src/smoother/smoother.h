@@ -116,7 +116,7 @@ static unsigned undo_mean_and_root(const process *m, const num *S, const num *af
 {
     (void)after, (void)extras;
     predict_root(v->predicted, S, m, v->W, v->pq);
-    const unsigned events = theta_times_root(m, v, m->states, SHAPE_AS_FOUND);
+    const unsigned events = theta_times_root(m, v, m->states);
     take_coordinates(v, m->states);
     return events;
 }
@@ -128,7 +128,7 @@ static unsigned undo_with_extras(const process *m, const num *S, const num *afte
     unsigned events = 0;
     predict_root(v->predicted, S, m, v->W, v->pq);
     if (extras->noise_mean || extras->noise_covariance) events = smooth_process_noise(m, v, extras);
-    events |= theta_times_root(m, v, n, SHAPE_AS_FOUND);
+    events |= theta_times_root(m, v, n);
     if (extras->lag_one) smooth_lag_one(extras->lag_one, v, S, after, n);
     take_coordinates(v, n);
     return events;
