@@ -169,6 +169,10 @@ static void smooth_back(history *h, const process *p, undo_predict *undo, const 
     h->process = before;
     history_note(h, undo(m, S, after, &v, extras));
     if (is_short) history_note(h, smoothing_events(m->transition, state, v.predicted, after, h->rounding, n));
+    if (!mean_widens && !states_only && (h->step & 3) == 0) {
+        const int i = watched_column((int32_t)(h->step >> 2), n);
+        history_note(h, rounded_mean_events(m->transition, state, v.predicted, after, i, n));
+    }
     const int is_short_now = !states_only && root_is_short(v.T, n);
     if (is_short_now) copy(v.predicted, S, ROOT_LEN(n));
     history_note(h, smoothed_state(state, v.a, states_only ? 0 : v.T, n));
