@@ -153,7 +153,7 @@ KQ_NODISCARD kq_status kq_detach_f64(struct kq_attached_f64 *object);
  * 2^1000 (f64), or whose A x + B u overflows, becomes 0 (q31: it is saturated).  A state that A does not couple to it
  * keeps its mean.  Measurements bring the state back.  A history ends.  KQ_EVENT_PRECISION: rounding hides what a
  * low-noise measurement said, or the rounding of many updates may have moved a sigma by 5 %: use f64.  One
- * measurement in 73 is looked at for the latter, and none of lean sensors and KQ_FIXED_BARE.
+ * measurement in 8 is looked at for the latter (64 at compile-time sizes), none of lean sensors and KQ_FIXED_BARE.
  * Accuracy: P is exact for rows of the root perturbed by a few n eps of their norm.  A conditional sigma smaller than
  * this error is lost.  In f32 a mean with 1/2 <= A_ii <= 2 is rounded at its increment, not at its own size.
  * Cost: about n^3 multiplications, n^3/2 if A is upper triangular (states in the order position, velocity, ...), n
@@ -180,8 +180,8 @@ KQ_NODISCARD kq_status kq_predict_f64(kq_filter_f64 *f, const kq_process_f64 *p,
  * noise-free component can leave a state with sigma 0, and may measure it again.
  * Cost: 2 n^2 multiplications, n square roots, 2n divisions a component.  A correlated R adds m n / 2 multiplications
  * a component; a row of H that selects one state saves n^2 / 2.  With a low-noise measurement up to 5 times as much at
- * n = 2, 8 times at n = 9 (instructions_worst in tools/cost.csv).  One component in 73 also has its rounding looked at
- * (kq_predict): about n^2 multiplications more in that call. */
+ * n = 2, 8 times at n = 9 (instructions_worst in tools/cost.csv).  One component in 8 also has its rounding looked at
+ * (kq_predict): at most 2 n multiplications more in that call. */
 KQ_NODISCARD kq_status kq_update_f32(kq_filter_f32 *f, const kq_sensor_f32 *s, const float *z);
 KQ_NODISCARD kq_status kq_update_f64(kq_filter_f64 *f, const kq_sensor_f64 *s, const double *z);
 

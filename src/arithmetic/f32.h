@@ -27,7 +27,7 @@ static const num num_row_rounding = 0x1p-21f;   /* of what a row was: entries be
 static const num num_tiny_root = 0x1p-60f;     /* and its root */
 static const num num_most_nis = 0x1p124f;      /* of a scalar measurement: 16 add up */
 static const num num_most_sure = 0x1p24f;      /* NIS that says that the sigma is rounding */
-static const num num_watched = 0x1p-46f; /* of the terms of h'S, squared: the most that an update rounds it by */
+enum { num_watched = -46, num_exponent_bits = 8 }; /* 2^-46 of the terms of h'S, squared: the most that an update rounds it by */
 static const num num_tape_rounding = 0x1p-62f; /* of a filtered sigma, squared: what a measurement leaves in the smoothed one */
 static const num num_known_exactly = 0x1p-40f; /* the same: a smoothed one below it is rounding */
 static const num num_most_condition = 0x1.8p45f; /* of S, squared: above it rounding counts */

@@ -27,7 +27,7 @@ static const num num_row_rounding = 0x1p-50;  /* of what a row was: entries belo
 static const num num_tiny_root = 0x1p-200;     /* and its root */
 static const num num_most_nis = 0x1p1020;      /* of a scalar measurement: 16 add up */
 static const num num_most_sure = 0x1p53;        /* NIS that says that the sigma is rounding */
-static const num num_watched = 0x1p-104; /* of the terms of h'S, squared: the most that an update rounds it by */
+enum { num_watched = -104, num_exponent_bits = 11 }; /* 2^-104 of the terms of h'S, squared: the most that an update rounds it by */
 static const num num_tape_rounding = 0x1p-113; /* of a filtered sigma, squared: what a measurement leaves in the smoothed one */
 static const num num_known_exactly = 0x1p-98; /* the same: a smoothed one below it is rounding */
 static const num num_most_condition = 0x1.8p103; /* of S, squared: above it rounding counts */

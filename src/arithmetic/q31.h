@@ -21,7 +21,7 @@ static const scaled num_left_over = {0, 0};
 static const scaled num_row_rounding = {INT32_C(1) << 30, -58}; /* 2^-28 of what a row was: entries below it are rounding */
 static const scaled num_most_sure = {INT32_C(1) << 30, 20}; /* NIS that says that the sigma is
                                                               rounding */
-static const scaled num_watched = {INT32_C(1) << 30, -88}; /* of the terms of h'S, squared: the most that an update rounds it by */
+enum { num_watched = -58 }; /* 2^-58 of the terms of h'S, squared: the most that an update rounds it by */
 static const scaled num_tape_rounding = {INT32_C(1) << 30, -88}; /* of a filtered sigma, squared: what a measurement leaves in the smoothed one */
 static const scaled num_known_exactly = {INT32_C(1) << 30, -80}; /* the same: a smoothed one below it is rounding */
 static const scaled num_most_condition = {INT32_C(1) << 30, 24}; /* of S, squared: above it rounding counts */

@@ -98,7 +98,7 @@ static inline scaled column_entry(const num *b, const num *S, int n, int i)
     return b[i];
 }
 
-static inline void renormalise_if_strong(num *S, scaled r, scaled s, int n)
+KQ_INLINE void renormalise_if_strong(num *S, scaled r, scaled s, int n)
 {
     (void)S, (void)r, (void)s, (void)n;
 }

@@ -155,6 +155,19 @@ static inline scaled mean_resolution(const scaled *h, int n)
     return 0;
 }
 
+/* About log2 of the squares of the terms that entry j of S'h is the sum of */
+KQ_KERNEL int32_t project_log(const num *S, const scaled *h, int n, int j)
+{
+    num total = 0;
+    (void)n;
+    S += column(j);
+    for (int i = 0; i <= j; i++) {
+        const num term = h[i] * S[i];
+        total += term * term;
+    }
+    return scaled_log(total);
+}
+
 static inline void root_take_exponent(num *S, int n, int l, const num *row, int width)
 {
     (void)S, (void)n, (void)l, (void)row, (void)width;

@@ -243,6 +243,18 @@ KQ_SHARED scaled mean_resolution(const scaled *h, int n)
     return scaled_shift(total, -48);
 }
 
+/* About log2 of the squares of the terms that entry j of S'h is the sum of: of the largest */
+KQ_KERNEL int32_t project_log(const int32_t *S, const scaled *h, int n, int j)
+{
+    int32_t most = lowest_exponent;
+    const int32_t *s = S + column(j), *E = exponents_of(S, n);
+    for (int i = 0; i <= j; i++) {
+        const int32_t exponent = h[i].exponent + E[i] - leading_zeros(magnitude(s[i]));
+        if (h[i].mantissa != 0 && s[i] != 0 && exponent > most) most = exponent;
+    }
+    return 2 * (most + 61);
+}
+
 /* The row's result takes the exponent of the row it was made in. */
 static inline void root_take_exponent(int32_t *S, int n, int l, const int32_t *row, int width)
 {

@@ -235,7 +235,7 @@ static void diffuse_take_known(start *s, const reading *z, int c, const scaled *
         tape->records = 0;
         filter_set_attached(f, &tape->attached);
     }
-    take_with_care(f, z, c, h, e, 0);
+    take_with_care(f, z, c, h, e);
     if (!tape) return;
     filter_set_attached(f, 0);
     for (uint32_t t = past_begin(s); tape->records && t < s->steps; t++) {
@@ -260,7 +260,7 @@ static void diffuse_take(start *s, const reading *z)
         const scaled e = scalar_innovation(s->filter, z, c);
         by.range = scaled_zero();
         if (s->unknowns && diffuse_sees(s, &by) && diffuse_define(s, z, c, &by, e)) continue;
-        if (s->unknowns == 0) take_with_care(s->filter, z, c, by.h, e, 0);
+        if (s->unknowns == 0) take_with_care(s->filter, z, c, by.h, e);
         else diffuse_take_known(s, z, c, by.h, e);
         if (!scaled_is_zero(by.range)) likelihood_unbound(&s->filter->last, by.range);
     }

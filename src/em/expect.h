@@ -134,7 +134,7 @@ static num *em_undo_predict(estimation *e, const em_places *w)
         rows[2 * n] = coordinate_dot(rows, v.a, n, n);
         row_times_root(rows, v.T, n, n);
     }
-    history_note(&e->history, theta_times_root(m, &v, n, SHAPE_AS_FOUND));
+    history_note(&e->history, theta_times_root(m, &v, n));
     for (int i = 0; explained && i < n; i++) {
         root_row(row, S, n, i);
         combine_rows(rows + i * width, row, v.M, 2 * n, i, n);

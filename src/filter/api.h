@@ -20,7 +20,6 @@
 const sensor_kind T(kq_sensor_independent) = {.take = take_independent, .watch = watch_independent, .plain = 1};
 const sensor_kind T(kq_sensor_lean) = {.take = take_lean};
 const sensor_kind T(kq_sensor_correlated) = {.take = take_correlated_reading,
-                                       .watch = watch_correlated,
                                        .row = correlated_row,
                                        .row_sizes = correlated_row_sizes,
                                        .innovation = correlated_innovation};

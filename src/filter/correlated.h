@@ -13,7 +13,7 @@ KQ_COLD KQ_NOINLINE static void take_correlated(filter *f, const reading *z)
         if (!(z->present >> c & 1)) continue;
         const scaled *h = scalar_row(z, c, buffer), e = scalar_innovation(f, z, c);
         if (take_scalar(f, z, c, h, 0, scalar_noise(z, c), e, n, MODE_GENERAL)) continue;
-        take_with_care(f, z, c, h, e, 0);
+        take_with_care(f, z, c, h, e);
     }
 }
 
@@ -26,19 +26,12 @@ KQ_COLD KQ_NOINLINE static void take_present(filter *f, const reading *z)
     take_correlated(f, &some);
 }
 
-KQ_COLD KQ_NOINLINE static void watch_correlated(filter *f, const reading *z)
-{
-    scaled buffer[KQ_SIZE_MAX];
-    const int c = watched_component(f, z);
-    if (c < z->sensor->components) take_with_care(f, z, c, scalar_row(z, c, buffer), (scaled){0}, 1);
-}
-
 static void update_correlated(filter *f, const reading *z)
 {
     likelihood_clear(&f->last);
     if (noise_is_of_others(z->sensor, z->present)) take_present(f, z);
     else take_correlated(f, z);
-    if (update_end(f)) watch_correlated(f, z);
+    update_end(f);
 }
 
 static kq_status take_correlated_reading(filter *f, const sensor *s, const num *z, uint32_t present)

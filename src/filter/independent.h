@@ -16,11 +16,11 @@ KQ_NOINLINE static int take_ordinary(filter *f, const reading *z, int c)
     return m;
 }
 
-KQ_COLD KQ_NOINLINE static void watch_independent(filter *f, const reading *z)
+/* A look after a step of compile-time sizes, which has none on its way */
+KQ_COLD KQ_NOINLINE static void watch_independent(filter *f, const sensor *s)
 {
-    const sensor *s = z->sensor;
-    const int c = watched_component(f, z);
-    if (c < s->components) take_with_care(f, z, c, s->measurement + c * s->states, scaled_zero(), 1);
+    const int c = watched_column(f->run.count, s->components);
+    watch_row(f, s->measurement + c * s->states, s->noise[c], WATCH_PERIOD_FIXED);
 }
 
 static void update_independent(filter *f, const reading *z)
@@ -29,9 +29,9 @@ static void update_independent(filter *f, const reading *z)
     const int n = z->sensor->states, m = z->sensor->components;
     likelihood_clear(&f->last);
     for (int c = 0; (c = take_ordinary(f, z, c)) < m; c++) {
-        take_with_care(f, z, c, H + c * n, component_innovation(f, z, c), 0);
+        take_with_care(f, z, c, H + c * n, component_innovation(f, z, c));
     }
-    if (update_end(f)) watch_independent(f, z);
+    update_end(f);
 }
 
 static kq_status take_independent(filter *f, const sensor *s, const num *z, uint32_t present)

@@ -118,20 +118,13 @@ KQ_COLD KQ_NOINLINE static void likelihood_run_fold(likelihood_run *p)
     compensated_carry(&p->sum);
 }
 
-/* One look in 73 or 74 measurements, the last at likelihood_part: sensors that take turns are all looked at. */
-KQ_INLINE int32_t looks_at(int32_t count) { return 7 * count >> 9; }
-
-/* Answers whether a look is due. */
-KQ_KERNEL int likelihood_run_add(likelihood_run *p, const likelihood *last)
+KQ_KERNEL void likelihood_run_add(likelihood_run *p, const likelihood *last)
 {
     compensated_add_next(&p->sum, last->nis);
     p->determinant = num_split(p->determinant * last->determinant, &p->exponent);
     p->exponent += last->exponent;
-    const int32_t before = looks_at(p->count);
     p->count += last->count;
-    if (looks_at(p->count) == before) return 0;
     if (p->count >= likelihood_part) likelihood_run_fold(p);
-    return 1;
 }
 
 KQ_COLD static int likelihood_run_is_possible(const likelihood_run *p)

@@ -151,19 +151,13 @@ KQ_COLD KQ_NOINLINE static void likelihood_run_fold(likelihood_run *p)
     }
 }
 
-/* One look in 73 or 74 measurements, the last at likelihood_part: sensors that take turns are all looked at. */
-KQ_INLINE int32_t looks_at(int32_t count) { return 7 * count >> 9; }
-
-/* A NIS is 2^61 at most.  Answers whether a look is due, or its sum is full. */
-KQ_KERNEL int likelihood_run_add(likelihood_run *p, const likelihood *last)
+/* A NIS is 2^61 at most. */
+KQ_KERNEL void likelihood_run_add(likelihood_run *p, const likelihood *last)
 {
     p->sum = sum_of(p->sum, last->nis, 62);
     p->determinant = scaled_times(p->determinant, last->determinant);
-    const int32_t before = looks_at(p->count);
     p->count += last->count;
-    if (p->sum < score_max && looks_at(p->count) == before) return 0;
-    likelihood_run_fold(p);
-    return 1;
+    if (p->sum >= score_max || p->count >= likelihood_part) likelihood_run_fold(p);
 }
 
 /* Can a call have left it?  Its exponent is what the last part has left of it, less than `likelihood_powers`,

@@ -8,6 +8,7 @@
 
 #include "attached.h"
 #include "match.h"
+#include "rounding.h"
 #include "twins.h"
 
 /* One scalar measurement */
@@ -20,7 +21,6 @@ typedef struct {
     scaled s, w;     /* the innovation variance, and e / s */
     int exact;       /* it has no noise */
     int sharp;       /* r is so far below s that the root has to be matched */
-    int watched;     /* it has been taken: its rounding is looked at */
 } low_noise_scalar;
 
 /*
@@ -195,74 +195,10 @@ KQ_COLD static void update_mean_to_end(filter *f, const low_noise_scalar *m, con
     }
 }
 
-/* An update that takes 2^-12 of a variance, looked at once, has the event: with those that are not looked at it is
-   1/56, 0.9 % of a sigma. */
-enum { LOSSES = 4096 };
-
-/*
- * An update takes f'f / s from the variance of a direction, f being S'h.  Where f is rounding, nothing has been
- * measured, and the sigma becomes too small.  S is rounded at each update: f_j by a part of the sizes of its terms.
- * This adds up over as many updates as P remembers, about s / f'f.  Up to that f_j counts.  Where all of f is less than
- * the rounding of one update, that counts instead.  Shares are rounded down to a power of 2 and add up.
- */
-KQ_COLD KQ_NOINLINE static void watch_rounding(filter *f, const low_noise_scalar *m, scaled *spare)
-{
-    const num *S = filter_root(f);
-    const int n = f->states;
-    scaled square = scaled_zero(), least = scaled_zero(), taken = scaled_zero();
-    for (int j = 0; j < n; j++) {
-        scaled sum = scaled_zero(), size = scaled_zero();
-        for (int i = 0; i <= j; i++) {
-            if (scaled_is_zero(m->h[i])) continue;
-            const scaled term = scaled_times(m->h[i], root_number(S, n, i, j)), term_size = scaled_magnitude(term);
-            scaled_add(&sum, &term);
-            scaled_add(&size, &term_size);
-        }
-        spare[j] = scaled_times(sum, sum);
-        spare[n + j] = scaled_times(scaled_times(size, size), num_watched);
-        scaled_add(&square, spare + j);
-        scaled_add(&least, spare + n + j);
-    }
-    if (scaled_is_zero(square) || !scaled_is_less(num_tiny, m->r)) return; /* what has no noise has a floor */
-    scaled s = scaled_plus(m->r, square);
-    const scaled remembered = scaled_over(s, square);
-    for (int j = 0; j < n; j++) {
-        const scaled most = scaled_times(scaled_times(spare[n + j], remembered), remembered);
-        scaled_add(&taken, scaled_is_less(most, spare[j]) ? &most : spare + j);
-    }
-    taken = scaled_times(scaled_is_less(square, least) ? least : taken, scaled_of_count(LOSSES));
-    uint32_t share = num_most_weak;
-    for (; share && scaled_is_less(taken, s); share >>= 1) s = scaled_shift(s, -1);
-    if (!share) return;
-    const uint32_t left = num_most_weak - f->weak;
-    if (share >= left) {
-        f->events |= KQ_EVENT_PRECISION;
-        share = left;
-    }
-    f->weak += share;
-}
-
-/* Which component is looked at: by turns, or the next one that is present; m: none is.  No division: small cores would
-   link one. */
-KQ_COLD static int watched_component(const filter *f, const reading *z)
-{
-    const int m = z->sensor->components;
-    int c = (int)(looks_at(f->run.count) & (KQ_SIZE_MAX - 1));
-    while (c >= m) c -= m;
-    for (int k = 0; k < m; k++) {
-        if (z->present >> c & 1) return c;
-        c = c + 1 < m ? c + 1 : 0;
-    }
-    return m;
-}
-
 KQ_COLD KQ_NOINLINE static void take_scalar_in(filter *f, low_noise_scalar *m, scaled *memory)
 {
     const low_noise_work w = low_noise_work_at(memory, f->states);
-    if (m->watched) {
-        watch_rounding(f, m, memory);
-        return;
-    }
+    if (is_watched(f)) watch_row(f, m->h, m->r, WATCH_PERIOD);
     if (!update_root(f, m, &w)) return;
     update_mean(f, w.b, m->w);
     if (m->sharp) update_mean_to_end(f, m, w.b);
@@ -287,16 +223,13 @@ KQ_COLD KQ_NOINLINE static void take_scalar_to_16(filter *f, low_noise_scalar *m
     take_scalar_in(f, m, memory);
 }
 
-/* Component c of a reading, of row h and innovation e.  watched: it has been taken, and what rounding has done to it
-   is looked at. */
-KQ_COLD KQ_NOINLINE static void take_with_care(filter *f, const reading *z, int c, const scaled *h, scaled e,
-                                               int watched)
+/* Component c of a reading, of row h and innovation e */
+KQ_COLD KQ_NOINLINE static void take_with_care(filter *f, const reading *z, int c, const scaled *h, scaled e)
 {
     low_noise_scalar m; /* the rest of it is found on the way */
     m.z = z;
     m.component = c;
     m.h = h;
-    m.watched = watched;
     m.r = scalar_noise(z, c);
     m.e = filter_is_wide(f) ? scalar_innovation(f, z, c) : e;
     if (f->states <= 2) take_scalar_to_2(f, &m);

@@ -3,6 +3,7 @@
 #define KQ_SRC_FILTER_UPDATE_H
 
 #include "attached.h"
+#include "rounding.h"
 #include "twins.h"
 
 /*
@@ -70,6 +71,7 @@ KQ_KERNEL int take_scalar(filter *f, const reading *z, int c, const scaled *h, i
     const int ordinary = surely || (!is_copy && is_ordinary(r, s, e));
     if ((may_ask && f->ready != FILTER_READY) || !ordinary) return 0;
     if (mode == MODE_GENERAL && f->attached) f->attached->hooks->record_update(f, h, row, 0, r, e, s);
+    if (mode == MODE_GENERAL && is_watched(f)) watch_rounding(f, h, row, r, s, WATCH_PERIOD);
     rotor end;
     rotate_root(&end, S, row, r, s, n);
     const num *gain = row; /* b = s K has taken the place of S'h */
@@ -93,11 +95,11 @@ KQ_INLINE void settle(filter *f, int n)
     renormalise(f->memory + MEAN_PLANES * n, n);
 }
 
-/* What ends an update.  Answers whether its components are to be watched (watch_scalar). */
-KQ_INLINE int update_end(filter *f)
+/* What ends an update */
+KQ_INLINE void update_end(filter *f)
 {
     settle(f, f->states);
-    return likelihood_run_add(&f->run, &f->last);
+    likelihood_run_add(&f->run, &f->last);
 }
 
 /* Component c of a sensor whose components are independent.  Where the mean has carries e is not yet

@@ -172,10 +172,17 @@ KQ_KERNEL void fixed_update_state(filter *f, const fixed_inputs *in, fixed_task 
 }
 
 /* The library looks at what rounding has done. */
-KQ_COLD KQ_NOINLINE static void fixed_watch(filter *f, const fixed_inputs *in)
+KQ_COLD KQ_NOINLINE static void fixed_watch(filter *f, const sensor *s)
 {
-    const reading now = {in->sensor, in->sensor->noise, in->z, UINT32_MAX};
-    if (in->sensor->kind->watch) in->sensor->kind->watch(f, &now);
+    if (s->kind->watch) s->kind->watch(f, s);
+}
+
+/* Answers whether a look is due. */
+KQ_KERNEL int fixed_run_add(filter *f)
+{
+    const int32_t before = f->run.count >> WATCH_PERIOD_FIXED;
+    likelihood_run_add(&f->run, &f->last);
+    return f->run.count >> WATCH_PERIOD_FIXED != before;
 }
 
 KQ_KERNEL void copy_unrolled(num *to, const num *from, int n)
@@ -204,11 +211,11 @@ KQ_KERNEL int fixed_run_copy(filter *f, const fixed_inputs *in, fixed_task task)
         if (!KQ_MOSTLY(copy.ready == FILTER_READY)) return NOT_PLAIN;
         if (!(task.options & KQ_FIXED_BARE)) {
             f->last = copy.last;
-            watches = likelihood_run_add(&f->run, &f->last);
+            watches = fixed_run_add(f);
         }
     }
     copy_unrolled(f->memory, state, task.n);
-    if (watches) fixed_watch(f, in);
+    if (watches) fixed_watch(f, in->sensor);
     if (copy.events & EVENT_WEAK) {
         copy.events ^= EVENT_WEAK;
         count_weak(f);
@@ -228,7 +235,7 @@ KQ_KERNEL int fixed_run_in_place(filter *f, const fixed_inputs *in, fixed_task t
     }
     if (task.updates) {
         fixed_update_state(f, in, task);
-        if (!(task.options & KQ_FIXED_BARE) && likelihood_run_add(&f->run, &f->last)) fixed_watch(f, in);
+        if (!(task.options & KQ_FIXED_BARE) && fixed_run_add(f)) fixed_watch(f, in->sensor);
     }
     return KQ_OK;
 }
@@ -294,7 +301,7 @@ KQ_KERNEL unsigned fixed_smooth_in(num *scratch, const history *h, num *state, c
     v.a = kept.a;
     v.T = kept.T;
     predict_root_of(v.predicted, state + MEAN_PLANES * n, m, v.W, v.pq, n, shape);
-    const unsigned events = theta_times_root(m, &v, n, shape);
+    const unsigned events = theta_times_root_of(m, &v, n, shape);
     take_coordinates(&v, n);
     return events | smoothed_state(state, v.a, v.T, n);
 }

@@ -199,51 +199,42 @@ KQ_INLINE extent predict_mean(num *x, const process *m, const num *u, num *t, in
 /* The scratch lives on the stack, in a few sizes. */
 #define PREDICT_SCRATCH(n) ((n)*ROW_LEN(n) + 2 * (n))
 
-KQ_KERNEL unsigned predict_with(num *x, num *S, const process *m, const num *u, num *scratch, int n,
-                                int shape)
+/* One text for all sizes of scratch */
+KQ_NOINLINE static unsigned predict_any(num *x, num *S, const process *m, const num *u,
+                                        num *scratch)
 {
+    const int n = m->states;
     num *pq = scratch + n * ROW_LEN(n);
-    const extent far = predict_mean(x, m, u, scratch, n, shape);
-    const extent of_root = shape == SHAPE_AS_FOUND ? predict_root(S, S, m, scratch, pq)
-                                                  : predict_root_of(S, S, m, scratch, pq, n, shape);
+    const extent far = predict_mean(x, m, u, scratch, n, SHAPE_AS_FOUND);
+    const extent of_root = predict_root(S, S, m, scratch, pq);
     renormalise(S, n);
     return state_saturated(x, S, n, extent_join(far, of_root));
 }
 
-/* One text for all sizes of scratch, where sizes are known at run time */
-KQ_NOINLINE static unsigned predict_any(num *x, num *S, const process *m, const num *u,
-                                        num *scratch)
-{
-    return predict_with(x, S, m, u, scratch, m->states, SHAPE_AS_FOUND);
-}
-
-KQ_OUTLINE unsigned predict_to_4(num *x, num *S, const process *m, const num *u, int n, int shape)
+KQ_NOINLINE static unsigned predict_to_4(num *x, num *S, const process *m, const num *u)
 {
     num scratch[PREDICT_SCRATCH(4)];
-    if (shape == SHAPE_AS_FOUND) return predict_any(x, S, m, u, scratch);
-    return predict_with(x, S, m, u, scratch, n, shape);
+    return predict_any(x, S, m, u, scratch);
 }
 
-KQ_OUTLINE unsigned predict_to_9(num *x, num *S, const process *m, const num *u, int n, int shape)
+KQ_NOINLINE static unsigned predict_to_9(num *x, num *S, const process *m, const num *u)
 {
     num scratch[PREDICT_SCRATCH(9)];
-    if (shape == SHAPE_AS_FOUND) return predict_any(x, S, m, u, scratch);
-    return predict_with(x, S, m, u, scratch, n, shape);
+    return predict_any(x, S, m, u, scratch);
 }
 
-KQ_OUTLINE unsigned predict_to_16(num *x, num *S, const process *m, const num *u, int n, int shape)
+KQ_NOINLINE static unsigned predict_to_16(num *x, num *S, const process *m, const num *u)
 {
     num scratch[PREDICT_SCRATCH(16)];
-    if (shape == SHAPE_AS_FOUND) return predict_any(x, S, m, u, scratch);
-    return predict_with(x, S, m, u, scratch, n, shape);
+    return predict_any(x, S, m, u, scratch);
 }
 
 /* Answers the events. */
-KQ_KERNEL unsigned predict_state(num *x, num *S, const process *m, const num *u, int n, int shape)
+KQ_KERNEL unsigned predict_state(num *x, num *S, const process *m, const num *u)
 {
-    if (n <= 4) return predict_to_4(x, S, m, u, n, shape);
-    if (n <= 9) return predict_to_9(x, S, m, u, n, shape);
-    return predict_to_16(x, S, m, u, n, shape);
+    if (m->states <= 4) return predict_to_4(x, S, m, u);
+    if (m->states <= 9) return predict_to_9(x, S, m, u);
+    return predict_to_16(x, S, m, u);
 }
 
 #endif

@@ -66,8 +66,8 @@ typedef struct {
    correlated components alone. */
 struct T(kq_sensor_kind) {
     kq_status (*take)(filter *f, const sensor *s, const num *z, uint32_t present);
-    /* What has rounding done to a reading that was taken?  NULL where nobody looks. */
-    void (*watch)(filter *f, const reading *z);
+    /* What has rounding done to a reading that a step of compile-time sizes has taken?  NULL where nobody looks. */
+    void (*watch)(filter *f, const sensor *s);
     const scaled *(*row)(const reading *z, int c, scaled *buffer);
     void (*row_sizes)(const reading *z, int c, scaled *sizes);
     scaled (*innovation)(const filter *f, const reading *z, int c);

@@ -66,7 +66,7 @@ static scaled smooth_back_reweighted(history *h, const process *m, const process
     h->process = before;
     predict_root(v.predicted, state + MEAN_PLANES * n, m, v.W, v.pq);
     const scaled square = scaled_times(q, noise_square(m, source, &v, &rank));
-    history_note(h, theta_times_root(m, &v, n, SHAPE_AS_FOUND));
+    history_note(h, theta_times_root(m, &v, n));
     take_coordinates(&v, n);
     history_note(h, smoothed_state(state, v.a, v.T, n));
     keep_state(h, state, n);

@@ -109,7 +109,7 @@ KQ_NOINLINE static scaled take_robust(filter *f, const reading *z, const robust_
     const unsigned others = f->events | ~(unsigned)KQ_EVENT_CONTRADICTION;
     if (!take_scalar(f, z, m->component, m->h, m->selected, *m->noise, m->e, f->states,
                      MODE_GENERAL)) {
-        take_with_care(f, z, m->component, m->h, m->e, 0);
+        take_with_care(f, z, m->component, m->h, m->e);
     }
     /* an outlier may say as little as it likes */
     if (scaled_is_less(weight, scaled_one)) f->events = (uint16_t)(f->events & others);
@@ -164,8 +164,7 @@ KQ_NOINLINE static void update_robust(filter *f, const sensor *s, const num *z, 
         if (how->weights) how->weights[c] = weight;
     }
     if (is_none_present(s, present)) return; /* the state keeps its very bits */
-    const sensor_kind *kind = base_kind(s);
-    if (update_end(f) && kind->watch) kind->watch(f, &now);
+    update_end(f);
 }
 
 kq_status T(kq_update_robust)(filter *f, const sensor *s, const num *z, uint32_t present, loss *how)

@@ -43,4 +43,18 @@ KQ_COLD KQ_NOINLINE static unsigned smoothing_events(const scaled *A, const num 
     return 0;
 }
 
+/*
+ * Is the smoothed sigma of state i, of the step that A leads to from x, between 1/2 and 4 roundings of what A x is the sum
+ * of?  Each predict rounds the mean so.  Below, the sigma cannot be told from 0.
+ */
+KQ_COLD KQ_NOINLINE static unsigned rounded_mean_events(const scaled *A, const num *x, const num *predicted, const num *smoothed,
+                                                        int i, int n)
+{
+    const scaled after = root_product(smoothed, n, i, i), rounding = mean_rounding(A + i * n, x, n, i);
+    if (!scaled_is_less(after, scaled_times(scaled_of_count(16), rounding))) return 0;
+    if (scaled_is_less(scaled_times(scaled_of_count(4), after), rounding)) return 0;
+    const scaled least = scaled_times(num_known_exactly, root_product(predicted, n, i, i));
+    return scaled_is_less(least, after) ? KQ_EVENT_PRECISION : 0;
+}
+
 #endif

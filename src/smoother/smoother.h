@@ -116,7 +116,7 @@ static unsigned undo_mean_and_root(const process *m, const num *S, const num *af
 {
     (void)after, (void)extras;
     predict_root(v->predicted, S, m, v->W, v->pq);
-    const unsigned events = theta_times_root(m, v, m->states, SHAPE_AS_FOUND);
+    const unsigned events = theta_times_root(m, v, m->states);
     take_coordinates(v, m->states);
     return events;
 }
@@ -128,7 +128,7 @@ static unsigned undo_with_extras(const process *m, const num *S, const num *afte
     unsigned events = 0;
     predict_root(v->predicted, S, m, v->W, v->pq);
     if (extras->noise_mean || extras->noise_covariance) events = smooth_process_noise(m, v, extras);
-    events |= theta_times_root(m, v, n, SHAPE_AS_FOUND);
+    events |= theta_times_root(m, v, n);
     if (extras->lag_one) smooth_lag_one(extras->lag_one, v, S, after, n);
     take_coordinates(v, n);
     return events;
@@ -169,6 +169,10 @@ static void smooth_back(history *h, const process *p, undo_predict *undo, const 
     h->process = before;
     history_note(h, undo(m, S, after, &v, extras));
     if (is_short) history_note(h, smoothing_events(m->transition, state, v.predicted, after, h->rounding, n));
+    if (!mean_widens && !states_only && (h->step & 3) == 0) {
+        const int i = watched_column((int32_t)(h->step >> 2), n);
+        history_note(h, rounded_mean_events(m->transition, state, v.predicted, after, i, n));
+    }
     const int is_short_now = !states_only && root_is_short(v.T, n);
     if (is_short_now) copy(v.predicted, S, ROOT_LEN(n));
     history_note(h, smoothed_state(state, v.a, states_only ? 0 : v.T, n));

@@ -92,7 +92,7 @@ KQ_KERNEL void row_times_root(num *row, const num *T, int count, int n)
 }
 
 /* M <- [Theta11 T, Theta12], spare <- Theta11 a.  Answers the events. */
-KQ_OUTLINE unsigned theta_times_root(const process *m, const workspace *v, int n, int shape)
+KQ_KERNEL unsigned theta_times_root_of(const process *m, const workspace *v, int n, int shape)
 {
     unsigned events = 0;
     KQ_UNROLL
@@ -105,6 +105,11 @@ KQ_OUTLINE unsigned theta_times_root(const process *m, const workspace *v, int n
         events |= coordinate_set(v->spare, n, k, mean);
     }
     return events;
+}
+
+KQ_NOINLINE static unsigned theta_times_root(const process *m, const workspace *v, int n)
+{
+    return theta_times_root_of(m, v, n, SHAPE_AS_FOUND);
 }
 
 /* Then xi's mean and root are ready: a <- Theta11 a, T <- tria M. */

@@ -1,7 +1,7 @@
 #!/bin/sh
 # linked.sh LIBRARY WORK: what a program does not use is not linked: what can be attached to a filter, robust
 # updates and the losses that it does not name, what takes innovations, what takes a correlated R apart, the roots of Q and P0, with lean sensors the full path of
-# low-noise measurements.  What it does use is, so that the names are right.
+# low-noise measurements.  What it does use is, so that the names are right.  A debug build links no code that only -O2 sees to be dead.
 # shellcheck disable=SC2086
 set -eu
 root=$(cd "$(dirname "$0")/../.." && pwd)
@@ -47,3 +47,23 @@ expect_hooks 'kq_instant_hooks_f32 ' -DWITH_INSTANT
 expect_hooks 'diffuse_hooks diffuse_tape_hooks kq_history_hooks_f32 ' -DWITH_START
 expect_hooks 'kq_adaptation_hooks_f32 ' -DWITH_ADAPTATION
 expect_hooks 'kq_freeze_hooks_f32 ' -DWITH_SETTLING
+
+bytes() { # of flash, of the program linked last
+    "${nm%nm}size" "$work/program" | awk 'NR == 2 { print $1 + $2 }'
+}
+expect_bytes() { # COMPILER LEVEL PERCENT FLAG: a debug build takes at most so much of what is linked at -O2
+    link "$4"
+    most=$(($(bytes) * $3 / 100)) release=$objects
+    core_select m4f "$1"
+    $compiler $include $profile -std=c11 "$2" -c "$root/src/kq_filter_f32.c" -o "$work/debug.o"
+    core_select m4f gcc
+    objects=$work/debug.o
+    link "$4"
+    objects=$release
+    echo "$1 $2: $(bytes) bytes, at most $most"
+    [ "$(bytes)" -le "$most" ] || { echo "too many" && exit 1; }
+}
+expect_bytes gcc -Og 110 -DLEAN
+expect_bytes gcc -Og 110 -DWITH_CORRELATION
+expect_bytes clang -O1 120 -DLEAN
+expect_bytes clang -O1 120 -DWITH_CORRELATION

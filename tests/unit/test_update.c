@@ -577,6 +577,36 @@ TEST(sigmas_below_rounding_are_an_event)
     }
 }
 
+/* A state that fades; each predict rounds it by about `share` of its sigma.  In f64 it is one number, and all of A x counts. */
+static unsigned events_of_fading(double share)
+{
+    HISTORY(past, 1, 1, LONG, 0);
+    static const num fades[] = {N(0.9)}, none[] = {0}, P[] = {1}, h[] = {1}, x[] = {1000};
+    const double sigma = EPS * (EPS > 1e-10 ? 100 : 900) / share;
+    const num R[] = {N(sigma * sigma / 0.19)};
+    num truth = x[0];
+    unsigned events = 0;
+    PROCESS(fading, 1, 0);
+    ASSERT_OK(K(process_init)(&fading, fades, NULL, none));
+    ASSERT_OK(K(sensor_init)(&gauge, h, R));
+    ASSERT_OK(K(filter_init)(&level, x, P));
+    ASSERT_OK(K(attach)(&level, &past.attached));
+    for (int t = 1; t < LONG; t++) {
+        ASSERT_OK(K(update)(&level, &gauge, &truth));
+        ASSERT_OK(K(predict)(&level, &fading, NULL));
+        truth *= fades[0];
+    }
+    ASSERT_OK(K(smooth)(&past));
+    for (size_t k = 0; k < LONG; k++) events |= K(events)(SMOOTHED(&past, k));
+    return events;
+}
+
+TEST(a_smoothed_sigma_of_a_few_roundings_is_an_event)
+{
+    TEST_ASSERT_EQUAL_HEX(0, events_of_fading(0x1p-10) & KQ_EVENT_PRECISION);
+    TEST_ASSERT_EQUAL_HEX(KQ_EVENT_PRECISION, events_of_fading(0.5) & KQ_EVENT_PRECISION);
+}
+
 TEST(a_smoothed_mean_is_rounded_once)
 {
     HISTORY(tape, 2, 2, 6, 0);

@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import Sequence
 
 from cases import (
-    CALLS, FIXED, FIXED_DENSE, GCC, LEAN, MODULES, NONLINEAR, REGIONS, ROOTS, RUNTIME, TEXTBOOK,
+    CALLS, EVEN, FIXED, FIXED_DENSE, GCC, LEAN, MODULES, NONLINEAR, REGIONS, ROOTS, RUNTIME, TEXTBOOK,
     Program,
 )
 from cores import BY_NAME, ROOT, Core, run, toolchain
@@ -19,7 +19,7 @@ FLAGS = ("-std=c11", "-ffp-contract=fast", "-Wall", "-Wextra")  # beside the lib
 HOST_FLAGS = ("-std=c11", "-O0", "-ffp-contract=off")
 # of the library's functions; what is not there is called as it is in the table
 CALLED = {
-    "lean": "step", "smooth": "smooth_step", "hard_update": "update", "hard_step": "step", "hard_smooth": "smooth_step",
+    "lean": "step", "dearest": "step", "smooth": "smooth_step", "hard_update": "update", "hard_step": "step", "hard_smooth": "smooth_step",
     "steady": "steady_step", "settling": "step", "gated": "update_robust", "huber": "update_robust",
     "student": "update_robust", "jump": "update_robust", "delayed": "update_delayed", "em": "em_iterate", "em_state": "em_iterate",
     "continuous": "process_init_continuous", "correlated": "process_init_correlated",
@@ -27,7 +27,7 @@ CALLED = {
 PARTS = ("filter", "steady", "adaptation", "em", "nonlinear")  # of an arithmetic
 SAMPLES = ("lag", "lag_states", "point", "adapted")  # functions of target/user.c
 STEPS = ("changed", "extended", "points")  # and of target/nonlinear.inc
-TEXTS = {MODULES: "modules.inc", NONLINEAR: "nonlinear.inc"}  # beside the filter's
+TEXTS = {MODULES: "modules.inc", NONLINEAR: "nonlinear.inc", EVEN: "even.inc"}  # beside the filter's
 OPTIONS = {FIXED: "KQ_FIXED_UPPER|KQ_FIXED_BARE", FIXED_DENSE: "KQ_FIXED_BARE"}
 PRINTER = ("prepare_q31", "filter_f64", "steady_f64", "status")  # what target/model.c needs of the library
 TEXTBOOK_PREFIX = {"textbook-f32": "textbook", "textbook-q16": "q16"}
@@ -162,7 +162,7 @@ def defined(wanted: Program) -> list[str]:
     asked = {
         f"KQ_COST_{numbers(wanted)}": True, "KQ_COST_TEXTBOOK": wanted.arithmetic in TEXTBOOK,
         "KQ_COST_FIXED": wanted.sizes != RUNTIME, "KQ_COST_MODULES": wanted.group == MODULES,
-        "KQ_COST_NONLINEAR": wanted.group == NONLINEAR, "KQ_COST_ROOTS": wanted.has(ROOTS),
+        "KQ_COST_NONLINEAR": wanted.group == NONLINEAR, "KQ_COST_EVEN": wanted.group == EVEN, "KQ_COST_ROOTS": wanted.has(ROOTS),
         "KQ_COST_LEAN": wanted.has(LEAN)}
     names = [name for name, is_so in asked.items() if is_so]
     return [f"-DCONTROLS={wanted.controls}", *(f"-D{name}" for name in names)]

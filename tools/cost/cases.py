@@ -16,8 +16,9 @@ MODULES = (
     "delayed", "adapted", "em", "em_state", "continuous", "correlated",
 )
 NONLINEAR = ("changed", "extended", "extended_predict", "extended_update", "points")
+EVEN = ("dearest",)  # of 500 settled steps
 FLOAT_ONLY = ("em", "em_state", "continuous", "correlated", "points")
-WHAT = (*FILTER, *MODULES, *NONLINEAR)
+WHAT = (*FILTER, *MODULES, *NONLINEAR, *EVEN)
 # the worst of these, over hard inputs; and whole programs, for their stack
 HARD = {"update": "hard_update", "step": "hard_step", ROOTS: "hard_step", "smooth": "hard_smooth"}
 CALLS = {"step": "filter_calls", ROOTS: "root_calls", LEAN: "lean_calls", "smooth": "smoother_calls"}
@@ -38,7 +39,7 @@ PROFILES = (GCC, CLANG, SMALL)
 FIXED_ON = {"f32": ("m4f", "m7", "m33"), "f64": ("m7",), "q31": ("m3",)}
 # What is beside the filter, on one core of each kind.
 MODULES_ON = {"f32": ("m4f",), "f64": ("m7",), "q31": ("m0", "m3", "rv32")}
-NONLINEAR_ON = {"f32": ("m4f",), "q31": ("m3",)}
+NONLINEAR_ON = EVEN_ON = {"f32": ("m4f",), "q31": ("m3",)}
 
 
 # ---- programs --------------------------------------------------------------------------------
@@ -114,6 +115,8 @@ def groups_of(core: Core, arithmetic: str, sizes: str, profile: str) -> tuple[tu
         groups += (MODULES,)
     if sizes == RUNTIME and profile != CLANG and core.name in NONLINEAR_ON.get(arithmetic, ()):
         groups += (NONLINEAR,)
+    if sizes == RUNTIME and profile == GCC and core.name in EVEN_ON.get(arithmetic, ()):
+        groups += (EVEN,)
     return groups
 
 

@@ -1,0 +1,74 @@
+/*
+ * What rounding does to the root, looked at: of one measurement in WATCH_PERIOD one column, so that no update costs much
+ * more than another.
+ */
+#ifndef KQ_SRC_FILTER_ROUNDING_H
+#define KQ_SRC_FILTER_ROUNDING_H
+
+#include "state.h"
+
+/* Scalar measurements between looks, as powers of 2: an update, and a step of compile-time sizes */
+enum { WATCH_PERIOD = 3, WATCH_PERIOD_FIXED = 6 };
+
+/* An update that takes 1/56 of a variance, 0.9 % of a sigma, has the event.  What is below is rounded down, by 1.4. */
+enum { LOSSES = 80 };
+
+/* Is a look due?  At another place of each 8, so that each component of a sensor is looked at. */
+KQ_KERNEL int is_watched(const filter *f)
+{
+    const int32_t count = f->run.count + f->last.count;
+    return ((count + (count >> WATCH_PERIOD)) & ((1 << WATCH_PERIOD) - 1)) == 0;
+}
+
+/* Which of n: all of them as often, at each component, too (multiples of the golden ratio) */
+KQ_COLD static int watched_column(int32_t look, int n)
+{
+    return (int)((((uint32_t)look * UINT32_C(40503) & 0xffff) * (uint32_t)n) >> 16);
+}
+
+/* Adds weight 2^-down to the losses, of which 1 is too much. */
+KQ_COLD static void add_losses(filter *f, uint32_t weight, int32_t down)
+{
+    const int32_t up = 31 - leading_zeros(num_most_weak) - down;
+    const uint32_t left = num_most_weak - f->weak;
+    uint32_t share = down < 32 && weight >> down ? left : up >= 0 ? weight << up : weight >> -up;
+    if (share >= left) {
+        f->events |= KQ_EVENT_PRECISION;
+        share = left;
+    }
+    f->weak += share;
+}
+
+/*
+ * An update takes f'f / s from the variance of a direction, f being S'h.  Where f is rounding, nothing has been
+ * measured, and the sigma becomes too small.  S is rounded at each update: f_j by a part of the sizes of its terms.
+ * This adds up over as many updates as P remembers, about s / f'f.  Up to that f_j counts.  Where all of f is less than
+ * the rounding of one update, that counts instead.  All as powers of 2, rounded down.
+ */
+KQ_COLD KQ_NOINLINE static void watch_rounding(filter *f, const scaled *h, const num *row, scaled r, scaled s, int period)
+{
+    enum { MOST_REMEMBERED = 22 };                           /* s - r is rounded */
+    const int32_t least = 48 - leading_zeros(num_most_weak); /* nothing is left of a weight below 2^17 by it */
+    const int n = f->states, j = watched_column((f->run.count + f->last.count) >> period, n);
+    const int32_t all = scaled_log(s), square = scaled_log(scaled_minus(s, r));
+    const int32_t remembered = all - square < MOST_REMEMBERED ? all - square : MOST_REMEMBERED;
+    const int32_t rounding = num_watched + project_log(filter_root(f), h, n, j);
+    int32_t taken = rounding + 2 * remembered;
+    if (all - taken > least) return;
+    const int32_t own = 2 * scaled_log(row_entry(row, n, j));
+    if (own < taken) taken = own;
+    if (square < rounding) taken = rounding;
+    const int32_t down = all < taken ? 0 : all - taken;
+    if (down <= least) add_losses(f, (uint32_t)(LOSSES * n) << period, down);
+}
+
+/* The same of a measurement that is not on the ordinary path.  What has no noise has a floor. */
+KQ_COLD KQ_NOINLINE static void watch_row(filter *f, const scaled *h, scaled r, int period)
+{
+    num row[ROW_LEN(KQ_SIZE_MAX)];
+    if (!scaled_is_less(num_tiny, r)) return;
+    project(row, filter_root(f), h, f->states);
+    watch_rounding(f, h, row, r, add_square(r, row, f->states), period);
+}
+
+#endif
