@@ -19,7 +19,7 @@ FLAGS = ("-std=c11", "-ffp-contract=fast", "-Wall", "-Wextra")  # beside the lib
 HOST_FLAGS = ("-std=c11", "-O0", "-ffp-contract=off")
 # of the library's functions; what is not there is called as it is in the table
 CALLED = {
-    "lean": "step", "dearest": "step", "smooth": "smooth_step", "hard_update": "update", "hard_step": "step", "hard_smooth": "smooth_step",
+    "lean": "step", "hard_lean": "step", "dearest": "step", "smooth": "smooth_step", "hard_update": "update", "hard_step": "step", "hard_smooth": "smooth_step",
     "steady": "steady_step", "settling": "step", "gated": "update_robust", "huber": "update_robust",
     "student": "update_robust", "jump": "update_robust", "delayed": "update_delayed", "em": "em_iterate", "em_state": "em_iterate",
     "continuous": "process_init_continuous", "correlated": "process_init_correlated",

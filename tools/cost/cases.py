@@ -20,7 +20,7 @@ EVEN = ("dearest",)  # of 500 settled steps
 FLOAT_ONLY = ("em", "em_state", "continuous", "correlated", "points")
 WHAT = (*FILTER, *MODULES, *NONLINEAR, *EVEN)
 # the worst of these, over hard inputs; and whole programs, for their stack
-HARD = {"update": "hard_update", "step": "hard_step", ROOTS: "hard_step", "smooth": "hard_smooth"}
+HARD = {"update": "hard_update", "step": "hard_step", ROOTS: "hard_step", "smooth": "hard_smooth", LEAN: "hard_lean"}
 CALLS = {"step": "filter_calls", ROOTS: "root_calls", LEAN: "lean_calls", "smooth": "smoother_calls"}
 HIDDEN = (*dict.fromkeys(HARD.values()), *CALLS.values())
 COUNTED = tuple(what for what in WHAT if what != ROOTS)
@@ -86,6 +86,7 @@ class Program:
         if self.group != FILTER or self.arithmetic in TEXTBOOK:
             return own
         left_out = tuple(CALLS[what] for what in (ROOTS, LEAN) if not self.has(what))
+        left_out += () if self.has(LEAN) else (HARD[LEAN],)
         return own + tuple(each for each in HIDDEN if each not in left_out)
 
     def smooths(self, n: int) -> bool:

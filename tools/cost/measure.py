@@ -98,8 +98,8 @@ def stack_worst(calls: dict[str, Counted], what: str) -> int | None:
     if CALLS.get(what) not in calls:
         return None
     if what == LEAN:  # whatever has another sensor is not of it
-        return max(calls[name].stack for name in (LEAN, CALLS[LEAN]))
-    without = {LEAN, *CALLS.values()} - {CALLS[what]}
+        return max(calls[name].stack for name in (LEAN, CALLS[LEAN], HARD[LEAN]))
+    without = {LEAN, HARD[LEAN], *CALLS.values()} - {CALLS[what]}
     if what == "smooth":
         without.remove(CALLS["step"])  # and so does this one
     else:
