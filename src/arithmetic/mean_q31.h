@@ -287,4 +287,14 @@ KQ_COLD KQ_NOINLINE static scaled mean_residual_carried(int32_t z, const scaled 
     return scaled_of(shift_up_wide(high, 32, 63) + (int64_t)((uint64_t)low & UINT32_MAX), -26);
 }
 
+/* What mean_residual lacks of a mean with carries, to the last bits of a number: less code than mean_residual_carried.
+   A carry stands at 2^32 words, and was read as one at 1. */
+KQ_COLD KQ_NOINLINE static void mean_take_carries(scaled *e, const scaled *h, const int32_t *x, int n)
+{
+    for (int k = 0; k < n; k++) {
+        const scaled read = scaled_of_word(-(x[n + k] >> 24)), lacking = scaled_minus(scaled_shift(read, 32), read);
+        scaled_add_times(e, h + k, &lacking);
+    }
+}
+
 #endif

@@ -37,7 +37,8 @@ KQ_NOINLINE static int take_stage(filter *f, const reading *z, int c, scaled *le
     const int from = selected ? selected - 1 : 0, to = selected ? selected : n;
     const scaled *h = z->sensor->measurement + c * n, given = *left;
     num row[ROW_LEN(KQ_SIZE_MAX)], *S = filter_root(f);
-    const scaled e = filter_is_wide(f) ? component_innovation(f, z, c) : mean_residual(z->z[c], h, f->memory, n, from, to);
+    scaled e = mean_residual(z->z[c], h, f->memory, n, from, to);
+    if (filter_is_wide(f)) mean_take_carries(&e, h, f->memory, n);
     if (selected) project_selected(row, S, h[from], from, n);
     else project(row, S, h, n);
     const scaled variance = add_square(given, row, n);
