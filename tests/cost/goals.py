@@ -56,11 +56,13 @@ class Goal:
 # A real program at n = 2: its deepest stack
 STACKS = (("m4f", "f32", 480), ("m3", "q31", 850), ("m0", "q31", 900), ("avr", "f32", 400), ("avr", "q31", 900))
 # The same with lean sensors and constant tables: bytes of flash
-LEAN = (("m4f", "f32", 5050), ("m3", "q31", 9000), ("m0", "q31", 9900), ("avr", "f32", 12900),
-        ("avr", "q31", 25030))  # fmt: skip
+LEAN = (("m4f", "f32", 5600), ("m3", "q31", 9000), ("m0", "q31", 10050), ("avr", "f32", 12900),
+        ("avr", "q31", 29800))  # fmt: skip
+# The dearest step of a lean filter, times the settled one
+LEAN_WORST = (("m4f", "f32", 3.6), ("m3", "q31", 3.6), ("m0", "q31", 3.6))
 # Instructions of a step at n states
 STEPS = (
-    ("m4f", "f32", RUNTIME, {2: 855, 4: 1989, 9: 7120}),
+    ("m4f", "f32", RUNTIME, {2: 860, 4: 1989, 9: 7120}),
     ("m3", "q31", RUNTIME, {2: 2750, 4: 6754, 9: 21894}),
     ("m0", "q31", RUNTIME, {4: 16635, 9: 58631}),
     ("m4f", "f32", FIXED, {3: 225, 4: 500}),
@@ -106,6 +108,11 @@ GOALS = (
         Goal(core, kind, n, RUNTIME, "update", most, "instructions_worst", of="instructions")
         for core, kind, most in WORST
         for n in (1, 2, 3)
+    ),
+    *(
+        Goal(core, kind, n, RUNTIME, "lean", most, "instructions_worst", of="instructions")
+        for core, kind, most in LEAN_WORST
+        for n in (2, 4, 9)
     ),
     *(Goal(core, kind, n, RUNTIME, "dearest", DEAREST, of="step") for core, kind in (("m4f", "f32"), ("m3", "q31")) for n in (2, 4, 9)),
     *of_nonlinear(),
