@@ -142,6 +142,8 @@ KQ_COLD static int update_root(filter *f, low_noise_scalar *m, const low_noise_w
         if (f->attached) f->attached->hooks->record_nothing(f);
         return 0;
     }
+    /* a sharp one tells more than what rounding adds to it */
+    if (!scaled_is_less(m->r, low_noise_share(m->s)) && is_watched(f)) watch_row(f, m->h, m->r, WATCH_PERIOD);
     if (rows_share_exponents) note_condition(f, w->b);
     tell_scalar(f, m, w);
     /* where a sigma was at rounding before this instant's low-noise measurements, as q31's may, it is not theirs that is
@@ -198,7 +200,6 @@ KQ_COLD static void update_mean_to_end(filter *f, const low_noise_scalar *m, con
 KQ_COLD KQ_NOINLINE static void take_scalar_in(filter *f, low_noise_scalar *m, scaled *memory)
 {
     const low_noise_work w = low_noise_work_at(memory, f->states);
-    if (is_watched(f)) watch_row(f, m->h, m->r, WATCH_PERIOD);
     if (!update_root(f, m, &w)) return;
     update_mean(f, w.b, m->w);
     if (m->sharp) update_mean_to_end(f, m, w.b);
