@@ -289,7 +289,7 @@ def test_what_has_no_step_or_no_times_is_refused_in_one_line(tmp_path):
     for said, do in (("dt is missing: the rows before have times", lambda f: (f.predict(dt=1.0), f.predict())),
                      ("row 0: the time is not after the one before", lambda f: (f.run([0, 0], times=[0, 1]), f.run([0], times=[1]))),
                      ("times are missing", lambda f: (f.run([0, 0], times=[0, 1]), f.run([0]))),
-                     ("dt: 0 is not a number above 0", lambda f: f.predict(dt=0))):
+                     ("dt: not a number or a duration above 0", lambda f: f.predict(dt=0))):
         with pytest.raises(KalmanqError, match=said):
             do(NonlinearFilter(model))
     (tmp_path / "m.py").write_text(FIXED)
