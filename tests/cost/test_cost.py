@@ -152,8 +152,8 @@ class Calls(unittest.TestCase):
         calls["filter_calls"], calls["root_calls"] = Counted(stack=200), Counted(stack=95)
         self.assertEqual(stack_worst(calls, "roots"), 95)
         self.assertEqual(stack_worst(calls, "step"), 200)
-        calls["lean"], calls["lean_calls"] = Counted(stack=50), Counted(stack=60)
-        self.assertEqual(stack_worst(calls, "lean"), 60)
+        calls["lean"], calls["lean_calls"], calls["hard_lean"] = Counted(stack=50), Counted(stack=60), Counted(stack=300)
+        self.assertEqual(stack_worst(calls, "lean"), 300)
         self.assertEqual(stack_worst(calls, "step"), 200)
         self.assertIsNone(stack_worst(calls, "predict"))
 
