@@ -179,7 +179,7 @@ KQ_NODISCARD kq_status kq_predict_f64(kq_filter_f64 *f, const kq_process_f64 *p,
  * components that may repeat each other into one sensor: a later call may take their rounding for information.  A
  * noise-free component can leave a state with sigma 0, and may measure it again.
  * Cost: 2 n^2 multiplications, n square roots, 2n divisions a component.  A correlated R adds m n / 2 multiplications
- * a component; a row of H that selects one state saves n^2 / 2.  With a low-noise measurement up to 5 times as much at
+ * a component; a row of H that selects one state saves n^2 / 2.  With a low-noise measurement up to 4 times as much at
  * n = 2, 8 times at n = 9 (instructions_worst in tools/cost.csv).  One component in 8 also has its rounding looked at
  * (kq_predict): at most 2 n multiplications more in that call. */
 KQ_NODISCARD kq_status kq_update_f32(kq_filter_f32 *f, const kq_sensor_f32 *s, const float *z);
