@@ -26,14 +26,14 @@ KQ_INLINE void move_lean_mean(filter *f, const num *b, const num *S, scaled w, i
 
 /*
  * One stage of component c: the noise *left becomes that of what is left of it.  least: the least h'P h that is more than
- * rounding; 0 of the first stage, which is recorded and scored, with noise and variance as given.  Answers STAGE_..., and has
+ * rounding.  The first stage is recorded and scored, with noise and variance as given.  Answers STAGE_..., and has
  * done nothing where the variance overflows or says nothing.
  */
 enum { STAGE_REFUSED, STAGE_LAST, STAGE_MORE };
 
-KQ_NOINLINE static int take_stage(filter *f, const reading *z, int c, scaled *left, scaled least)
+KQ_NOINLINE static int take_stage(filter *f, const reading *z, int c, scaled *left, scaled least, int is_first)
 {
-    const int n = f->states, selected = z->sensor->selects[c], is_first = scaled_is_zero(least);
+    const int n = f->states, selected = z->sensor->selects[c];
     const int from = selected ? selected - 1 : 0, to = selected ? selected : n;
     const scaled *h = z->sensor->measurement + c * n, given = *left;
     num row[ROW_LEN(KQ_SIZE_MAX)], *S = filter_root(f);
@@ -83,7 +83,7 @@ KQ_INLINE int take_lean_component(filter *f, const reading *z, int c)
 {
     scaled left = z->noise[c], least = scaled_zero();
     for (int stage = 1;; stage++) {
-        const int answer = take_stage(f, z, c, &left, least);
+        const int answer = take_stage(f, z, c, &left, least, stage == 1);
         if (answer == STAGE_LAST || (answer == STAGE_REFUSED && stage == 1)) return answer;
         if (answer == STAGE_REFUSED || stage == LEAN_STAGES) break;
         least = stage_begin(f, z, c);
