@@ -674,6 +674,7 @@ TEST_FLOAT(a_component_is_scored_once)
     TEST_ASSERT_EQUAL_INT(3, S(taken)(&twin));
     ASSERT_OK(S(filter_check)(&twin));
 }
+
 TEST_FLOAT(beyond_the_numbers)
 {
     z_value[1] = NUM_MAX;
