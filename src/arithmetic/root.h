@@ -75,29 +75,26 @@ static void root_square(scaled *restrict P, const num *restrict S, int n)
  * Is the condition number of S, its rows scaled to norm 1, too large?  It is |S^-1 D|, found column by column.
  * Rows that are rounded by a part of their norm move the sigma of the combination that is known best by that
  * many such parts.  is_singular: the answer where a state is known exactly, given those behind it, if not 0; such a state
- * has no such sigma.  v: scratch, n
+ * has no such sigma.
  */
-KQ_COLD KQ_NOINLINE static int root_is_ill_conditioned(const num *S, int n, int is_singular, scaled *v)
+KQ_COLD KQ_NOINLINE static int root_is_ill_conditioned(const num *S, int n, int is_singular)
 {
-    const scaled zero = scaled_zero();
-    scaled total = zero;
+    num v[KQ_SIZE_MAX];
+    sum total = 0;
     for (int j = 0; j < n; j++) {
-        v[j] = scaled_root(root_product(S, n, j, j));
-        if (scaled_is_zero(v[j])) continue;
-        for (int i = j; i >= 0; i--) {
-            const scaled own = root_number(S, n, i, i);
-            if (i < j) v[i] = zero;
-            for (int k = i + 1; k <= j; k++) {
-                const scaled part = scaled_negative(scaled_times(root_number(S, n, i, k), v[k]));
-                scaled_add(v + i, &part);
-            }
-            if (i == j && scaled_is_zero(own) && is_singular) return is_singular;
-            if (i == j && scaled_is_zero(own)) break;
-            v[i] = scaled_is_zero(own) ? zero : scaled_over(v[i], own);
-            total = scaled_add_square(total, v[i]);
+        const num sigma = word_of_row(scaled_root(root_product(S, n, j, j)), S, n, j), *own = S + column(j) + j;
+        v[j] = 0;
+        if (sigma == 0) continue;
+        if (*own == 0 && is_singular) return is_singular;
+        for (int i = *own == 0 ? -1 : j; i >= 0; i--) {
+            sum left = i == j ? add_product(0, sigma, inverse_one) : 0;
+            for (int k = i + 1; k <= j; k++) left = add_product(left, -S[column(k) + i], v[k]);
+            v[i] = entry_of_inverse(left, S[column(i) + i]);
+            total = add_product(total, v[i], v[i]);
+            if (inverse_is_large(total)) return 1;
         }
     }
-    return !scaled_is_less(total, num_most_condition);
+    return 0;
 }
 
 #endif

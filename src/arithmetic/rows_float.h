@@ -143,6 +143,20 @@ static inline void root_grow(num *S, scaled c, int n)
     for (int k = 0; k < KQ_TRIANGLE(n); k++) S[k] += c * S[k];
 }
 
+/* A number in units of row i */
+static inline num word_of_row(scaled a, const num *S, int n, int i)
+{
+    (void)S, (void)n, (void)i;
+    return a;
+}
+
+/* Of the inverse of S, its rows scaled to norm 1: 1, an entry, and the square of what is too large */
+static const num inverse_one = 1;
+
+static inline num entry_of_inverse(sum left, num own) { return own == 0 ? 0 : left / own; }
+
+static inline int inverse_is_large(sum square) { return !(square < num_most_condition); }
+
 static inline void row_fitted(num *row, const scaled *entries, int width)
 {
     for (int k = 0; k < width; k++) row[k] = entries[k];

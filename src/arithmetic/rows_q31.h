@@ -215,6 +215,24 @@ static inline int32_t fitted_word(scaled entry, int32_t exponent)
     return entry.mantissa ? shift_down_rounded(entry.mantissa, exponent - entry.exponent) : 0;
 }
 
+/* A number in units of row i */
+static inline int32_t word_of_row(scaled a, const int32_t *S, int n, int i)
+{
+    return fitted_word(a, S[KQ_TRIANGLE(n) + i]);
+}
+
+/* Of the inverse of S, its rows scaled to norm 1, words that are held at 2^30: that is the root of num_most_condition,
+   2^27. */
+static const int32_t inverse_one = 8;
+
+KQ_COLD static inline int32_t entry_of_inverse(sum left, int32_t own)
+{
+    if (own == 0 || left == 0) return 0;
+    return (int32_t)held_within(word_of(scaled_over(scaled_of(left, 0), scaled_of(own, 0))), INT64_C(1) << 30);
+}
+
+static inline int inverse_is_large(sum square) { return square >= INT64_C(1) << 60; }
+
 /* Numbers into one row as long as it may be */
 static inline void row_fitted(int32_t *row, const scaled *entries, int width)
 {

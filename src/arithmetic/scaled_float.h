@@ -50,7 +50,8 @@ static inline scaled scaled_add_square(scaled total, scaled a) { return total + 
 static inline scaled scaled_root(scaled a) { return num_root(a); }
 static inline scaled scaled_of_word(num a) { return a; }
 static inline int scaled_is_less(scaled a, scaled b) { return a < b; }
-/* floor(log2 |a|); of 0 it is less than that of any other */
+
+/* floor(log2 |a|), least for a = 0 */
 static inline int32_t scaled_log(scaled a)
 {
     const uint32_t biased = num_top_bits(a) << 1 >> (32 - num_exponent_bits);

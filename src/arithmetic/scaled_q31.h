@@ -222,7 +222,7 @@ KQ_INLINE int scaled_is_less(scaled a, scaled b)
     return words_are_less(a.mantissa, a.exponent, b.mantissa, b.exponent);
 }
 
-/* floor(log2 |a|); of 0 it is less than that of any other */
+/* floor(log2 |a|), least for a = 0 */
 static inline int32_t scaled_log(scaled a) { return a.mantissa ? a.exponent + 30 : -32768; }
 
 static inline scaled scaled_magnitude(scaled a)

@@ -61,7 +61,7 @@ static int diffuse_sees(const start *s, sight *by)
         by->fresh[j] = size;
         const scaled error = hypotenuse(by->error, size);
         sees |= is_significant(t.value, error);
-        may_see |= is_significant(scaled_shift(t.value, 2), error);
+        may_see |= is_significant(t.value, scaled_shift(error, -2));
         surely |= is_significant(scaled_shift(t.value, -1), error);
     }
     if (may_see && !surely) s->filter->events |= KQ_EVENT_PRECISION;

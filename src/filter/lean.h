@@ -1,8 +1,8 @@
 /*
- * The update by a sensor without the careful path.  A measurement of low noise is taken in stages, each by the ordinary
- * kernel: with the least noise r1 that this bears, then what that leaves of the measurement, which is the same z with the
- * noise r r1 / (r1 - r), of the state as it is by then.  What is left of h'P h may be less than rounding makes of it:
- * to measure that would take variance from other directions.  No stage does.
+ * The update by a sensor without the careful path.  A measurement of low noise r is taken in stages, each by the ordinary
+ * kernel.  The first has the least noise r1 that this kernel bears.  What is left of the measurement is the same z with the
+ * noise r r1 / (r1 - r), and the next stage takes it.  No stage measures less of h'P h than rounding makes of it: that would
+ * take variance from other directions.
  */
 #ifndef KQ_SRC_FILTER_LEAN_H
 #define KQ_SRC_FILTER_LEAN_H
@@ -25,8 +25,8 @@ KQ_INLINE void move_lean_mean(filter *f, const num *b, const num *S, scaled w, i
 }
 
 /*
- * One stage of component c: the noise *left becomes that of what is left of it.  least: the least h'P h that is more than
- * rounding.  The first stage is recorded and scored, with noise and variance as given.  Answers STAGE_..., and has
+ * One stage of component c.  *left: the noise of what has not been taken, before and after.  least: the least h'P h that
+ * is more than rounding.  The first stage is recorded and scored, with noise and variance as given.  Answers STAGE_..., and has
  * done nothing where the variance overflows or says nothing.
  */
 enum { STAGE_REFUSED, STAGE_LAST, STAGE_MORE };

@@ -96,9 +96,9 @@ KQ_COLD static int innovation_counts(filter *f, const low_noise_scalar *m, scale
  * variance where sharp ones that came at other instants have left it; it is seen where the innovation is
  * that far beyond its sigma.
  */
-KQ_COLD static int contradicts(const low_noise_scalar *m)
+KQ_COLD static int contradicts(const low_noise_scalar *m, scaled nis)
 {
-    return m->sharp && scaled_is_less(num_most_sure, scaled_times(m->e, m->w));
+    return m->sharp && scaled_is_less(num_most_sure, nis);
 }
 
 /* Is its innovation rounded by a 16th of its sigma, or more?  Where h takes a state as it is a pair does not round. */
@@ -126,10 +126,11 @@ KQ_COLD KQ_NOINLINE static void tell_scalar(filter *f, low_noise_scalar *m, cons
     m->r = least_noise(m->r, m->s, m->h, f->states);
     m->w = scaled_over(m->e, m->s);
     m->sharp = scaled_is_less(m->r, low_noise_share(m->s));
+    if (!m->sharp && !m->exact && is_watched(f)) watch_row(f, m->h, m->r, WATCH_PERIOD); /* a sharp one outweighs rounding */
     if (f->attached) f->attached->hooks->record_update(f, m->h, 0, w->f, m->r, m->e, m->s);
-    likelihood_add(&f->last, scaled_times(m->e, m->w),
-                   physical_variance(m->z->sensor, m->component, m->s));
-    if (contradicts(m)) f->events |= KQ_EVENT_CONTRADICTION;
+    const scaled nis = scaled_times(m->e, m->w);
+    likelihood_add(&f->last, nis, physical_variance(m->z->sensor, m->component, m->s));
+    if (contradicts(m, nis)) f->events |= KQ_EVENT_CONTRADICTION;
     if (!mean_widens && innovation_is_rounded(f, m)) f->events |= KQ_EVENT_PRECISION;
 }
 
@@ -142,14 +143,12 @@ KQ_COLD static int update_root(filter *f, low_noise_scalar *m, const low_noise_w
         if (f->attached) f->attached->hooks->record_nothing(f);
         return 0;
     }
-    /* a sharp one tells more than what rounding adds to it */
-    if (!scaled_is_less(m->r, low_noise_share(m->s)) && is_watched(f)) watch_row(f, m->h, m->r, WATCH_PERIOD);
-    if (rows_share_exponents) note_condition(f, w->b);
+    if (rows_share_exponents) note_condition(f);
     tell_scalar(f, m, w);
     /* where a sigma was at rounding before this instant's low-noise measurements, as q31's may, it is not theirs that is
        lost */
-    const int was_ill = rows_share_exponents && m->sharp && !(f->ready & FILTER_LOW_NOISE) &&
-                        root_is_ill_conditioned(filter_root(f), f->states, 1, w->b);
+    const int was_ill = rows_share_exponents && m->sharp && !m->exact && !(f->ready & FILTER_LOW_NOISE) &&
+                        root_is_ill_conditioned(filter_root(f), f->states, 1);
     const int narrows = m->sharp && !m->exact && !was_ill;
     rotate_root_apart(filter_root(f), m->h, m->r, m->exact, w, m->sharp, f->states);
     if (m->sharp) filter_set_ready(f, f->ready | FILTER_LOW_NOISE | (narrows ? FILTER_NARROW : 0));
@@ -166,11 +165,11 @@ KQ_COLD KQ_NOINLINE static void update_mean(filter *f, const scaled *b, scaled w
     filter_note_move(f, events);
 }
 
-/* Was the prediction 2^16 times as large as what was measured?  What the rounding of its innovation
-   leaves is far beyond the last bit of x then.  In fixed point it never is. */
+/* Was the prediction further off than what was measured is large?  What the rounding of its innovation
+   leaves is beyond the last bit of x then.  In fixed point it never is. */
 KQ_COLD static int was_far_off(const low_noise_scalar *m)
 {
-    const scaled z = scaled_shift(scaled_of_word(m->z->z[m->component]), 16);
+    const scaled z = scaled_of_word(m->z->z[m->component]);
     return !mean_widens && scaled_is_less(scaled_magnitude(z), scaled_magnitude(m->e));
 }
 

@@ -48,11 +48,11 @@ KQ_COLD KQ_NOINLINE static void filter_saturate(filter *f)
 KQ_KERNEL int filter_is_wide(const filter *f) { return mean_widens && (f->ready & FILTER_WIDE); }
 
 /* What a low-noise measurement has told may be lost where S is rounded next, and later measurements bring that
-   into sigmas.  spare: scratch, n */
-KQ_COLD KQ_NOINLINE static void note_condition(filter *f, scaled *spare)
+   into sigmas. */
+KQ_COLD KQ_NOINLINE static void note_condition(filter *f)
 {
     if (!(f->ready & FILTER_NARROW)) return;
-    if (root_is_ill_conditioned(filter_root(f), f->states, 0, spare)) f->events |= KQ_EVENT_PRECISION;
+    if (root_is_ill_conditioned(filter_root(f), f->states, 0)) f->events |= KQ_EVENT_PRECISION;
 }
 
 /* What was attached before is not looked at: it may be gone. */

@@ -11,8 +11,7 @@
 /* After a low-noise measurement */
 KQ_COLD KQ_NOINLINE static void predict_ends_low_noise(filter *f)
 {
-    scaled spare[KQ_SIZE_MAX];
-    note_condition(f, spare);
+    note_condition(f);
     filter_set_ready(f, FILTER_READY);
 }
 

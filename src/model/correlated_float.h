@@ -33,8 +33,8 @@ static inline void joint_set(const joint *of, int k, num_pair value)
     of->low[k] = value.low;
 }
 
-/* As given, i <= j.  What is not present is 0, and so is the floor under a component without noise, which has none to
-   share. */
+/* Entry i <= j of [Q, S; S', R], as given.  What is not present is 0.  So is the floor under a component without noise: it
+   has none to share. */
 KQ_COLD static num joint_entry(const joint *of, int i, int j)
 {
     const int n = of->s->states, m = of->s->components, b = i - n, c = j - n;
@@ -90,7 +90,7 @@ KQ_COLD static void sweep(joint *of, int c)
     of->swept |= UINT32_C(1) << (c - of->s->states);
 }
 
-/* All that can leave, of variances grown by `share`.  A component whose noise is 0, or that of others, tells nothing:
+/* Every component leaves that can, of variances grown by `share`.  One whose noise is 0, or that of others, tells nothing:
    what is left of its column is rounding. */
 KQ_COLD static kq_status joint_sweep(joint *of, num share)
 {

@@ -24,6 +24,7 @@ namespace
 constexpr int runLength = 60, outageFrom = 20, outageTo = 40;
 constexpr double most = 0.1, mostOfScore = 0.01;
 const double classes[] = {6, 10, 15}; // of log10 P0 / R
+const double sure[] = {6, 15, 10};    // of each arithmetic: up to it no model is wrong
 
 // ------------------------------------------------------------------ models
 
@@ -204,6 +205,7 @@ int main(int argc, char **argv)
                 std::printf("%s %s    1e%-4g %7d %6d (%4d)   %8d (%4d)     %8d %7d %8d %9d %9d\n", names[a], forms[form],
                             classes[c], t.models, t.wrong, t.silent, t.smoothedWrong, t.smoothedSilent, t.meansWrong,
                             t.scoresOff, t.indefinite, t.saturated, t.falsePrecision);
+                good &= classes[c] > sure[a] || t.wrong + t.smoothedWrong + t.meansWrong == 0;
                 wrong[form] += t.wrong, smoothed[form] += t.smoothedWrong, other[form] += t.meansWrong;
             }
         }

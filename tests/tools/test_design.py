@@ -456,7 +456,7 @@ def test_lean_is_offered_unless_R_is_0_or_rows_repeat(model, why):
 
 @pytest.mark.parametrize("models", [20, pytest.param(40, marks=WHOLE)])
 def test_random_lean_designs_are_as_good_as_full_ones(models):
-    """After outages, with measurements of low noise: a trial of its own"""
+    """The lean filter is tried where measurements have low noise."""
     random, low = np.random.default_rng(23), 0
     for k in range(models):
         given = {"q": 10.0 ** random.uniform(-3, 3), "R": 10.0 ** random.uniform(-4, 1)}
