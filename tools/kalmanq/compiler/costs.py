@@ -80,7 +80,6 @@ def operations(text: str, name: str, is_fixed: bool) -> dict[str, dict[str, int]
         made["two_calls_settled"]["doors"] = of["update"]["doors"]
         made["step_settled"] = apart["step"]
     for one in made.values():
-        one["highs"] = 0  # of a pair of registers one is taken
         one["settles"] = int("step" in settled)
         one["components"] = len(re.findall(r"^    if \(taken & \d+u\)", bodies["take"], re.M))
     return {measure: table_of(one) for measure, one in made.items()}
