@@ -40,10 +40,12 @@ app = typer.Typer(cls=Commands, help=__doc__, no_args_is_help=True, pretty_excep
 
 def _tell_version(is_asked: bool) -> None:
     if is_asked:
+        from kalmanq.core import lib  # here, as other options need none of it
+        library = f"C library {lib.KQ_VERSION_MAJOR}.{lib.KQ_VERSION_MINOR}.{lib.KQ_VERSION_PATCH}"
         try:
-            print(f"kalmanq {metadata.version('kalmanq')}")
+            print(f"kalmanq {metadata.version('kalmanq')}, {library}")
         except metadata.PackageNotFoundError:
-            print("kalmanq, not installed: from the source in", Path(__file__).resolve().parents[1])
+            print(f"kalmanq, not installed: from the source in {Path(__file__).resolve().parents[1]}, {library}")
         raise typer.Exit
 
 
