@@ -113,6 +113,6 @@ def estimates(product: Product) -> dict[str, Cost]:
     if options != Options(options.arithmetic, options.settle):
         return {}
     made, arithmetic = operations_of(product), options.arithmetic
-    cores = dict.fromkeys(core for core, of, _, _ in factors(__package__) if of == arithmetic)
-    return {core: Cost(**sums(__package__, core, arithmetic, "O2", MEASURES, made), settles="step_settled" in made)
+    cores = dict.fromkeys(core for core, of, _, _ in factors() if of == arithmetic)
+    return {core: Cost(**sums(core, arithmetic, MEASURES, made), settles="step_settled" in made)
             for core in cores} if made else {}

@@ -60,17 +60,16 @@ def table_of(made: Counter[str]) -> dict[str, int]:
 
 
 @lru_cache(maxsize=None)
-def factors(package: str) -> Mapping[tuple[str, str, str, str], Factors]:
-    """Of its costs.csv, by core, arithmetic, level and measure"""
+def factors() -> Mapping[tuple[str, str, str, str], Factors]:
+    """By core, arithmetic, level and measure"""
     return {(row["core"], row["arithmetic"], row["level"], row["measure"]):
             Factors({kind: float(row[kind]) for kind in KINDS if row.get(kind)}, float(row["off"]))
-            for row in table("costs.csv", package)}
+            for row in table("costs.csv", __package__)}
 
 
-def sums(package: str, core: str, arithmetic: str, level: str, measures: Sequence[str],
-         made: Mapping[str, Mapping[str, int]]) -> dict[str, Any]:
-    """By measure what such operations cost, None where it has no factors; `off`: how far off that was at most, a share"""
-    by = {measure: factors(package).get((core, arithmetic, level, measure)) for measure in measures}
+def sums(core: str, arithmetic: str, measures: Sequence[str], made: Mapping[str, Mapping[str, int]]) -> dict[str, Any]:
+    """At -O2: by measure what such operations cost, None where it has no factors; `off`: how far off that was at most, a share"""
+    by = {measure: factors().get((core, arithmetic, "O2", measure)) for measure in measures}
     of = {measure: round(factor.sum(made[measure])) if factor and measure in made else None for measure, factor in by.items()}
     return {**of, "off": {measure: factor.off for measure, factor in by.items() if factor}}
 
