@@ -28,7 +28,7 @@ look_over() {
     meson) grep -q "version: '$version'" kalmanq/meson.build && listed kalmanq kalmanq/meson.build ;;
     onefile) compile . kalmanq_f32.c kalmanq.h ;;
     rust) grep -qx "version = \"$version\"" Cargo.toml && [ -f core/src/kq_status.c ] ;;
-    python) grep -q '^input = "core/' pyproject.toml && ! grep -q '[.][.]/' pyproject.toml && [ -f core/src/kq_status.c ] ;;
+    python) ! grep -q '[.][.]/' pyproject.toml && [ -f core/src/kq_status.c ] ;;
     esac
 }
 

@@ -265,7 +265,7 @@ def python(to):
     shutil.copy(ROOT / "tools/CMakeLists.txt", to)
     shutil.copy(ROOT / "LICENSE", to)
     project = (ROOT / "tools/pyproject.toml").read_text()
-    project = project.replace("../include/", "core/include/").replace("../build/tools/", "build/")
+    project = project.replace("../build/tools/", "build/")
     project = project.replace('license = "MIT"', 'license = "MIT"\nlicense-files = ["LICENSE"]')
     write(to / "pyproject.toml", project.replace(f'description = "', f'urls.Home = "{URL}"\ndescription = "'))
 

@@ -11,7 +11,7 @@ alone=$(mktemp -d) && trap 'rm -rf "$alone"' EXIT
 tar -xzf "$work"/kalmanq-*.tar.gz -C "$alone" --strip-components 1
 for folder in include src; do diff -r "$root/$folder" "$alone/core/$folder"; done
 diff -r -x __pycache__ -x '_core.*.so' "$root/tools/kalmanq" "$alone/kalmanq"
-grep -qx "Version: $(sed -n 's/.*KQ_VERSION_STRING "\(.*\)"/\1/p' "$root/include/kalmanq/version.h")" "$alone/PKG-INFO"
+grep -qx "Version: $(sed -n 's/^version = "\([^"]*\)".*/\1/p' "$root/tools/pyproject.toml")" "$alone/PKG-INFO"
 cmake -G Ninja -S "$alone" -B "$alone/build" -DPython_EXECUTABLE="$python" >"$work/configured.txt" ||
     { cat "$work/configured.txt" && exit 1; }
 # Every file that a step of the build needs is there

@@ -1,8 +1,8 @@
 #!/usr/bin/env bash
-# compiled.sh TOOLS_PYTHON PYTHON WORK [few]: five models compiled in f32 and q31; few: two, in the factor form, at -O2.  On the emulated cores each does what it did
+# compiled.sh TOOLS_PYTHON PYTHON WORK [few]: five models compiled in f32 and q31; few: two, at -O2.  On the emulated cores each does what it did
 # on the host (so do nonlinear models, two of them every day), with gcc at -Os and -O2 and on one with clang, and costs no more than it may.
 set -euo pipefail
-tools_python=$1 python=$2 work=$3 which=${4:-others}
+tools_python=$1 python=$2 work=$3 which=${4:-all}
 here=$(cd "$(dirname "$0")" && pwd)
 root=$(cd "$here/../.." && pwd)
 rm -rf "$work"
@@ -38,7 +38,7 @@ for folder in "$work"/filters/*; do
     name=$(basename "$folder") && name=${name%_*}
     for core in m0 m3 m4f m33 rv32 avr; do
         case $core:$name in # what fits its memory
-            avr:m21 | avr:m42 | avr:apart | avr:gain | avr:options | avr:root | avr:factor_m21 | avr:factor_m31 | avr:factor_lag | avr:factor_every | avr:factor_student | avr:factor_loops | avr:factor_late) ;;
+            avr:linear_m21 | avr:linear_m31 | avr:linear_lag | avr:linear_every | avr:linear_student | avr:linear_loops | avr:linear_late) ;;
             avr:exact_glucose | avr:equations_unicycle | avr:equations_tank | avr:equations_cell) ;;
             avr:*) continue ;;
         esac
@@ -47,7 +47,7 @@ for folder in "$work"/filters/*; do
         for level in $([ "$which" = few ] || echo Os) O2; do
             tried "$gcc"
         done
-        case $name in factor_* | exact_*) same_digest ;; esac
+        case $name in linear_* | exact_*) same_digest ;; esac
         echo "$(basename "$folder") on $core: as on the host"
     done
     if [ "$which" != few ] && command -v clang >/dev/null; then

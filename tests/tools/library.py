@@ -9,6 +9,7 @@ from tempfile import TemporaryDirectory
 from typing import Mapping, Optional
 
 ROOT = Path(__file__).resolve().parents[2]
+STRICT = ("-std=c11", "-O2", "-Wall", "-Wextra", "-Wpedantic", "-Wconversion", "-Wdouble-promotion", "-Wshadow", "-Werror")
 _FOLDER = TemporaryDirectory(prefix="kalmanq-library-")
 
 

@@ -237,7 +237,8 @@ def test_help_reads_well():
 
 def test_doctor_says_what_is_missing_and_its_cure(tmp_path):
     there = {one["name"]: one for one in json.loads(kalmanq("doctor", "--json").stdout)}
-    assert kalmanq("--version").stdout.startswith("kalmanq") and there["kalmanq"]["version"]
+    library = re.search('KQ_VERSION_STRING "(.*)"', (Path(__file__).parents[2] / "include/kalmanq/version.h").read_text())[1]
+    assert kalmanq("--version").stdout == f"kalmanq {there['kalmanq']['version']}, C library {library}\n"
     assert re.match(r"\d+\.\d+", there["numpy"]["version"]) and there["simavr"]["cure"] == "apt install simavr"
     (tmp_path / "avr-gcc").write_text("#!/bin/sh\necho 'avr-gcc (GCC 12.3) 5.4.0'\n")
     (tmp_path / "avr-gcc").chmod(0o755)

@@ -21,6 +21,7 @@ from products import PRODUCTS
 from library import objects
 from whole import WHOLE, first
 from kalmanq import KalmanqError, Model, ModelError, Quantity
+from kalmanq.commands.design import no_less
 from kalmanq.core import lib
 from kalmanq.firmware import costs
 from kalmanq.firmware.c_source import source, ways_of
@@ -656,3 +657,7 @@ def test_any_names_make_c(name, states, arithmetic, tmp_path):
     done = subprocess.run(["cc", *STRICT, "-Wtrigraphs", f"-I{ROOT / 'include'}", f"-I{tmp_path}", "-c",
                            str(tmp_path / f"{made.name}.c"), "-o", str(tmp_path / "x.o")], capture_output=True, text=True)
     assert done.returncode == 0, done.stderr + made.header
+
+
+def test_a_promise_is_not_rounded_down() -> None:
+    assert [no_less(one) for one in (8.5e-7, 8.501e-7, 9.99e-5)] == ["8.6e-07", "8.6e-07", "1.0e-04"]

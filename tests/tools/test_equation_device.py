@@ -17,7 +17,6 @@ import pytest
 
 import kalmanq as kalmanq_package
 from command import kalmanq
-from compiled import STRICT
 from equation_random import random_model
 from equations import path_of
 from kalmanq.compiler import equation_report
@@ -29,7 +28,7 @@ from kalmanq.compiler.product import Product
 from kalmanq.compiler.record import Record, times_of
 from kalmanq.compiler.request import Options
 from kalmanq.nonlinear import NonlinearModel, NonlinearSmoother, read
-from library import cc, objects, written
+from library import STRICT, cc, objects, written
 from whole import first
 
 ROOT, OWN = Path(__file__).resolve().parents[2], Path(__file__).parent / "equations"

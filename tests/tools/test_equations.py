@@ -528,8 +528,6 @@ REFUSED: dict[str, tuple[Callable[[str], str], tuple, str]] = {
     "tunable": (str, ("--tunable",), "--tunable"),
     "every": (str, ("--every", "2"), "--every"),
     "loops": (str, ("--loops",), "--loops"),
-    "form": (str, ("--form", "gain"), "--form"),
-    "partial": (str, ("--partial",), "--partial"),
     "gate and student": (str, ("--gate", 3, "--student", 4), "--gate and --student"),
     "gate 0": (str, ("--gate", 0), "--gate"),
     "gate below": (str, ("--gate", -3), "--gate"),

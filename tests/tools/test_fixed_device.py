@@ -14,7 +14,6 @@ import pytest
 
 import kalmanq as kalmanq_package
 from command import kalmanq
-from compiled import STRICT
 from equations import path_of
 from kalmanq.compiler import equation_report, fixed_costs, fixed_report
 from kalmanq.compiler.emit import Row
@@ -31,7 +30,7 @@ from kalmanq.compiler.request import Options
 from kalmanq.formulas.graph import FUNCTIONS
 from kalmanq.model import Quantity
 from kalmanq.nonlinear import NonlinearModel, read
-from library import cc, objects, written
+from library import STRICT, cc, objects, written
 from whole import first
 
 ROOT = Path(__file__).resolve().parents[2]

@@ -93,7 +93,7 @@ def test_the_cheapest_that_is_good_is_chosen(ordinary: Model, found: list[offers
         told = json.loads(called("design", path, "--data", data, "--core", core, "--json"))
         ways = {(one["arithmetic"], one["way"]): one for one in told["ways"] if one["good"]}
         cheapest = min(ways.values(), key=lambda one: one["instructions"])
-        factor = {one.arithmetic: one.costs[core] for one in found if one.form == "factor"}
+        factor = {one.arithmetic: one.costs[core] for one in found}
         assert (cheapest["arithmetic"], cheapest["way"]) == tuple(told["chosen"].values())
         for arithmetic, cost in factor.items():
             assert ways[arithmetic, "compiled"]["instructions"] == cost.two_calls > (cost.step_settled or 0)
@@ -108,16 +108,6 @@ def test_it_is_written_as_compile_writes_it(ordinary: Model, found: list[offers.
     (tmp_path / "again").mkdir()
     called("compile", path, "-o", tmp_path / "again" / f"{name}.c")
     assert made == {file.name: file.read_text() for file in (tmp_path / "again").glob("*")} and len(made) == 4
-
-
-def test_the_covariance_form_is_shown_where_it_saves(found: list[offers.Offer], ordinary: Model) -> None:
-    factor = {one.arithmetic: one for one in found if one.form == "factor"}
-    others = [one for one in found if one.form == "covariance"]
-    assert others
-    for one in others:
-        assert one.remark.startswith("kalmanq compile --form covariance is for gaps of at most 8 samples with 48 full")
-        for core, cost in one.costs.items():
-            assert cost.two_calls < offers.SAVES * factor[one.arithmetic].costs[core].two_calls  # type: ignore[operator]
 
 
 def test_without_a_compiler_it_is_not_recommended(ordinary: Model, monkeypatch: pytest.MonkeyPatch,

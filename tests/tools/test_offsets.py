@@ -128,7 +128,6 @@ def test_files_and_commands(tmp_path):
     fitted = model_file.read(tmp_path / "fitted.toml")
     assert np.array_equal(fitted.c, model.c) and np.array_equal(fitted.d, model.d)
     refused(kalmanq("fit", path, data, "--free", "R,d"), "d is no parameter", tmp_path)
-    refused(kalmanq("compile", path, "--form", "covariance", "-o", tmp_path / "fall.c"), "c: the proven forms have no offsets", tmp_path)
     for key, value, said in (("d = [113.0]", "d = [1.0, 2.0]", "d"), ("c = [0.0, -9.81]", "c = [0.0]", "c")):
         path.write_text(FILE.replace(key, value))
         refused(kalmanq("run", path, data), said, tmp_path)

@@ -129,16 +129,6 @@ def test_a_report_does_not_judge_the_model(tmp_path, by_command):
         assert is_coarse == (arithmetic == "f32") == all(one.state == "note" for one in found[1:]), arithmetic
 
 
-@WHOLE
-def test_the_proven_forms_say_it_whether_they_are_refused_or_not(tmp_path):
-    model = written(tmp_path, LEVEL)[0]
-    done = kalmanq("compile", model, "-o", tmp_path / "cov.c", "--form", "covariance")
-    assert done.returncode == 1 and done.stderr.count("\n") == 1 and LON in done.stderr
-    model.write_text(LEVEL.replace("-1221e6", "0"))
-    done = kalmanq("compile", model, "-o", tmp_path / "cov.c", "--form", "covariance")
-    assert done.returncode == 0 and "measurements are coarse in f32: lon may be" in " ".join(done.stdout.split()), done.stderr
-
-
 @pytest.mark.parametrize("data", first(1, [True, False]))
 def test_design_names_the_cause(tmp_path, data):
     model, rows = written(tmp_path, LEVEL)

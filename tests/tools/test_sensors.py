@@ -341,14 +341,6 @@ def test_what_is_told_late_is_in_the_row_that_it_was_measured_at(seed, delay, bl
     assert all(np.array_equal(made.columns[name][is_there], right.columns[name], equal_nan=True) for name in made.columns)
 
 
-def test_a_proven_form_has_no_delays(tmp_path):
-    path = walk(tmp_path)
-    path.write_text(path.read_text().replace("R = 0.01", "R = 0.01\ndelay = 0.1"))
-    done = kalmanq("compile", path, "--form", "covariance", "-o", tmp_path / "walk.c")
-    assert done.returncode == 1 and "sensors: imu has a delay of 0.1: a proven form takes all in time; leave out --form" in done.stderr
-    assert not (tmp_path / "walk.c").exists()
-
-
 @pytest.mark.parametrize("seed", range(3))
 def test_a_column_says_when_each_was_measured(seed, tmp_path):
     """1 to 300 ms before it is told, in any order: equal to the files in which nothing was late"""

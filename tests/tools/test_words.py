@@ -16,7 +16,7 @@ from kalmanq.compiler import record, report
 from kalmanq.compiler.host import Host
 from kalmanq.compiler.product import Product, compiled
 from kalmanq.compiler.request import Options
-from kalmanq.compiler.word_routines import routines
+from kalmanq.compiler.word_routines import QUOTIENT, routines
 from whole import WHOLE
 
 TRAPS = ("-fsanitize=undefined", "-fsanitize-undefined-trap-on-error")
@@ -167,6 +167,21 @@ def test_roots_and_inverses(tmp_path: Path):
     (tmp_path / "roots.c").write_text(ROOTS.format(routines=routines("inverse_root( inverse(")))
     cc("cc", "-std=c11", "-O1", *TRAPS, "roots.c", "-lm", "-o", "roots", folder=tmp_path)
     subprocess.run([str(tmp_path / "roots")], check=True)
+
+
+def test_the_quotient_without_a_division_is_the_quotient(tmp_path: Path):
+    """For each number that it can be asked for; both round down, so that all cores have the same words."""
+    (tmp_path / "q.c").write_text("#include <stdint.h>\n" + QUOTIENT + """
+int main(void)
+{
+    for (uint32_t d = UINT32_C(1) << 15; d < UINT32_C(1) << 16; d++) {
+        if (quotient(d) != UINT32_C(0xffffffff) / d) return 1;
+    }
+    return 0;
+}
+""")
+    cc("cc", *STRICT, "-O2", *TRAPS, "-D__AVR__", "q.c", "-o", "q", folder=tmp_path)
+    assert subprocess.run([str(tmp_path / "q")]).returncode == 0
 
 
 WEIGHTS = """\

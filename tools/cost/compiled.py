@@ -115,10 +115,9 @@ def naming(what: dict[str, Any]) -> str:
 
 
 def settling(what: dict[str, Any]) -> list[str]:
-    """The proven form settles by rows; of the factor the count of calls is set: a bound may be thousands of samples"""
-    calls, m = what.get("calls", 0), what["m"]
-    rows = what["rows"] + 8 if "rows" in what else 8 * (not calls)
-    return [f"enum {{ M = {m}, ROWS = {rows} }};", f"#define SETTLE(f) ({f'(f).calls = {calls}u' if calls else '(void)0'})",
+    """The count of calls is set: the bound on the rows until then may be thousands of samples"""
+    calls = what["calls"]
+    return [f"enum {{ M = {what['m']}, ROWS = {8 * (not calls)} }};", f"#define SETTLE(f) ({f'(f).calls = {calls}u' if calls else '(void)0'})",
             ""]
 
 

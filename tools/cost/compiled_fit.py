@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""Fits what compiled filters cost to what was measured: costs.csv of tools/kalmanq/compiler and of its folder proven.
+"""Fits what compiled filters cost to what was measured: costs.csv of tools/kalmanq/compiler.
 
     compiled_fit.py FOLDER --fit FITTED.csv... --check CHECKED.csv... -o costs.csv
 

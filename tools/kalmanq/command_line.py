@@ -11,7 +11,7 @@ from typing import Any
 import typer
 from typer.core import TyperCommand, TyperGroup
 
-from kalmanq.commands import COMMANDS, STUDIES
+from kalmanq.commands import COMMANDS, GONE, STUDIES
 from kalmanq.commands.messages import INTERRUPTED, told_in_one_line
 from kalmanq.errors import KalmanqError
 
@@ -24,6 +24,7 @@ class Later(TyperCommand):
 
     def make_context(self, info_name: Any, args: Any, parent: Any = None, **extra: Any) -> Any:
         with told_in_one_line():
+            refuse_gone(str(self.name), args)
             command = loaded(str(self.name))
         return command.make_context(info_name, args, parent=parent, **extra)
 
@@ -39,16 +40,24 @@ app = typer.Typer(cls=Commands, help=__doc__, no_args_is_help=True, pretty_excep
 
 def _tell_version(is_asked: bool) -> None:
     if is_asked:
+        from kalmanq.core import lib  # here, as other options need none of it
+        library = f"C library {lib.KQ_VERSION_MAJOR}.{lib.KQ_VERSION_MINOR}.{lib.KQ_VERSION_PATCH}"
         try:
-            print(f"kalmanq {metadata.version('kalmanq')}")
+            print(f"kalmanq {metadata.version('kalmanq')}, {library}")
         except metadata.PackageNotFoundError:
-            print("kalmanq, not installed: from the source in", Path(__file__).resolve().parents[1])
+            print(f"kalmanq, not installed: from the source in {Path(__file__).resolve().parents[1]}, {library}")
         raise typer.Exit
 
 
 @app.callback()
 def _options(_version: bool = typer.Option(False, "--version", callback=_tell_version, is_eager=True, help="Show the version and exit.")) -> None:
     """typer wants a function where it does not know of the commands"""
+
+
+def refuse_gone(name: str, words: list[str]) -> None:
+    for option in (word.split("=")[0] for word in words):
+        if why := GONE.get(name, {}).get(option):
+            raise KalmanqError(f"{option} is gone since 2.0: {why}: leave it out")
 
 
 def loaded(name: str) -> Any:

@@ -1,6 +1,6 @@
 """What `kalmanq NAME` does, a module a command: its options, what it calls of the library, what it prints.
 
-COMMANDS has a row for each.  A module defines `command`, which is made by options.command_of.
+COMMANDS has a row for each, GONE what replaced an option.  A module defines `command`, which is made by options.command_of.
 """
 
 from typing import NamedTuple
@@ -16,6 +16,12 @@ class Row(NamedTuple):
     example: str
 
 
+GONE = {  # of a command: options that it had before 2.0, and why it has no more
+    "compile": {
+        "--form": "compile has one form, which takes any gaps",
+        "--partial": "a sample may always be there in part",
+        "--bound": "NAME_report.txt has the errors that were observed"},
+}
 COMMANDS = {
     "run": Row(
         "kalmanq.commands.run",

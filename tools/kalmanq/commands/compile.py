@@ -2,32 +2,26 @@
 
 from __future__ import annotations
 
-import signal
 from contextlib import ExitStack
 from dataclasses import asdict, dataclass
 from pathlib import Path
-from typing import Callable, Optional
+from typing import Optional
 
 import typer
 from rich.console import Console
 
-from kalmanq.commands import compile_equations, compile_proven
+from kalmanq.commands import compile_equations
 from kalmanq.commands.messages import print_json, tell_written
 from kalmanq.commands.options import ANY_MODEL, JSON, choices, command_of
 from kalmanq.compiler import costs, report
 from kalmanq.compiler.host import Host
-from kalmanq.compiler.offers import cheaper
 from kalmanq.compiler.product import Product, compiled, fingerprint
-from kalmanq.compiler.proven.product import KINDS
 from kalmanq.compiler.request import ARITHMETICS, MOST_STEPS, Options as Wanted
 from kalmanq.data.files import whole
 from kalmanq.errors import KalmanqError
 from kalmanq.firmware.c_source import WORDS, identifier
 from kalmanq.model import model_file
 from kalmanq.nonlinear import file as nonlinear_file
-
-SECONDS = 2.0  # of a search for a cheaper form
-FORMS = ("factor", *KINDS)
 
 
 @dataclass(frozen=True)
@@ -48,23 +42,12 @@ class Options:
     loops: Optional[bool] = typer.Option(None, "--loops/--straight", help="The covariance in loops (small, slow) or in straight lines. "
                                          "By default loops only where straight lines take 20 kB (q31: 32 kB).")
     settle: float = typer.Option(1e-6, "--settle", metavar="SHARE", help="Freeze the gain when the variances are this near to the steady ones (relative).")
-    form: Optional[choices("Form", FORMS)] = typer.Option(None, "--form", help="How the covariance is kept. factor, the default: for "
-                                                          "all models. covariance, gain: cheaper, with a proof, only for short gaps.")
-    partial: bool = typer.Option(False, "--partial", help="With --form covariance: in a sample some components may be missing.")
-    bound: float = typer.Option(1e-4, "--bound", metavar="SHARE", min=0, help="With --form covariance: its largest error, in sigma_i sigma_j.")
     json: bool = JSON
 
 
 def compile_file(options: Options, console: Console) -> None:
     name = name_of(options.out)
     is_nonlinear = options.model.suffix == nonlinear_file.SUFFIX
-    if options.form not in (None, "factor"):
-        if is_nonlinear:
-            raise KalmanqError(f"--form {options.form}: is of models with constant matrices")
-        compile_proven.compile_file(options, name, write, console)
-        return
-    if options.partial:
-        raise KalmanqError("--partial: is an option of --form covariance; the factor takes samples in part always")
     if options.data and not (is_nonlinear and options.library and options.arithmetic == "q31"):
         raise KalmanqError("--data: gives the formats of --library --arith q31 of a nonlinear model; other C does not depend on rows")
     wanted = Wanted(options.arithmetic, options.settle, options.nis, options.gate, options.student, options.tunable, options.lag,
@@ -84,37 +67,13 @@ def compile_file(options: Options, console: Console) -> None:
         with Host(product) as host:
             found = report.findings(product, host)
             texts = report.files(product, host, found, source)
-        hint = _in_time(lambda: cheaper(product)) if options.form is None else None
     written = write(options, texts)
     if options.json:
-        print_json({**_told(product, found, written), "hint": hint})
+        print_json(_told(product, found, written))
     else:
-        for line in [*report.lines(product, found), *([f"  {hint}"] if hint else [])]:
+        for line in report.lines(product, found):
             console.print(line)
         tell_written(written, console)
-
-
-class TimeIsUp(Exception):
-    pass
-
-
-def _in_time(search: Callable[[], Optional[str]]) -> Optional[str]:
-    """What it finds within SECONDS; what it has begun ends with it."""
-    if not hasattr(signal, "SIGALRM"):
-        return None
-
-    def end(*_: object) -> None:
-        raise TimeIsUp
-
-    before = signal.signal(signal.SIGALRM, end)
-    try:
-        signal.setitimer(signal.ITIMER_REAL, SECONDS)
-        return search()
-    except TimeIsUp:
-        return None
-    finally:
-        signal.setitimer(signal.ITIMER_REAL, 0)
-        signal.signal(signal.SIGALRM, before)
 
 
 def _refuse_of_functions(options: Options) -> None:

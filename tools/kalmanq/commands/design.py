@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import decimal
 import math
 import textwrap
 from contextlib import ExitStack
@@ -19,7 +20,6 @@ from kalmanq.compiler.costs import NOT_ESTIMATED
 from kalmanq.compiler.host import Host
 from kalmanq.compiler.offers import COLUMNS, Offer, add_ways, offers
 from kalmanq.compiler.product import fingerprint, remarked
-from kalmanq.compiler.proven.proof_file import no_less
 from kalmanq.data import joining, rows as given_rows
 from kalmanq.data.files import require_folder, whole
 from kalmanq.errors import KalmanqError
@@ -189,6 +189,12 @@ def _accuracy(chosen: Way) -> str:
            f"times the largest error of {reading.rows} rows, {no_less(reading.seen)}: the ranges are up to {times} times as far as states went there."
 
 
+def no_less(value: float) -> str:
+    """Two digits that are not below the value"""
+    rounded = decimal.Context(prec=2, rounding=decimal.ROUND_CEILING).create_decimal_from_float(1.0005 * value)
+    return f"{float(rounded):.1e}"
+
+
 def _built(core: str, way: str) -> list[str]:
     """What a cost was measured with, in lines for a comment"""
     return _in_lines(f"That is with gcc {flags(core)} (the library's files: {COMPACT}, too) and the include path "
@@ -215,8 +221,7 @@ def _told(made: Designs, compiled: Sequence[Offer], chosen: Optional[Way], writt
         "ways": [{"arithmetic": one.arithmetic, "way": one.way, "fits": one.fits, "good": one.is_good,
                   **asdict(one.cost), **_flags(made.part.core, one.way)} for one in made.ways],
         "no_lean": not_lean(made.model),
-        "compiled": [one.told(made.part.core) for one in compiled
-                     if one.form != "covariance" or made.part.core in one.costs],
+        "compiled": [one.told(made.part.core) for one in compiled],
         "chosen": {"arithmetic": chosen.arithmetic, "way": chosen.way} if chosen else None,
         "files": written}
 
@@ -300,17 +305,15 @@ def _tell_ways(made: Designs, chosen: Optional[Way], console: Console) -> None:
 
 def _tell_compiled(made: Designs, compiled: Sequence[Offer], console: Console) -> None:
     shown = table(*COLUMNS, title="compiled for this model alone (kalmanq compile)")
-    for column in shown.columns[:2]:
-        column.no_wrap = True  # numbers may take two lines
-    told = [one for one in compiled if one.form != "covariance" or made.part.core in one.costs]
-    for one in told:
+    shown.columns[0].no_wrap = True  # numbers may take two lines
+    for one in compiled:
         shown.add_row(*("-" if cell == NOT_ESTIMATED else cell for cell in one.cells(made.part.core)))
     console.print(shown)
     console.print(f"  {compiled_offers.EXPLAINED}")
-    for one in told:
+    for one in compiled:
         unpaid = [] if not one.product or made.part.core in one.costs else ["its cost was not measured on this core"]
         for remark in filter(None, (one.remark, *unpaid)):
-            console.print(f"  compiled in {one.arithmetic}, {one.form}: {remark}")
+            console.print(f"  compiled in {one.arithmetic}: {remark}")
 
 
 command = command_of(Options, design_file)

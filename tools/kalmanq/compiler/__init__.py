@@ -10,5 +10,4 @@ cycle      sensors at different rates;  lag: the mean some samples ago
 emit       NAME.c;  head: NAME.h;  trial: NAME_test.c;  report: NAME_report.txt
 product    all of it;  host: the emitted C on this machine;  record: what it is tried with, and long double beside it
 fixed_...  a nonlinear model's formulas in q31: values that give formats, lines, functions, the device, what it was tried with
-proven     the covariance form, whose every covariance is searched: cheaper, for short gaps only
 """

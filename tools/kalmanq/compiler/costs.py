@@ -80,7 +80,6 @@ def operations(text: str, name: str, is_fixed: bool) -> dict[str, dict[str, int]
         made["two_calls_settled"]["doors"] = of["update"]["doors"]
         made["step_settled"] = apart["step"]
     for one in made.values():
-        one["highs"] = 0  # of a pair of registers one is taken
         one["settles"] = int("step" in settled)
         one["components"] = len(re.findall(r"^    if \(taken & \d+u\)", bodies["take"], re.M))
     return {measure: table_of(one) for measure, one in made.items()}
@@ -114,6 +113,6 @@ def estimates(product: Product) -> dict[str, Cost]:
     if options != Options(options.arithmetic, options.settle):
         return {}
     made, arithmetic = operations_of(product), options.arithmetic
-    cores = dict.fromkeys(core for core, of, _, _ in factors(__package__) if of == arithmetic)
-    return {core: Cost(**sums(__package__, core, arithmetic, "O2", MEASURES, made), settles="step_settled" in made)
+    cores = dict.fromkeys(core for core, of, _, _ in factors() if of == arithmetic)
+    return {core: Cost(**sums(core, arithmetic, MEASURES, made), settles="step_settled" in made)
             for core in cores} if made else {}

@@ -88,7 +88,7 @@ class Host:
 
     def __enter__(self) -> Host:
         with ExitStack() as own:
-            self.folder = own.enter_context(folder_of({**self.product.sources(), "driver.c": driver(self.product)}))
+            self.folder = own.enter_context(_folder_of({**self.product.sources(), "driver.c": driver(self.product)}))
             sources = [f"{self.product.given.name}.c", "driver.c"]
             library = build(self.folder, sources, "filter.so", (*self.flags, "-shared", "-fPIC"))
             self._library = ctypes.CDLL(str(library))
@@ -196,7 +196,7 @@ def _inside(lines: Sequence[str]) -> str:
 
 
 @contextmanager
-def folder_of(texts: Mapping[str, str]) -> Iterator[Path]:
+def _folder_of(texts: Mapping[str, str]) -> Iterator[Path]:
     """A folder with these files, by name, that is gone afterwards"""
     with own_folder("kalmanq-compile-") as folder:
         with telling_where(folder):

@@ -3,21 +3,16 @@ For kalmanq design and report, which write no file of it unless they are told to
 
 from __future__ import annotations
 
-import decimal
 import warnings
 from dataclasses import asdict, dataclass, field
 from typing import Any, Iterator, Mapping, Optional, Sequence
 
 import numpy as np
 
-from kalmanq.compiler import exact, report
+from kalmanq.compiler import report
 from kalmanq.compiler.costs import ARITHMETICS, SOFT_FLOAT, Cost, estimates
 from kalmanq.compiler.host import Host, NoCompiler
 from kalmanq.compiler.product import Product, compiled
-from kalmanq.compiler.proven import costs as covariance_costs, product as proven
-from kalmanq.compiler.proven.plan import Plan
-from kalmanq.compiler.proven.proof_file import warnings as warnings_of
-from kalmanq.compiler.proven.refusals import refuse
 from kalmanq.compiler.request import Options
 from kalmanq.compiler.simulation import CompiledFilter
 from kalmanq.core import lib
@@ -25,17 +20,13 @@ from kalmanq.errors import KalmanqError, KalmanqWarning
 from kalmanq.firmware import costs as library
 from kalmanq.firmware.designs import Designs, Way, cause_of, trial_of
 from kalmanq.firmware.reach import Record
-from kalmanq.firmware.steps_kept import latest_of
 from kalmanq.model import Model
 from kalmanq.run.filters import Filter
 from kalmanq.run.results import Run
 
 WAY = "compiled"
 SAID = "C for this model alone, in straight lines: --out writes what kalmanq compile writes"
-MOST = 30_000  # covariances that are searched: some seconds; counted, so that the answer is the same everywhere
-SAVES = 0.85  # of a row that has not settled: the covariance form is shown where it costs less
-CORES, LEAST_STATES = {"f32": "m4f", "q31": "m3"}, 4  # f32 with fewer states: the factor is as cheap
-COLUMNS = ("arithmetic", "form", "two calls", "settled", "settled step", "settles in", "flash", "RAM", "stack",
+COLUMNS = ("arithmetic", "two calls", "settled", "settled step", "settles in", "flash", "RAM", "stack",
            "mean error", "P error")
 EXPLAINED = "instructions of a row in two calls before the gain is constant and after, and of one step after; full samples " \
             "until then; bytes; errors in sigma and in sigma_i sigma_j; -: not estimated"
@@ -44,10 +35,9 @@ EXPLAINED = "instructions of a row in two calls before the gain is constant and 
 @dataclass(frozen=True)
 class Offer:
     """costs: by core, at -O2; samples: full ones, after which it has settled; mean, covariance: the largest errors, in
-    sigma and in sigma_i sigma_j; product: of the factor; remark: a condition, or why there is none"""
+    sigma and in sigma_i sigma_j; remark: what it warns of, or why there is no product"""
 
     arithmetic: str
-    form: str = "factor"
     costs: Mapping[str, Cost] = field(default_factory=dict)
     ram: Optional[int] = None
     samples: Optional[int] = None
@@ -63,30 +53,26 @@ class Offer:
                                             ("two_calls", "two_calls_settled", "step_settled", "flash", "stack")]
         after = "" if self.ram is None else str(self.samples) if self.samples else "never"
         errors = ["" if one is None else f"{one:.1e}" for one in (self.mean, self.covariance)]
-        return [self.arithmetic, self.form, two, settled, step, after, flash, "" if self.ram is None else str(self.ram),
+        return [self.arithmetic, two, settled, step, after, flash, "" if self.ram is None else str(self.ram),
                 stack, *errors]
 
     def told(self, core: str) -> dict[str, Any]:
         """For machines"""
-        return {"arithmetic": self.arithmetic, "form": self.form,
+        return {"arithmetic": self.arithmetic,
                 **(asdict(self.costs[core]) if core in self.costs else {}), "ram": self.ram, "samples": self.samples,
                 "mean": self.mean, "covariance": self.covariance, "remark": self.remark}
 
 
 def offers(model: Model, ranged: Optional[Model] = None, name: str = "filter") -> list[Offer]:
     """ranged: the same with ranges that were chosen for it, which q31 takes"""
-    made: list[Offer] = []
-    for arithmetic in ARITHMETICS:
-        factor = _factor(ranged if ranged is not None and arithmetic == "q31" else model, arithmetic, name)
-        made += [factor, *_covariance(model, arithmetic, factor)]
-    return made
+    return [_offer(ranged if ranged is not None and arithmetic == "q31" else model, arithmetic, name) for arithmetic in ARITHMETICS]
 
 
-def _factor(model: Model, arithmetic: str, name: str) -> Offer:
+def _offer(model: Model, arithmetic: str, name: str) -> Offer:
     try:
         product = compiled(model, name, Options(arithmetic))
     except KalmanqError as problem:
-        return Offer(arithmetic, "refused", remark=str(problem))
+        return Offer(arithmetic, remark=f"refused: {problem}")
     samples = product.steady.samples if product.steady else None
     made = dict(arithmetic=arithmetic, costs=estimates(product), ram=product.ram_delayed or product.ram, samples=samples, product=product)
     try:
@@ -95,76 +81,15 @@ def _factor(model: Model, arithmetic: str, name: str) -> Offer:
     except NoCompiler as problem:
         return Offer(**made, remark=f"not tried: {problem}")
     except KalmanqError as problem:
-        return Offer(arithmetic, "refused", remark=str(problem))
+        return Offer(arithmetic, remark=f"refused: {problem}")
     return Offer(**made, mean=found.mean, covariance=found.covariance, remark=" ".join(report.warned(product, found)))
-
-
-def _covariance(model: Model, arithmetic: str, factor: Offer) -> list[Offer]:
-    """The proven form, on the cores where it saves enough; what it may be used for is said with it"""
-    if latest_of(model) or not factor.product:
-        return []  # it takes all in time
-    try:
-        found = proven.compiled(model, proven.Wanted(arithmetic, "filter"), MOST)
-    except KalmanqError:
-        return []
-    plan, proof = found.plan, found.proof
-    costs = {core: Cost(one.two_calls, None, one.step_settled, one.flash, None, one.off)
-             for core, one in _costs(plan).items() if _saves(one.two_calls, factor.costs.get(core))}
-    if not costs:
-        return []
-    said = [f"kalmanq compile --form covariance is for {_gaps(model)}", *warnings_of(found)]
-    return [Offer(arithmetic, "covariance", costs, proven.ram_of(plan), plan.rows, proof.mean.worst,
-                  proven.MARGIN[arithmetic] * proof.worst.error, None, "; ".join(said))]
-
-
-def _costs(plan: Plan) -> dict[str, covariance_costs.Cost]:
-    """By core, at -O2"""
-    with decimal.localcontext(exact.DIGITS):
-        return {core: cost for (core, level), cost in covariance_costs.estimates(plan).items() if level == "O2"}
-
-
-def _searched(model: Model, arithmetic: str) -> dict[str, covariance_costs.Cost]:
-    """What the covariance form costs if its search closes: a hint, not yet a proof"""
-    try:
-        with decimal.localcontext(exact.DIGITS):
-            refuse(model, arithmetic)
-            maker = proven.Maker(model, proven.Wanted(arithmetic, "filter"))
-            return _costs(maker.searched(proven.FORMS[arithmetic][0](), MOST))
-    except KalmanqError:
-        return {}
-
-
-def _gaps(model: Model) -> str:
-    gaps = model.gaps
-    between = f" with {gaps.min_run} full ones between them" if gaps.min_run else " that begin settled"
-    return f"gaps of at most {gaps.max_gap} samples{between}, and none in part" if gaps.max_gap else \
-        "complete samples alone, as the model declares no [gaps]"
-
-
-def cheaper(product: Product) -> Optional[str]:
-    """A line, if the covariance form costs less by SAVES on the core that its arithmetic is for, and its search closes"""
-    options, of = product.given.options, product.given.of
-    core = CORES.get(options.arithmetic)
-    factor = estimates(product).get(core) if core else None
-    if core is None or factor is None or options.arithmetic == "f32" and of.n < LEAST_STATES:
-        return None
-    cost = _searched(product.given.model, options.arithmetic).get(core)
-    if cost is None or not _saves(cost.two_calls, factor):
-        return None
-    return f"--form covariance takes {cost.two_calls} in the place of {factor.two_calls} instructions a row that has not " \
-           f"settled ({library.CORES[core]}); its limits: {_gaps(product.given.model)}; no {product.given.name}_start_at, " \
-           "and a second update is refused"
-
-
-def _saves(two_calls: Optional[int], other: Optional[Cost]) -> bool:
-    return bool(two_calls and other and other.two_calls and two_calls < SAVES * other.two_calls)
 
 
 # ------------------------------------------------------------------------------ among the library's ways
 
 
 def add_ways(made: Designs, found: Sequence[Offer], records: Sequence[Record]) -> None:
-    """The factor beside the library's ways: its cost is of a row in two calls that has not settled."""
+    """Beside the library's ways: its cost is of a row in two calls that has not settled."""
     exact = [Filter(made.model, "f64").run(one.z, one.u) for one in records] if any(one.product for one in found) else []
     for one in found:
         cost = one.costs.get(made.part.core)

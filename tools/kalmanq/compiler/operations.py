@@ -23,11 +23,11 @@ COUNTERS = re.compile(r"\bf->(?:rows|missed|calls|gap|events|rejected)\b")
 REGISTERS = (5, 8, 12, 16, 26, 30)  # of cores, less what addresses take
 KINDS = (
     "calls", "functions", "loads", "wide_loads", "stores", "wide_stores", "constant_stores", "samples", "doors",
-    "stops", "literals", "new_literals", "sums", "negations", "products", "fused", "divisions", "roots", "shifts",
-    "constant_products", "powers", "accumulated", "wide_sums", "roundings", "wide", "called_wide", "whole",
-    "whole_wide", "highs", "high_shifts", "wide_shifts", "has_product", "has_wide", "has_inverse", "selects", "controls",
+    "literals", "new_literals", "sums", "negations", "products", "fused", "divisions", "roots", "shifts",
+    "constant_products", "powers", "accumulated", "wide_sums", "roundings", "wide",
+    "high_shifts", "wide_shifts", "has_product", "has_wide", "has_inverse", "selects", "controls",
     "components", "settles", "tables", "parts", "shifted", "fractions", "words", "narrowed", "stopped", "checks", "far",
-    "checked", "stays",
+    "checked",
     *(f"spills{k}" for k in REGISTERS))
 ARGUMENTS = {"f", "z", "u"}  # which point to words
 CALLED = {"part": "parts", "half_part": "parts", "twice_part": "parts", "shifted": "shifted", "fraction": "fractions",
@@ -60,17 +60,16 @@ def table_of(made: Counter[str]) -> dict[str, int]:
 
 
 @lru_cache(maxsize=None)
-def factors(package: str) -> Mapping[tuple[str, str, str, str], Factors]:
-    """Of its costs.csv, by core, arithmetic, level and measure"""
+def factors() -> Mapping[tuple[str, str, str, str], Factors]:
+    """By core, arithmetic, level and measure"""
     return {(row["core"], row["arithmetic"], row["level"], row["measure"]):
             Factors({kind: float(row[kind]) for kind in KINDS if row.get(kind)}, float(row["off"]))
-            for row in table("costs.csv", package)}
+            for row in table("costs.csv", __package__)}
 
 
-def sums(package: str, core: str, arithmetic: str, level: str, measures: Sequence[str],
-         made: Mapping[str, Mapping[str, int]]) -> dict[str, Any]:
-    """By measure what such operations cost, None where it has no factors; `off`: how far off that was at most, a share"""
-    by = {measure: factors(package).get((core, arithmetic, level, measure)) for measure in measures}
+def sums(core: str, arithmetic: str, measures: Sequence[str], made: Mapping[str, Mapping[str, int]]) -> dict[str, Any]:
+    """At -O2: by measure what such operations cost, None where it has no factors; `off`: how far off that was at most, a share"""
+    by = {measure: factors().get((core, arithmetic, "O2", measure)) for measure in measures}
     of = {measure: round(factor.sum(made[measure])) if factor and measure in made else None for measure, factor in by.items()}
     return {**of, "off": {measure: factor.off for measure, factor in by.items() if factor}}
 
@@ -210,10 +209,6 @@ class Counting:
         if called == "inverse":
             self.made["divisions"] += 1
             return False
-        if called in ("within", "number"):
-            self.made["stops"] += 1
-            self._value(tree.args[2])
-            return self._value(tree.args[1])
         if called == "product":
             self._product(next((one for one in tree.args if isinstance(one, ast.Constant)), first))
         else:  # wide, INT64_C
@@ -236,15 +231,15 @@ class Counting:
         if not self._value(tree.left):
             self.made["shifts"] += 1
             return False
-        self.made["highs" if by == 32 else "high_shifts" if by > 32 else "wide_shifts"] += 1
+        if by != 32:  # of a pair of registers one is taken
+            self.made["high_shifts" if by > 32 else "wide_shifts"] += 1
         return True
 
     def _fixed(self, tree: ast.BinOp) -> bool:
         left, right = self._value(tree.left), self._value(tree.right)
         is_wide, sides = left or right, (tree.left, tree.right)
-        if isinstance(tree.op, ast.Mult):
-            by = tree.left.value if isinstance(tree.left, ast.Constant) else 1
-            self.made["whole" if not is_wide else "whole_wide" if by & (by - 1) else "wide_shifts"] += 1
+        if isinstance(tree.op, ast.Mult):  # by a power of two
+            self.made["wide_shifts"] += 1
         elif not is_wide:
             self.made["sums"] += 1
         elif any(map(_is_constant, sides)):

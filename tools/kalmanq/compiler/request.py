@@ -189,7 +189,7 @@ def _refuse(model: Model, options: Options) -> None:
         if np.linalg.eigvalsh(scaled).min() < (1e-12 if name == "R" else -1e-9):
             raise KalmanqError(f"{name}: is no covariance: it is not positive {'' if name == 'R' else 'semi-'}definite")
     if options.arithmetic == "f32":
-        refuse_beyond(model)
+        _refuse_beyond(model)
     for name, value in (("--gate", options.gate), ("--student", options.student), ("--settle", options.settle)):
         if value is not None and not 0 < value < np.inf:
             raise KalmanqError(f"{name}: {value:g} is not a positive number")
@@ -199,7 +199,7 @@ def _refuse(model: Model, options: Options) -> None:
         raise KalmanqError("--gate and --student: each is an answer to outliers; choose one")
 
 
-def refuse_beyond(model: Model) -> None:
+def _refuse_beyond(model: Model) -> None:
     """What a float cannot hold"""
     limit = np.finfo(np.float32)
     for name in ("A", "B", "H", "Q", "R", "x0", "P0"):

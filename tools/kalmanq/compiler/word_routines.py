@@ -77,8 +77,9 @@ static inline int32_t narrow(int64_t a)
 }
 """
 
-ZEROS_BEFORE = """\
-#if defined __GNUC__ && INT_OF_32_BITS
+ZEROS = """\
+/* s > 0 */
+#if defined __GNUC__ && __SIZEOF_INT__ == 4
 static inline int zeros_before(uint32_t s) { return __builtin_clz(s); }
 #else
 static int zeros_before(uint32_t s)
@@ -92,7 +93,6 @@ static int zeros_before(uint32_t s)
 }
 #endif
 """
-ZEROS = "/* s > 0 */\n" + ZEROS_BEFORE.replace("INT_OF_32_BITS", "__SIZEOF_INT__ == 4")
 
 ROOT = """\
 #if defined __AVR__ /* whose constants are copied to RAM, but for these: 384 bytes */

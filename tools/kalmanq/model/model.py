@@ -53,7 +53,7 @@ class Quantity:
 @dataclass(frozen=True)
 class Gaps:
     """Which samples may be missing: at most max_gap rows in a row, at least min_run between two gaps (None: any
-    number, but for a compiled filter as many as its covariance takes to settle)."""
+    number)."""
 
     max_gap: int = 0
     min_run: Optional[int] = None

@@ -57,16 +57,6 @@ class SensorError(ModelError):
         self.number = number
 
 
-def read_in_time(path: Path) -> Model:
-    """Of a filter in a proven form, which takes all in time"""
-    model = read(path)
-    for one in model.sensors:
-        if one.delay:
-            raise ModelFileError(f"{path}: sensors: {one.name} has a delay of {one.delay:g}: a proven form takes all in time; "
-                                 "leave out --form")
-    return model
-
-
 def read(path: Path) -> Model:
     if Path(path).suffix == ".py":
         raise ModelFileError(f"{path}: is a nonlinear model, which run, compare, check, compile, simulate and report take; "

@@ -270,12 +270,12 @@ def _compiled(model: Model) -> list[str]:
     """What kalmanq compile would write, on the cores where it was measured; of what is refused, why"""
     made = offers(model)
     rows = [[costs.CORES[core], *offer.cells(core)] for offer in made for core in offer.costs]
-    table = [page.table("Compiled for this model alone", ["core", *COLUMNS], rows, text_columns=(1, 2))] if rows else []
-    return [page.paragraph("`kalmanq compile` writes C for this model alone. The errors of the factor form were observed over "
-                           "records with gaps. The errors of the covariance form are proven. Behind each cost is how far off "
+    table = [page.table("Compiled for this model alone", ["core", *COLUMNS], rows, text_columns=(1,))] if rows else []
+    return [page.paragraph("`kalmanq compile` writes C for this model alone. Its errors were observed over "
+                           "records with gaps. Behind each cost is how far off "
                            "such an estimate was at most, of about 100 filters on that emulated core (gcc 12, -O2). "
                            f"Columns: {EXPLAINED}."), *table,
-            *(page.paragraph(f"Compiled in {one.arithmetic}, {one.form}: {one.remark}.") for one in made if one.remark)]
+            *(page.paragraph(f"Compiled in {one.arithmetic}: {one.remark}.") for one in made if one.remark)]
 
 
 def _model(model: AnyModel, path: Path) -> str:
