@@ -3,8 +3,8 @@
  *
  *     x_s|t,  P_s|t        s fixed, t = s, s + 1, ...
  *
- * The instant is the filter's state at kq_attach: the start of a run, a launch, an alarm.  The memory does not grow
- * with the steps.  kq_smooth of the whole run gives the same for this step, but for rounding.
+ * The instant is the time of kq_attach: the start of a run, a launch, an alarm.  Updates before the next kq_predict are
+ * of that time.  The memory does not grow with the steps.  kq_smooth of the whole run gives the same for this step, but for rounding.
  *
  *     kq_attach_f32(&track, &launch.attached);
  *     ... updates and predicts ...
@@ -77,7 +77,7 @@ KQ_NODISCARD kq_status kq_instant_assign_f64(kq_instant_f64 *instant, int n, int
  *   instant  attached; its scratch changes.  It keeps what the view shows until the next call
  *   view     written; without memory, not the instant's filter.  After an error its readings are NaN
  * Event (of the view and the filter): KQ_EVENT_PRECISION as kq_smooth, without what A x is rounded by.
- * Accuracy: as the filter; a few eps sigma_filtered are added to mean and sigma.
+ * Accuracy: as the filter; a few eps of the sigma before the first predict are added to mean and sigma.
  * Cost: about 2.5 n^3 multiplications, n square roots.
  * KQ_ERR_NULL, KQ_ERR_MISMATCH (view), KQ_ERR_HISTORY_EMPTY (not attached, or ended), KQ_ERR_HISTORY_FULL (the
  * instant is lost). */

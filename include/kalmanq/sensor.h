@@ -111,12 +111,13 @@ KQ_NODISCARD kq_status kq_sensor_init_diagonal_f64(kq_sensor_f64 *s, const doubl
  *   s, H, r  as in kq_sensor_init_diagonal
  * WHICH TO TAKE: lean, unless R is 0 or rows of H repeat exactly (one is a sum of multiples of others).  Then take the
  * full sensor, kq_sensor_init_diagonal, which finds what is redundant (figures: tests/ACCURACY.md).
- * An update takes a low-noise measurement (filter.h; q31: r below 2^-16 S) in up to four stages.  NIS, the likelihood
- * and a history have it once, with r.  KQ_EVENT_LOW_NOISE: it was taken in part, because r is 0, or what was left of
- * H P H' was rounding.  KQ_EVENT_PRECISION after it: as kq_predict.
+ * An update takes a low-noise measurement (filter.h; q31: r below 2^-16 S) in up to four stages.  NIS,
+ * kq_log_likelihood_last and a history have it once, with r.  KQ_EVENT_LOW_NOISE: it was taken in part, because r is 0,
+ * or what was left of H P H' was rounding.  KQ_EVENT_PRECISION: H x is rounded by an eighth of sqrt(r) (f32, f64); a later
+ * kq_predict may set it, too.
  * A component whose innovation variance overflows is not taken (KQ_EVENT_OVERFLOW).  Redundant measurements are not
  * found: after a noise-free one of another sensor at the same instant, r must be above 2^-32 of the earlier H P H'.
- * kq_log_likelihood does not count its measurements.  kq_gain, steady.h, robust.h, adaptation.h, and diffuse.h while
+ * kq_log_likelihood, the sum of the run, leaves all its measurements out.  kq_gain, steady.h, robust.h, adaptation.h, and diffuse.h while
  * a state is unknown treat it as an ordinary sensor.  fixed_size leaves it.
  * Errors: as kq_sensor_init_diagonal.  Accuracy: as kq_update; q31: 2^-22 of S.  Cost: a stage as a component. */
 KQ_NODISCARD kq_status kq_sensor_init_lean_f32(kq_sensor_f32 *s, const float *H, const float *r);

@@ -63,7 +63,7 @@ KQ_NOINLINE static int take_stage(filter *f, const reading *z, int c, scaled *le
         likelihood_add(&f->last, nis, physical_variance(z->sensor, c, s0));
         if (is_weak(r0, s0)) count_weak(f);
     }
-    if (answer == STAGE_MORE) *left = scaled_over(scaled_times(r, given), scaled_minus(r, given));
+    if (answer == STAGE_MORE) *left = scaled_times(r, scaled_over(given, scaled_minus(r, given)));
     return answer;
 }
 
@@ -75,7 +75,9 @@ KQ_COLD KQ_NOINLINE static scaled stage_begin(filter *f, const reading *z, int c
     mean_settle(f->memory, n);
     renormalise(filter_root(f), n);
     filter_set_ready(f, f->ready | FILTER_LOW_NOISE | (has_noise ? FILTER_NARROW : 0));
-    return scaled_shift(floor_of_square(filter_root(f), z->sensor->measurement + c * n, n), -4);
+    const scaled *h = z->sensor->measurement + c * n;
+    if (has_noise) note_rounding(f, z, c, h, z->noise[c]);
+    return scaled_shift(floor_of_square(filter_root(f), h, n), -4);
 }
 
 /* Component c of a reading.  Answers 0 where it overflows, and has done nothing. */

@@ -101,12 +101,13 @@ KQ_COLD static int contradicts(const low_noise_scalar *m, scaled nis)
     return m->sharp && scaled_is_less(num_most_sure, nis);
 }
 
-/* Is its innovation rounded by a 16th of its sigma, or more?  Where h takes a state as it is a pair does not round. */
-KQ_COLD static int innovation_is_rounded(const filter *f, const low_noise_scalar *m)
+/* Is H x rounded by an eighth of the sigma that is left of it, or more?  That is sqrt(r), without noise nothing: of the
+   innovation's sigma then.  Where h takes a state as it is a pair does not round. */
+KQ_COLD static void note_rounding(filter *f, const reading *z, int c, const scaled *h, scaled least)
 {
-    const int own = m->z->sensor->selects[m->component] - 1;
-    const scaled square = mean_rounding(m->h, f->memory, f->states, own);
-    return scaled_is_less(m->s, scaled_times(scaled_of_count(256), square));
+    if (mean_widens) return;
+    const scaled square = mean_rounding(h, f->memory, f->states, z->sensor->selects[c] - 1);
+    if (scaled_is_less(least, scaled_times(scaled_of_count(64), square))) f->events |= KQ_EVENT_PRECISION;
 }
 
 /* f and s, given h, r and e; does the innovation say something? */
@@ -131,7 +132,6 @@ KQ_COLD KQ_NOINLINE static void tell_scalar(filter *f, low_noise_scalar *m, cons
     const scaled nis = scaled_times(m->e, m->w);
     likelihood_add(&f->last, nis, physical_variance(m->z->sensor, m->component, m->s));
     if (contradicts(m, nis)) f->events |= KQ_EVENT_CONTRADICTION;
-    if (!mean_widens && innovation_is_rounded(f, m)) f->events |= KQ_EVENT_PRECISION;
 }
 
 /* Takes a scalar measurement, given h, r and e, into the root, the likelihood and the history, and
@@ -202,6 +202,7 @@ KQ_COLD KQ_NOINLINE static void take_scalar_in(filter *f, low_noise_scalar *m, s
     if (!update_root(f, m, &w)) return;
     update_mean(f, w.b, m->w);
     if (m->sharp) update_mean_to_end(f, m, w.b);
+    note_rounding(f, m->z, m->component, m->h, m->exact ? m->s : m->r);
 }
 
 /* The scratch lives on the stack, in a few sizes. */

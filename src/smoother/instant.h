@@ -36,10 +36,21 @@ static unsigned instant_settle(num *state, backward_map map, int n)
     return events;
 }
 
+/* Until the first predict the instant is the filter's state: no map undoes what is measured at the instant itself. */
+static void instant_take_state(T(kq_instant) *instant, const filter *f)
+{
+    if (instant->tape.steps > 1) return;
+    copy(instant_state(instant), f->memory, FILTER_LEN(f->states));
+    instant->tape.used = 0;
+    instant->tape.records = 0;
+}
+
 static void instant_move(filter *f, const process *p, const num *u)
 {
     T(kq_instant) *instant = (T(kq_instant) *)f->attached;
     const int n = f->states;
+    instant_take_state(instant, f);
+    instant->tape.steps = 2;
     const workspace v = workspace_at(instant->tape.memory, n);
     const backward_map so_far = instant_map(instant), of_step = map_at(so_far.columns + MAP_LEN(n), n);
     map_take_tape(so_far, &instant->tape, n);
@@ -71,7 +82,6 @@ static kq_status instant_attach(filter *f, attached *object)
     T(kq_instant) *instant = (T(kq_instant) *)object;
     const kq_status status = on_line_attach(&instant->tape, f, &T(kq_instant_hooks));
     if (status) return status;
-    copy(instant_state(instant), f->memory, FILTER_LEN(f->states));
     map_set_unit(instant_map(instant), f->states);
     return KQ_OK;
 }
@@ -85,6 +95,7 @@ kq_status T(kq_instant_smooth)(T(kq_instant) *instant, filter *view)
     if (status) return status;
     const int n = instant->tape.states;
     estimate now = {workspace_at(instant->tape.memory, n), 0, 0, 0};
+    instant_take_state(instant, instant->tape.filter);
     map_take_tape(instant_map(instant), &instant->tape, n);
     estimate_begin(&now, instant_map(instant), n);
     const unsigned events = estimate_end(&now, &instant->tape, instant_state(instant), n);

@@ -66,7 +66,8 @@ TEST(nothing_is_raised_for_what_is_not_taken)
             if (k == 2 && !raised && K(taken)(&track) == 2) TEST_ASSERT_EQUAL_HEX(KQ_EVENT_PRECISION, K(events)(&track));
             if (K(taken)(&track) == 2) continue;
             ASSERT_WITHIN(TOLERANCE, sqrt(0.98 / 1.07), K(sigma)(&track, 0));
-            TEST_ASSERT_EQUAL_HEX(KQ_EVENT_REDUNDANT, K(events)(&track));
+            const unsigned rounded = k < 2 ? 0 : KQ_EVENT_PRECISION; /* H x, by more than sqrt(R): in f32 and f64 */
+            TEST_ASSERT_EQUAL_HEX(KQ_EVENT_REDUNDANT, K(events)(&track) & ~rounded);
         }
     }
 }
