@@ -636,7 +636,7 @@ def test_the_same_text_whatever_was_compiled_before() -> None:
 def test_the_same_input_gives_the_same_bytes(tmp_path: Path) -> None:
     path = tmp_path / "m.toml"
     path.write_text(model_file.text_of(rover()))
-    assert set(twice(tmp_path, path, "--gate", "4", "--nis")) == {"cart.c", "cart.h", "cart_test.c", "cart_report.txt"}
+    assert set(twice(tmp_path, path, "--robust", "gate=4", "--nis")) == {"cart.c", "cart.h", "cart_test.c", "cart_report.txt"}
 
 
 REFUSED = [
@@ -646,10 +646,10 @@ REFUSED = [
     (lambda: rover().changed(R=[[1, 1], [1, 1]]), Options(), "R: is no covariance: it is not positive definite"),
     (lambda: tank().changed(R=1e-42), Options(), "R: has a number that a float cannot hold; use other units, or --arith f64"),
     (lambda: tank().changed(P0=[1e39, 1]), Options(), "P0: .*float cannot hold"),
-    (tank, Options(gate=0.0), "--gate: 0 is not a positive number"),
-    (tank, Options(student=-1.0), "--student: -1 is not a positive number"),
-    (tank, Options(settle=0.0), "--settle: 0 is not"),
-    (tank, Options(gate=3.0, student=3.0), "--gate and --student: .*choose one"),
+    (tank, Options(gate=0.0), "--robust gate: 0 is not a positive number"),
+    (tank, Options(student=-1.0), "--robust student: -1 is not a positive number"),
+    (tank, Options(settle=0.0), "settle: 0 is not"),
+    (tank, Options(gate=3.0, student=3.0), "gate and student: .*choose one"),
 ]
 
 

@@ -145,7 +145,7 @@ def regular(made, rows):
 
 
 CYCLES = [(gps, (1, 4)), (press, (1, 5)), (navigation, (10, 1)), (heart, (1, 3)), (drone, (1, 1, 2)), (well, (1, 6))]
-# of any rows, and of those in which it settles: as --settle says, and it takes the constant gains
+# of any rows, and of those in which it settles: as `settle` says, and it takes the constant gains
 NEAR = {"f64": ((1e-6, 1e-6), (1e-5, 1e-5)), "q31": ((MEAN, COVARIANCE), (MEAN, COVARIANCE))}
 
 

@@ -300,7 +300,7 @@ def test_what_is_linear_is_told_once_and_the_rest_in_each_call(tmp_path):
     assert "kq_move_f32" in texts["attitude"]
 
 
-@pytest.mark.parametrize("option, call", [(["--gate", 3], "kq_loss_gate"), (["--student", 10], "kq_loss_student"), (["--nis"], "kq_nis"),
+@pytest.mark.parametrize("option, call", [(["--robust", "gate=3"], "kq_loss_gate"), (["--robust", "student"], "kq_loss_student"), (["--nis"], "kq_nis"),
                                           (["--smooth", 9], "kq_smooth")])
 def test_options_of_straight_lines_name_the_library_s_call(option, call, tmp_path):
     done = kalmanq("compile", EXAMPLES / "range_bearing.py", "--library", *option, "-o", tmp_path / "own.c")

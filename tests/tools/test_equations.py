@@ -493,7 +493,7 @@ def test_start_at(tmp_path: Path) -> None:
 
 @pytest.mark.parametrize("name", first(2, ["diff_drive", "pv_panel", "coordinated_turn", "drone"]))
 def test_the_command(name: str, tmp_path: Path) -> None:
-    done = kalmanq("compile", FOLDER / f"{name}.py", "-o", tmp_path / "kf.c", "--json", "--gate", 5, "--nis")
+    done = kalmanq("compile", FOLDER / f"{name}.py", "-o", tmp_path / "kf.c", "--json", "--robust", "gate=5", "--nis")
     assert done.returncode == 0, done.stderr
     told = json.loads(done.stdout)
     assert sorted(one.name for one in tmp_path.iterdir()) == ["kf.c", "kf.h", "kf_report.txt", "kf_test.c"]
@@ -528,11 +528,11 @@ REFUSED: dict[str, tuple[Callable[[str], str], tuple, str]] = {
     "tunable": (str, ("--tunable",), "--tunable"),
     "every": (str, ("--every", "2"), "--every"),
     "loops": (str, ("--loops",), "--loops"),
-    "gate and student": (str, ("--gate", 3, "--student", 4), "--gate and --student"),
-    "gate 0": (str, ("--gate", 0), "--gate"),
-    "gate below": (str, ("--gate", -3), "--gate"),
-    "gate NaN": (str, ("--gate", "nan"), "--gate"),
-    "student infinite": (str, ("--student", "inf"), "--student"),
+    "huber": (str, ("--robust", "huber"), "has gate or student"),
+    "gate 0": (str, ("--robust", "gate=0"), "--robust gate"),
+    "gate below": (str, ("--robust", "gate=-3"), "--robust gate"),
+    "gate NaN": (str, ("--robust", "gate=nan"), "--robust gate"),
+    "student infinite": (str, ("--robust", "student=inf"), "--robust student"),
     "iterate 0": (str, ("--iterate", 0), "iterate"),
     "iterate 21": (str, ("--iterate", 21), "iterate"),
     "wrong H": (lambda s: s + "\n\ndef H(x):\n    return [[x[0], x[1]]]\n", (), "H["),

@@ -371,11 +371,11 @@ def test_the_c_is_the_host(name, seed):
     assert np.abs((np.vstack([one.mean for one in parts]) - wanted.mean) / wanted.sigma).max() < 5e-3
 
 
-OPTIONS = {"vehicle": [], "radar": ["--smooth", 5, "--loops"], "battery": ["--iterate", 3, "--nis"], "correlated": ["--student", 4]}
+OPTIONS = {"vehicle": [], "radar": ["--smooth", 5, "--loops"], "battery": ["--iterate", 3, "--nis"], "correlated": ["--robust", "student=4"]}
 # every day each model and each option once
-COMPILED = [*OPTIONS.items(), ("vehicle", ["--arith", "f64", "--gate", 4]),
+COMPILED = [*OPTIONS.items(), ("vehicle", ["--arith", "f64", "--robust", "gate=4"]),
             *((name, options) for name in OPTIONS for one, options in OPTIONS.items() if one != name),
-            *((name, ["--arith", "f64", "--gate", 4]) for name in OPTIONS if name != "vehicle")]
+            *((name, ["--arith", "f64", "--robust", "gate=4"]) for name in OPTIONS if name != "vehicle")]
 
 
 @pytest.mark.parametrize("name, options", first(5, COMPILED))

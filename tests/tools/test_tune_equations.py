@@ -271,7 +271,7 @@ def test_the_page_of_a_nonlinear_model(tmp_path):
         chromium.wait("document.getElementById('copied').textContent.includes('is selected')")
         assert chromium.run("getSelection().toString() === script().trimEnd() || getSelection().toString() === script()")
         lines = chromium.run("commands()").splitlines()
-        assert lines.pop(0) == "# kalmanq run has no gate" and len(lines) == 3 and "--gate 4" in lines[2]
+        assert lines.pop(0) == "# kalmanq run has no gate" and len(lines) == 3 and "--robust gate=4" in lines[2]
         for line in lines[1:]:
             made = kalmanq(*shlex.split(line)[1:], folder=tmp_path)
             assert made.returncode == 0, made.stderr

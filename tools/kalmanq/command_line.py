@@ -57,7 +57,7 @@ def _options(_version: bool = typer.Option(False, "--version", callback=_tell_ve
 def refuse_gone(name: str, words: list[str]) -> None:
     for option in (word.split("=")[0] for word in words):
         if why := GONE.get(name, {}).get(option):
-            raise KalmanqError(f"{option} is gone since 2.0: {why}: leave it out")
+            raise KalmanqError(f"{option} is gone since 2.0: {why}")
 
 
 def loaded(name: str) -> Any:

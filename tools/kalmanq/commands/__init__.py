@@ -18,9 +18,13 @@ class Row(NamedTuple):
 
 GONE = {  # of a command: options that it had before 2.0, and why it has no more
     "compile": {
-        "--form": "compile has one form, which takes any gaps",
-        "--partial": "a sample may always be there in part",
-        "--bound": "NAME_report.txt has the errors that were observed"},
+        "--form": "compile has one form, which takes any gaps; leave it out",
+        "--partial": "a sample may always be there in part; leave it out",
+        "--bound": "NAME_report.txt has the errors that were observed; leave it out",
+        "--gate": "it is --robust gate=K",
+        "--student": "it is --robust student=NU",
+        "--settle": "the gain counts as constant where every variance is within 1e-6 of the steady one; leave it out",
+        "--data": "declare the ranges of states and controls in MODEL.py, which formats hold"},
 }
 COMMANDS = {
     "run": Row(

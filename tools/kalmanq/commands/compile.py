@@ -23,14 +23,16 @@ from kalmanq.firmware.c_source import WORDS, identifier
 from kalmanq.model import model_file
 from kalmanq.nonlinear import file as nonlinear_file
 
+USUAL = {"gate": 3.8906, "student": 10.0}  # as kalmanq run: 0.9999 of good measurements pass the gate
+
 
 @dataclass(frozen=True)
 class Options:
     model: Path = ANY_MODEL
     out: Path = typer.Option(..., "-o", "--out", metavar="NAME.c", help="The C file. NAME.h, NAME_test.c and NAME_report.txt are written next to it.")
     arithmetic: choices("Compiled", ARITHMETICS) = typer.Option("f32", "--arith", help="The arithmetic of the C file.")
-    gate: Optional[float] = typer.Option(None, "--gate", metavar="K", help="Reject a measurement that is more than K sigma from its prediction.")
-    student: Optional[float] = typer.Option(None, "--student", metavar="NU", help="Give outliers less weight: Student's noise with NU degrees of freedom.")
+    robust: Optional[str] = typer.Option(None, "--robust", metavar="gate[=K]|student[=NU]", help="Against outliers. gate: reject what is more than K sigma "
+                                         "(3.8906) from its prediction; student: less weight, as Student's noise with NU (10) degrees of freedom gives it.")
     nis: bool = typer.Option(False, "--nis", help="Also compute NIS and the variances of innovations (f32, f64: the likelihood, too).")
     lag: int = typer.Option(0, "--lag", metavar="L", min=0, max=64, help="Also give the mean of L samples ago, once the gain is constant.")
     tunable: bool = typer.Option(False, "--tunable", help="f32, f64: a program may change A, Q and R while it runs; without the fast path.")
@@ -38,24 +40,21 @@ class Options:
     iterate: int = typer.Option(1, "--iterate", metavar="N", min=1, max=20, help="MODEL.py: linearise h N times in each update.")
     smooth: int = typer.Option(0, "--smooth", metavar="STEPS", min=0, max=MOST_STEPS, help="MODEL.py: write a smoother, too, with a history of STEPS steps.")
     library: bool = typer.Option(False, "--library", help="MODEL.py: write C that uses kalmanq's library: histories, smoothers.")
-    data: Optional[Path] = typer.Option(None, "--data", metavar="DATA.csv", help="With --library --arith q31: data that the formats must hold, too.")
     loops: Optional[bool] = typer.Option(None, "--loops/--straight", help="The covariance in loops (small, slow) or in straight lines. "
                                          "By default loops only where straight lines take 20 kB (q31: 32 kB).")
-    settle: float = typer.Option(1e-6, "--settle", metavar="SHARE", help="Freeze the gain when the variances are this near to the steady ones (relative).")
     json: bool = JSON
 
 
 def compile_file(options: Options, console: Console) -> None:
     name = name_of(options.out)
     is_nonlinear = options.model.suffix == nonlinear_file.SUFFIX
-    if options.data and not (is_nonlinear and options.library and options.arithmetic == "q31"):
-        raise KalmanqError("--data: gives the formats of --library --arith q31 of a nonlinear model; other C does not depend on rows")
-    wanted = Wanted(options.arithmetic, options.settle, options.nis, options.gate, options.student, options.tunable, options.lag,
-                    options.loops, _rates(options.every), options.iterate, options.smooth)
+    gate, student = _robust(options.robust)
+    wanted = Wanted(options.arithmetic, nis=options.nis, gate=gate, student=student, tunable=options.tunable, lag=options.lag,
+                    loops=options.loops, every=_rates(options.every), iterate=options.iterate, smooth=options.smooth)
     if is_nonlinear:
         given = options.model, name, wanted, lambda texts: write(options, texts), options.json, console
         if options.library:
-            compile_equations.compile_device(*given, options.data)
+            compile_equations.compile_device(*given)
         else:
             compile_equations.compile_file(*given)
         return
@@ -83,6 +82,18 @@ def _refuse_of_functions(options: Options) -> None:
                                ("--library", options.library, "; kalmanq design writes a constant model over the library")):
         if value:
             raise KalmanqError(f"{name}: is of nonlinear model files (MODEL.py){other}")
+
+
+def _robust(given: Optional[str]) -> tuple[Optional[float], Optional[float]]:
+    """K of a gate, or NU of Student"""
+    loss, has_value, value = (given or "").partition("=")
+    try:
+        made = float(value) if has_value else USUAL.get(loss)
+    except ValueError:
+        raise KalmanqError(f"--robust {given}: {value} is not a number") from None
+    if given is not None and loss not in USUAL:
+        raise KalmanqError(f"--robust {given}: C of one model has gate or student; the library has huber and jump, too (kalmanq/robust.h)")
+    return (made, None) if loss == "gate" else (None, made)
 
 
 def _rates(given: str) -> tuple[int, ...]:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import re
 from dataclasses import asdict, replace
 from pathlib import Path
-from typing import Any, Callable, Optional
+from typing import Any, Callable
 
 from rich.console import Console
 
@@ -21,8 +21,6 @@ from kalmanq.compiler.product import Product, fingerprint
 from kalmanq.compiler.record import Record
 from kalmanq.compiler.request import Options
 from kalmanq.compiler.trial import ROWS, trial
-from kalmanq.data import tables
-from kalmanq.data.layouts import Source
 from kalmanq.errors import KalmanqError
 from kalmanq.nonlinear import NonlinearModel, read
 
@@ -48,15 +46,13 @@ def compile_file(path: Path, name: str, wanted: Options, write: Callable[[dict[s
 
 
 def compile_device(path: Path, name: str, wanted: Options, write: Callable[[dict[str, str]], list[Path]], as_json: bool,
-                   console: Console, data: Optional[Source] = None) -> None:
-    """data: rows that the formats of q31 are to hold"""
+                   console: Console) -> None:
     model, source, is_fixed = read(path), fingerprint(path), wanted.arithmetic == "q31"
     if model.is_late:
         raise KalmanqError("--library: and a sensor with a delay: a device takes all in time; leave --library out")
-    rows = tables.measurements_and_controls(data, model) if data else None
     with console.status("compiling", spinner="line"):
         tried = _fixed_tried if is_fixed else _device_tried
-        product = compiled_fixed(model, name, wanted, source, simulated(model, rows)) if is_fixed else \
+        product = compiled_fixed(model, name, wanted, source, simulated(model)) if is_fixed else \
             compiled_device(model, name, wanted, source)
         equation_report.refuse_wrong(model)
         record = in_whole_groups(equation_report.drawn(model, ROWS, equation_report.SEEDS[0])[0], product.given.together)

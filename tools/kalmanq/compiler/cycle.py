@@ -70,7 +70,7 @@ def check(given: Request) -> None:
     if math.lcm(*every) > LONGEST:
         raise KalmanqError(f"--every: all measurements meet after {math.lcm(*every)} rows, at most {LONGEST}")
     if given.options.nis or given.options.gate is not None or given.options.lag:
-        raise KalmanqError("--every: is without --nis, --gate and --lag; leave it out, and every row is worked out")
+        raise KalmanqError("--every: is without --nis, --robust gate and --lag; leave it out, and every row is worked out")
 
 
 def settled(of: Numbers, every: Sequence[int], tolerance: float) -> Optional[Cycle]:

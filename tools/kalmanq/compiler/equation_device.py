@@ -26,8 +26,8 @@ from kalmanq.formulas.graph import Node, needed, node
 from kalmanq.nonlinear import NonlinearModel
 from kalmanq.nonlinear.model import Sensor
 
-INSTEAD = (("--gate", "gate", "kq_update_robust with kq_loss_gate (kalmanq/robust.h)"),
-           ("--student", "student", "kq_update_robust with kq_loss_student (kalmanq/robust.h)"),
+INSTEAD = (("--robust gate", "gate", "kq_update_robust with kq_loss_gate (kalmanq/robust.h)"),
+           ("--robust student", "student", "kq_update_robust with kq_loss_student (kalmanq/robust.h)"),
            ("--nis", "nis", "kq_nis and kq_log_likelihood of NAME_filter (kalmanq/filter.h)"),
            ("--smooth", "smooth", "kq_smooth of a history (kalmanq/smoother.h)"))
 

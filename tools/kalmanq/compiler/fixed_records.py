@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any, Mapping, Optional, Sequence
+from typing import Any, Mapping, Sequence
 
 import numpy as np
 
 from kalmanq.compiler.equation_product import compiled_equations
-from kalmanq.compiler.equation_report import drawn, recorded
+from kalmanq.compiler.equation_report import drawn
 from kalmanq.compiler.host import Host
 from kalmanq.compiler.record import Record
 from kalmanq.compiler.request import Options
@@ -23,13 +23,11 @@ Values = Mapping[str, np.ndarray]
 
 @dataclass(frozen=True)
 class Seen:
-    """before: symbols of predicts, at: of updates, by name, an array each; NaN: not measured.  rows: simulated; given: the
-    user's"""
+    """before: symbols of predicts, at: of updates, by name, an array each; NaN: not measured"""
 
     before: Values
     at: Values
     rows: int
-    given: int = 0
     ends: Sequence[str] = ()  # what has two ends, and is anywhere between them in half of the points
 
     def largest(self, stem: str, k: int) -> float:
@@ -46,15 +44,13 @@ def refuse_varying(model: NonlinearModel) -> None:
             raise one.error(f"takes {STEP}, and in q31 the rows are steps that are all alike: take f32 or f64")
 
 
-def simulated(model: NonlinearModel, data: Optional[tuple[np.ndarray, Optional[np.ndarray]]] = None) -> Seen:
-    """And of data: measurements, controls"""
+def simulated(model: NonlinearModel) -> Seen:
     refuse_varying(model)
-    own = [] if data is None else [recorded(model, data[0], np.zeros((len(data[0]), 0)) if data[1] is None else data[1])]
-    return seen(model, [*own, *(drawn(model, ROWS, seed) for seed in SEEDS)], len(own and data[0]))
+    return seen(model, [drawn(model, ROWS, seed) for seed in SEEDS])
 
 
-def seen(model: NonlinearModel, records: Sequence[tuple[Record, np.ndarray]], given: int = 0) -> Seen:
-    """Of records and their measurements, NaN where they are missing; given: rows that are the user's"""
+def seen(model: NonlinearModel, records: Sequence[tuple[Record, np.ndarray]]) -> Seen:
+    """Of records and their measurements, NaN where they are missing"""
     before, at = [], []
     with Host(compiled_equations(model, "exact", Options("f64"))) as exact:
         for record, z in records:
@@ -66,8 +62,7 @@ def seen(model: NonlinearModel, records: Sequence[tuple[Record, np.ndarray]], gi
     wide, both = _ends(model), (_joined(before), _joined(at))
     if wide:
         both = tuple(_joined([one, _anywhere(model, one, wide)]) for one in both)
-    return Seen(*both, sum(len(z) for _, z in records) - given, given,
-                [f"{one.name} from {one.ends[0]:g} to {one.ends[1]:g}" for one in (*model.carried, *model.controls) if one.ends])
+    return Seen(*both, sum(len(z) for _, z in records), [f"{one.name} from {one.ends[0]:g} to {one.ends[1]:g}" for one in (*model.carried, *model.controls) if one.ends])
 
 
 def _ends(model: NonlinearModel) -> dict[str, tuple[float, float]]:

@@ -71,8 +71,7 @@ def tried(model: NonlinearModel, product: Product) -> Tried:
 
 def lines(product: Product, found: Tried) -> list[str]:
     device: FixedDevice = product.arithmetic
-    given = f"{device.seen.given} rows of yours and " if device.seen.given else ""
-    made = [*device.told(), f"  Formats are of {given}{device.seen.rows} simulated rows, with {MARGIN} bits more than they used.",
+    made = [*device.told(), f"  Formats are of {device.seen.rows} simulated rows, with {MARGIN} bits more than they used.",
             *([f"  They hold {', '.join(device.seen.ends)}."] if device.seen.ends else []), *_chosen(device)]
     if found.why_not:
         return [*made, f"  Not tried: {found.why_not}"]

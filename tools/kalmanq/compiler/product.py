@@ -127,7 +127,7 @@ def settling(given: Request, steady: Optional[enclosure.Settled], turn: Optional
     if steady is None:
         return ["The covariance has no steady state that every start leads to: the gain is worked out in each row."]
     if not given.options.settles:
-        return ["With --student or --tunable the gain is worked out in each row."]
+        return ["With --robust student or --tunable the gain is worked out in each row."]
     return [f"After {steady.samples} full samples the gain is constant: whatever happened before, each variance is then",
             f"within {steady.tolerance:.0e} of the steady one.  After one missing sample: {steady.after_gap[0]} samples."]
 

@@ -65,7 +65,7 @@ def _settles(product: Product) -> list[str]:
     if steady is None:
         return ["  There is no steady state that every start leads to (kalmanq check says why): no fast path."]
     if not product.given.options.settles:
-        return ["  With --student or --tunable the gain is worked out in each row: no fast path."]
+        return ["  With --robust student or --tunable the gain is worked out in each row: no fast path."]
     rests = ", ".join(map(str, steady.after_gap[:4]))
     return [f"  After {steady.samples} full samples the gain is constant. This is a bound over every past: each variance is then",
             f"  within {steady.tolerance:.0e} of the steady one, relative. After a gap of 1, 2, 3, 4 samples that began settled:",

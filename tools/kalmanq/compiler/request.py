@@ -190,13 +190,13 @@ def _refuse(model: Model, options: Options) -> None:
             raise KalmanqError(f"{name}: is no covariance: it is not positive {'' if name == 'R' else 'semi-'}definite")
     if options.arithmetic == "f32":
         _refuse_beyond(model)
-    for name, value in (("--gate", options.gate), ("--student", options.student), ("--settle", options.settle)):
+    for name, value in (("--robust gate", options.gate), ("--robust student", options.student), ("settle", options.settle)):
         if value is not None and not 0 < value < np.inf:
             raise KalmanqError(f"{name}: {value:g} is not a positive number")
     if options.loops and options.tunable:
         raise KalmanqError("--loops: the tables of loops are constants; leave out --tunable or --loops")
     if options.gate is not None and options.student is not None:
-        raise KalmanqError("--gate and --student: each is an answer to outliers; choose one")
+        raise KalmanqError("gate and student: each is an answer to outliers; choose one")
 
 
 def _refuse_beyond(model: Model) -> None:

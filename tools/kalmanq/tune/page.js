@@ -430,7 +430,7 @@ function filesOfData() { const { data, files = [data], options = [] } = content.
 
 /* Where all of Q and R is free, and nothing else */
 function commandsOfEquations() {
-  const files = filesOfData(), names = content.noises.map((one) => one.fit), loss = set.loss === "none" ? "" : ` --${set.loss} ${set.parameter}`;
+  const files = filesOfData(), names = content.noises.map((one) => one.fit), loss = set.loss === "none" ? "" : ` --robust ${set.loss}=${set.parameter}`;
   const isFit = set.free.every(Boolean) && names.every(Boolean), file = quoted(content.sources.model);
   return [...(isFit ? [`kalmanq fit ${file}${files} --free Q,R --q-form diagonal --r-form diagonal`] : []),
           `kalmanq run ${tuned()}${files} --compiled --arith ${set.arithmetic} --smooth`,
