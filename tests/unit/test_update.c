@@ -269,6 +269,7 @@ static void assert_redundancy(double r)
     FILTER(other, 3);
     static const num x[3] = {0};
     const num sharp[] = {N(r), N(r), N(r), N(r), N(r)};
+    const unsigned rounded = r > 0 ? KQ_EVENT_PRECISION : 0; /* in f32 and f64: H x has fewer digits than R asks for */
     uint32_t seed = 11;
     for (int k = 0; k < 50; k++) {
         num h[15], P[9], values[5];
@@ -286,8 +287,8 @@ static void assert_redundancy(double r)
         ASSERT_OK(K(update)(&three, &five, values));
         ASSERT_OK(K(update)(&other, &plain, values));
         TEST_ASSERT_EQUAL_INT(2, K(taken)(&three));
-        TEST_ASSERT_EQUAL_HEX(KQ_EVENT_REDUNDANT, K(events)(&three));
-        TEST_ASSERT_EQUAL_HEX(0, K(events)(&other));
+        TEST_ASSERT_EQUAL_HEX(KQ_EVENT_REDUNDANT, K(events)(&three) & ~rounded);
+        TEST_ASSERT_EQUAL_HEX(0, K(events)(&other) & ~rounded);
         ASSERT_SAME_STATE(&other, &three, 3);
     }
 }
@@ -441,7 +442,8 @@ TEST(a_noise_free_measurement_that_contradicts_is_an_event)
     TEST_ASSERT_EQUAL_HEX(0, events_at(1, one));
     TEST_ASSERT_EQUAL_HEX(0, events_at(4 * EPS, one));
     TEST_ASSERT_EQUAL_HEX(KQ_EVENT_CONTRADICTION, events_at(EPS / 16, one));
-    TEST_ASSERT_EQUAL_HEX(KQ_EVENT_CONTRADICTION, events_at(EPS * EPS, one));
+    /* a double has no more digits than this sigma */
+    TEST_ASSERT_EQUAL_HEX(KQ_EVENT_CONTRADICTION, events_at(EPS * EPS, one) & ~(EPS > 1e-10 ? 0u : KQ_EVENT_PRECISION));
 }
 
 TEST(events_stay_until_they_are_cleared)
