@@ -418,8 +418,16 @@ def test_without_the_extra_of_the_command_line_it_says_what_to_install(missing):
                            "'./tools[cli]' in the project's folder\n")
 
 
+def test_without_jinja2_compile_says_what_to_install(tmp_path):
+    code = "import sys; sys.modules['jinja2'] = None; from kalmanq.__main__ import main; main()"
+    done = subprocess.run([sys.executable, "-c", code, "compile", str(MODEL), "-o", str(tmp_path / "nile.c")],
+                          capture_output=True, text=True)
+    assert (done.returncode, done.stdout, list(tmp_path.iterdir())) == (1, "", [])
+    assert done.stderr == "kalmanq: this needs jinja2, which is not installed: pip install './tools[cli]'\n"
+
+
 def test_the_library_needs_nothing_of_the_command_line():
-    code = ("import sys; sys.modules.update(typer=None, rich=None, click=None, scipy=None, matplotlib=None); import kalmanq\n"
+    code = ("import sys; sys.modules.update(typer=None, rich=None, click=None, jinja2=None, scipy=None, matplotlib=None); import kalmanq\n"
             "for name in kalmanq.__all__: getattr(kalmanq, name)\nimport kalmanq.run.campaigns")
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True)
     assert (done.returncode, done.stderr) == (0, "")

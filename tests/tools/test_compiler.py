@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 import shutil
 import subprocess
 from pathlib import Path
@@ -24,6 +25,7 @@ from kalmanq.compiler.host import Host
 from kalmanq.compiler.product import compiled
 from kalmanq.compiler.record import Accuracy, drawn, tried
 from kalmanq.compiler.request import GAP, LONGEST_GAP, Options
+from kalmanq.compiler.trial import trial
 from kalmanq.errors import KalmanqError
 from kalmanq.model import model_file
 
@@ -36,6 +38,15 @@ COVARIANCE = {"f32": 1e-4, "f64": 2e-6}  # sigma_i sigma_j
 
 def built(folder: Path, name: str, *command: str) -> None:
     cc(*command, *STRICT, f"{name}.c", f"{name}_test.c", folder=folder)
+
+
+@pytest.mark.parametrize("arithmetic", [*ARITHMETICS, "q31"])
+@pytest.mark.parametrize("options", [{}, {"nis": True, "gate": 4.0}, {"lag": 2}, {"loops": True}, {"every": (1, 2)}], ids=str)
+def test_nothing_of_a_template_is_left(arithmetic: str, options: dict):
+    product = compiled(gps(), "gps", Options(arithmetic, **options))
+    with Host(product) as host:
+        text = "\n".join([*product.sources().values(), trial(product, host)])
+    assert not re.search(r"\$\{|\{[%#]|//[?*]|\0", text)
 
 
 # ------------------------------------------------------------------------------ every product

@@ -16,7 +16,7 @@ from kalmanq.compiler import record, report
 from kalmanq.compiler.host import Host
 from kalmanq.compiler.product import Product, compiled
 from kalmanq.compiler.request import Options
-from kalmanq.compiler.word_routines import QUOTIENT, routines
+from kalmanq.compiler.word_routines import routines
 from whole import WHOLE
 
 TRAPS = ("-fsanitize=undefined", "-fsanitize-undefined-trap-on-error")
@@ -171,7 +171,7 @@ def test_roots_and_inverses(tmp_path: Path):
 
 def test_the_quotient_without_a_division_is_the_quotient(tmp_path: Path):
     """For each number that it can be asked for; both round down, so that all cores have the same words."""
-    (tmp_path / "q.c").write_text("#include <stdint.h>\n" + QUOTIENT + """
+    (tmp_path / "q.c").write_text("#include <stdint.h>\n" + routines("inverse(") + """
 int main(void)
 {
     for (uint32_t d = UINT32_C(1) << 15; d < UINT32_C(1) << 16; d++) {

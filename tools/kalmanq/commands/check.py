@@ -13,7 +13,7 @@ from rich.console import Console
 from kalmanq.commands.messages import REFUSED, print_json
 from kalmanq.commands.options import ANY_MODEL, JSON, Arithmetic, command_of, read_any
 from kalmanq.compiler import settling
-from kalmanq.compiler.head import count
+from kalmanq.compiler.templating import counted
 from kalmanq.data import joining
 from kalmanq.errors import KalmanqError
 from kalmanq.model import Model
@@ -39,7 +39,7 @@ def check(options: Options, console: Console) -> None:
     if options.json:
         print_json({one.subject: {"good": one.is_good, "said": one.said} for one in made})
     else:
-        console.print(f"{model.name}: {count(model.n, 'state')}, {count(model.m, 'measurement')}, {count(len(model.inputs), 'control')}")
+        console.print(f"{model.name}: {counted(model.n, 'state')}, {counted(model.m, 'measurement')}, {counted(len(model.inputs), 'control')}")
         for one in made:
             console.print(f"  {'ok ' if one.is_good else 'NO '} {one.subject}: {one.said}")
     if not all(one.is_good for one in made):

@@ -42,7 +42,7 @@ class Found:
 
 
 MODULES = {"kalmanq": "all commands", "numpy": "all commands", "scipy": "fit, design, report, compare, simulate --runs", "matplotlib": "--plot, report",
-           "PIL": "--plot, report", "kalmanq_studies": "examples, gallery, study"}
+           "PIL": "--plot, report", "jinja2": "the C of compile, check, design, tune and --compiled", "kalmanq_studies": "examples, gallery, study"}
 SOURCES = {"PIL": "pillow", "kalmanq_studies": "kalmanq-studies"}
 PROGRAMS = (  # what serves the C that design and compile write: on a chip, and on an emulated one
     ("arm-none-eabi-gcc", "C for Cortex-M", "gcc-arm-none-eabi libnewlib-arm-none-eabi"),

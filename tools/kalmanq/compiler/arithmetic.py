@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Mapping, Optional, Sequence
+from typing import Any, Mapping, Optional, Sequence
 
 import numpy as np
 
@@ -28,7 +28,7 @@ class Arithmetic:
 
     type: str
     zero: str
-    mean_type: str
+    mean_type: str = ""
     covariance_type: str
     model: Model
     live: Sequence[tuple[int, int]]
@@ -51,7 +51,7 @@ class Arithmetic:
 
     # ---- a start that is given
 
-    refused_start: str  # what answers 0, and what it does then
+    refused_start: str = ""  # what answers 0, and what it does then
 
     def started_at(self) -> list[str]:
         """The last lines: what is returned"""
@@ -63,9 +63,9 @@ class Arithmetic:
         """Lines after a predict"""
         return []
 
-    def hold(self) -> list[str]:
-        """A function that they call"""
-        return []
+    def hold(self) -> Optional[dict[str, Any]]:
+        """Of a function that they call, if there is one"""
+        return None
 
     # ---- constant gains in a table (--every, --lag)
 
@@ -101,13 +101,13 @@ class Arithmetic:
         """Of the header: fractions of raw values, or places of coefficients"""
         return []
 
-    def calls(self) -> list[str]:
-        """Declarations of `functions`, and readings, beside those of all filters"""
-        return []
+    def likelihood(self) -> Optional[dict[str, str]]:
+        """Of the header: numbers of what reads it"""
+        return None
 
-    def functions(self) -> list[str]:
-        """Beside those of all filters"""
-        return []
+    def tunable(self) -> dict[str, Any]:
+        """What the functions that set coefficients are given"""
+        return {"tunable": None, "step": None}
 
     def format_of(self, which: str, k: int) -> str:
         """Of a raw value, as in Q16.15"""

@@ -5,7 +5,7 @@ Entries that are 0, and ones on the diagonal of A, are part of the structure and
 
 from __future__ import annotations
 
-from typing import Callable, Optional, Sequence
+from typing import Any, Callable, Optional, Sequence
 
 import numpy as np
 
@@ -36,11 +36,9 @@ class Constant:
     def enumerators(self) -> list[str]:
         return []
 
-    def calls(self) -> list[str]:
-        return []
-
-    def functions(self) -> list[str]:
-        return []
+    def tunable(self) -> dict[str, Any]:
+        """What the templates of functions that set them are given"""
+        return {"tunable": None, "step": None}
 
 
 class Tunable(Constant):
@@ -88,55 +86,18 @@ class Tunable(Constant):
         return ["/* f->A[...]: the entry of A in the row of the first state and the column of the second one */", "enum {",
                 *(f"{line}," for line in lines[:-1]), lines[-1], "};", ""]
 
-    def calls(self) -> list[str]:
-        name, n = self.given.name, self.given.of.n
-        return ["/** Sets Q: n x n, by rows.  f->A[] and f->r[] (the variances of measurements) you may write yourself.",
-                " *  Returns 0 and changes nothing where Q is no covariance, or has an entry that the factor of the",
-                " *  model's Q has not. */",
-                f"int {name}_noise({self.given.type} *f, const {self.type} Q[{n * n}]);", "",
-                *(stepping.declared(self.given, self.continuous, self.type) if self.continuous else [])]
-
-    def functions(self) -> list[str]:
-        """U and D of Q, from the last column on"""
-        given, n, type_ = self.given, self.given.of.n, self.type
-        zero, tiny = self.number(0), self.number(1e-6)
+    def tunable(self) -> dict[str, Any]:
         slots = {key: slot for slot, key in enumerate(self.rows)}
-        place = [self.columns.index(j) if i == j and j in self.columns else slots.get((i, j), NONE)
-                 for i, j in ud.keys(n)]
-        lines = [
-            f"static const uint8_t place[{len(place)}] = {{{', '.join(map(str, place))}}}; /* in q and g */",
-            f"{type_} U[{n * n}];",
-            f"for (int i = 0; i < {n * n}; i++) U[i] = Q[i];",
-            f"for (int j = {n - 1}; j >= 0; j--) {{",
-            f"    const {type_} d = U[{n} * j + j];",
-            f"    const {type_} least = {tiny} * Q[{n} * j + j];",
-            f"    if (!(d >= -least && d <= {self.number(1e30)})) return 0;",
-            f"    if (place[j * (j + 1) / 2 + j] == {NONE} && d > least) return 0;",
-            "    for (int i = 0; i < j; i++) {",
-            f"        const {type_} u = d > least ? U[{n} * i + j] / d : {zero};",
-            f"        if (place[j * (j + 1) / 2 + i] == {NONE} && u * u * d > {tiny} * Q[{n} * i + i]) return 0;",
-            f"        for (int k = 0; k <= i; k++) U[{n} * k + i] -= u * U[{n} * k + j];",
-            "    }",
-            f"    for (int i = 0; i < j; i++) U[{n} * i + j] = d > least ? U[{n} * i + j] / d : {zero};",
-            "}",
-            f"for (int j = 0; j < {n}; j++) {{",
-            "    for (int i = 0; i <= j; i++) {",
-            "        const unsigned at = place[j * (j + 1) / 2 + i];",
-            f"        if (at == {NONE}) continue;",
-            f"        if (i == j) f->q[at] = U[{n} * j + j] > {zero} ? U[{n} * j + j] : {zero};",
-            *([f"        else f->g[at] = U[{n} * i + j];"] if self.rows else []),
-            "    }", "}", "return 1;"]
-        return [f"int {given.name}_noise({given.type} *restrict f, const {type_} Q[{n * n}])", "{",
-                *(f"    {line}" for line in lines), "}", "", *self._move()]
+        place = [self.columns.index(j) if i == j and j in self.columns else slots.get((i, j), NONE) for i, j in ud.keys(self.given.of.n)]
+        return {"tunable": {"place": place, "none": NONE, "tiny": self.number(1e-6), "most": self.number(1e30), "has_rows": bool(self.rows)},
+                "step": self._step() if self.continuous else None}
 
-    def _move(self) -> list[str]:
-        if self.continuous is None:
-            return []
+    def _step(self) -> dict[str, Any]:
         n, B = self.given.of.n, self.continuous.B
         stores = [(f"f->A[{s}]", f"A[{n * i + k}]") for s, (i, k) in enumerate(self.places)]
         stores += [(f"f->B[{s}]", " + ".join(f"{self.number(float(B[j, k]))} * S[{n * i + j}]" for j in range(n) if B[j, k]))
                    for s, (i, k) in enumerate(self.pushes)]
-        return stepping.function(self.given, self.continuous, self.type, self.number, stores)
+        return stepping.names(self.given, self.continuous, self.type, self.number, stores)
 
 
 def _structure(F: np.ndarray) -> tuple[np.ndarray, np.ndarray]:

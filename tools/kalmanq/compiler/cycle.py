@@ -10,15 +10,14 @@ from __future__ import annotations
 import decimal
 import math
 from dataclasses import dataclass
-from typing import Optional, Sequence
+from typing import Any, Optional, Sequence
 
 import numpy as np
 
 from kalmanq.compiler.arithmetic import Arithmetic
-from kalmanq.compiler.emit import Text, function, within
+from kalmanq.compiler.emit import Text, within
 from kalmanq.compiler.enclosure import DIGITS, GONE, MORE, MOST, Map, is_within, least_steps, unit_lower
 from kalmanq.compiler.exact import Numbers, decimals, eye, inverse, symmetric
-from kalmanq.compiler.printing import indented
 from kalmanq.compiler.request import Request, due
 from kalmanq.errors import KalmanqError
 
@@ -121,73 +120,30 @@ def _rows(of: Numbers, masks: Sequence[int], P: Matrix) -> list[Row]:
 
 
 class CycleText(Text):
-    """The functions of a filter whose cycle of rows settles.  f->row: since the last full sample, LOST: not on time"""
+    """Of a filter whose cycle of rows settles"""
 
-    counter = ("row", "LOST")
+    counter = "row"
 
     def __init__(self, given: Request, a: Arithmetic, cycle: Cycle):
         super().__init__(given, a)
-        self.cycle, self.length, self.settles = cycle, len(cycle.rows), True
-
-    def _constants(self) -> str:
-        a, rows = self.a, self.cycle.rows
-        factors = [P for k, row in enumerate(rows) for P in (rows[k - 1].filtered, row.predicted)]
-        literals = [", ".join(a.factor_literals(P)) or "0" for P in factors]
-        gains = [", ".join(one) for one in a.gain_literals(self.cycle.gains)]
-        return "\n".join([
-            f"enum {{ ROWS = {self.length}, LOST = {self.length + 1} }};",
-            f"#define SETTLED UINT32_C({2 * self.length * self.cycle.cycles}) /* calls: {self.cycle.cycles} cycles of so many rows */",
-            f"static const {a.type} steady[{2 * self.length}][{max(len(a.live), 1)}] = {{ /* updated in a row, predicted to the next */",
-            *(f"    {{{one}}}," for one in literals), "};",
-            f"static const {a.type} gain[{self.length}][{self.given.of.n * self.given.of.m}] = {{", *(f"    {{{one}}}," for one in gains), "};",
-            f"static const uint16_t due[{self.length}] = {{{', '.join(str(row.due) for row in rows)}}}; /* bits */", "", ""])
+        self.cycle, self.settles = cycle, True
 
     def _factor(self) -> str:
         return "f->calls >= SETTLED ? steady[2u * f->row - (f->calls & 1u)] : f->P"
 
-    def _leave(self) -> list[str]:
-        return function(f"static void leave({self.filter})", [
-            f"const {self.a.type} *from = steady[2u * f->row - (f->calls & 1u)];",
-            f"for (int i = 0; i < {max(len(self.a.live), 1)}; i++) f->P[i] = from[i];", "f->calls &= 1u;",
-            "f->row = LOST;"], "From the steady cycle on, the factor is carried again.")
-
-    def _count_predict(self) -> list[str]:
-        return ["if (f->calls > SETTLED) leave(f);", "if (f->row < LOST) f->row++;", "if (f->calls == SETTLED) {",
-                "    f->calls++;", "    return;", "}", "if (f->calls & 1u) f->row = LOST;", "else f->calls++;"]
-
-    def _leave_before(self) -> list[str]:
-        return ["if (f->calls >= SETTLED) leave(f);"]
-
-    def _count_update(self) -> list[str]:
-        return ["const int is_due = (f->calls & 1u) && f->row < LOST && taken == due[f->row - 1];",
-                "f->calls = is_due ? f->calls + 1u : 0u;", f"if (taken == {self.given.all}u) f->row = 0;",
-                "else if (!is_due) f->row = LOST;"]
+    def _steady(self) -> dict[str, Any]:
+        a, rows = self.a, self.cycle.rows
+        factors = [P for k, row in enumerate(rows) for P in (rows[k - 1].filtered, row.predicted)]
+        return {"cycle": {"rows": len(rows), "cycles": self.cycle.cycles, "due": [row.due for row in rows], "settled_row": self._settled_row(),
+                          "factors": [f"{{{', '.join(a.factor_literals(P)) or '0'}}}," for P in factors],
+                          "gains": [f"{{{', '.join(one)}}}," for one in a.gain_literals(self.cycle.gains)]}}
 
     def _settled_row(self) -> list[str]:
-        """By the gain of its row; it returns."""
+        """By the gain of its row"""
         a = self.a
         body = [f"const {a.type} *g = gain[f->row - 1];"]
         body += [f"const {a.type} y{j} = taken & {1 << j}u ? {a.innovation_text(j)} : {a.zero};"
                  for j in range(self.given.of.m)]
         added = {i: a.gained(i, self.cycle.gains, "g[{}]", "y{}") for i in range(self.given.of.n)}
         body += a.moved({i: text for i, text in added.items() if text})
-        return [*self._measured(), *within(a.places(factor=False), body), "f->calls = SETTLED;",
-                "if (f->row == ROWS) f->row = 0;", "return taken;"]
-
-    def _update(self) -> list[str]:
-        given = self.given
-        call = f"unsigned {given.name}_update_some({self.filter}, {self.z}, unsigned present)"
-        return [*function(call, [
-            f"present &= {given.all}u;", f"unsigned taken = present & ({self._accepted()});", *self._whole_groups(),
-            self._refused("present"), "if (f->calls == SETTLED + 1u && taken == due[f->row - 1]) {",
-            *indented(self._settled_row()), "}", "return take(f, z, taken);"]),
-            *function(f"unsigned {given.name}_update({self.filter}, {self.z})",
-                      [f"return {given.name}_update_some(f, z, {given.all}u);"])]
-
-    def _update_some(self) -> list[str]:
-        return []
-
-    def _step(self) -> list[str]:
-        u = ", u" if self.given.inputs else ""
-        return function(f"unsigned {self.given.name}_step({self.filter}{self.u}, {self.z})",
-                        [f"{self.given.name}_predict(f{u});", f"return {self.given.name}_update(f, z);"])
+        return [*self.measured(), *within(a.places(factor=False), body)]

@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-from typing import Optional
+from typing import Any, Optional
 
-from kalmanq.compiler.delayed import Delayed, Late
-from kalmanq.compiler.emit import Row, function, named, passed
+from kalmanq.compiler.delayed import Delayed, Late, kept_fields
+from kalmanq.compiler.emit import Row
 from kalmanq.compiler.equation_text import EquationText
-from kalmanq.compiler.equations import EquationFilter, Sensor
+from kalmanq.compiler.equations import EquationFilter
 from kalmanq.errors import KalmanqError
 from kalmanq.firmware.steps_kept import kept_for
 from kalmanq.nonlinear import NonlinearModel
@@ -25,61 +25,29 @@ def delayed_equations(a: EquationFilter, text: EquationText, model: NonlinearMod
     if step is None:
         raise KalmanqError("delays: are in seconds, as functions take t: give dt, and let a function take it, so that they are steps")
     sensors = [Late(one.name, one.first, one.m, round(one.delay / step)) for one in model.sensors]
-    return EquationDelayed(a, text, kept_for(max(one.delay for one in model.sensors) / step) + 1, sensors)
+    return EquationDelayed(text, kept_for(max(one.delay for one in model.sensors) / step) + 1, sensors)
 
 
 class EquationDelayed(Delayed):
-    def __init__(self, a: EquationFilter, text: EquationText, kept: int, sensors: list[Late]):
-        super().__init__(text.given, a, text.predict_arguments(), kept, sensors)
-        self.text, self.pairs = text, list(zip(a.sensors, sensors))
+    by_sensor = True
+    text: EquationText
+
+    def __init__(self, text: EquationText, kept: int, sensors: list[Late]):
+        super().__init__(text, text.predict_arguments(), kept, sensors)
+        self.pairs = list(zip(text.of.sensors, sensors))
 
     def fields(self) -> str:
         l = self.given.of.l
         reads = [any(self.text.of.updates_by(one, which) for one, _ in self.pairs) for which in KEPT]
         return ", ".join(filter(None, [super().fields(), f"now[{l}]" if reads[0] else "", "at" if reads[1] else ""]))
 
-    def _of_row(self, sensor: Sensor) -> str:
-        """The arguments of an update after z, from step k"""
-        return "".join(f", d->steps[k].{KEPT[name]}" for name, _ in named(self.text.update_arguments(sensor)) if name in KEPT)
-
-    def again(self) -> list[str]:
-        lines = [f"if (d->steps[k].present & {self._bit()}) {self.name}_predict(f{passed(self.arguments, 'd->steps[k].')});", "unsigned taken = 0;"]
-        for sensor, one in self.pairs:
-            here = f"present >> {one.first} & {sensor.all}u" if one.first else f"present & {sensor.all}u"
-            z = f"d->steps[k].z + {one.first}" if one.first else "d->steps[k].z"
-            some = f"_some(f, {z}{self._of_row(sensor)}, {here})" if sensor.m > 1 else f"(f, {z}{self._of_row(sensor)})"
-            lines.append(f"if ({here}) taken |= {self.name}_update{sensor.suffix}{some}{f' << {one.first}' if one.first else ''};")
-        return lines
-
-    def usage_of_updates(self) -> list[tuple[str, str]]:
-        return [(f"{self.name}_delayed_update{sensor.suffix}(&d{passed(self.text.update_arguments(sensor))}{one.ago});", one.said)
-                for sensor, one in self.pairs]
-
-    def _declared_update(self, sensor: Sensor, one: Late) -> str:
-        return f"unsigned {self.name}_delayed_update{sensor.suffix}({self.type} *d{self.text.update_arguments(sensor)}" \
-               f"{', unsigned ago' if one.steps else ''})"
-
-    def update_calls(self) -> list[str]:
-        lines = [f"/** Take what a sensor has measured, a late one's `ago` steps before now, 0 to {self.kept - 1}.  d->now is then what it",
-                 f" *  would be if all had come in time.  Costs an update, and {self.kept} steps where `ago` is not 0.  One sample of a sensor",
-                 " *  in a step.  u and t are of the row that it was measured in.  Return the bits of what they took. */"]
-        return [*lines, *(f"{self._declared_update(*pair)};" for pair in self.pairs), ""]
-
-    def update_functions(self) -> list[str]:
-        return [line for pair in self.pairs for line in self._update(*pair)]
-
-    def _update(self, sensor: Sensor, one: Late) -> list[str]:
-        arguments, ago = self.text.update_arguments(sensor), "ago" if one.steps else "0"
-        keeps = [line for name, size in named(arguments) if name in KEPT for line in (
-            [f"for (unsigned i = 0; i < {size}u; i++) d->steps[k].{KEPT[name]}[i] = {name}[i];"] if size else
-            [f"d->steps[k].{KEPT[name]} = {name};"])]
-        at = f"{one.first}u + j" if one.first else "j"
-        now = f"{self.name}_update{sensor.suffix}(&d->now{passed(arguments)})"
-        then = f"(replay_all(d, k) >> {one.first}) & {sensor.all}u" if one.first else f"replay_all(d, k) & {sensor.all}u"
-        return function(self._declared_update(sensor, one), [
-            f"const unsigned k = place(d, {one.bits}u, {ago});", f"if (k == {self.kept}u) return 0;",
-            f"for (unsigned j = 0; j < {sensor.m}u; j++) d->steps[k].z[{at}] = z[j];", *keeps,
-            f"d->steps[k].present |= {one.bits}u;", f"return ago ? {then} : {now};" if one.steps else f"return {now};"])
+    def names_of_sensors(self) -> list[dict[str, Any]]:
+        made = []
+        for names, (sensor, one) in zip(self.text.names_of_sensors(), self.pairs):
+            reads = kept_fields(names["arguments"], KEPT)
+            made.append({**names, "size": sensor.m, "bits": one.bits, "steps": one.steps, "said": one.said, "reads": reads,
+                         "passed_again": "".join(f", d->steps[k].{field['kept']}" for field in reads)})
+        return made
 
     # ---- of a test
 

@@ -17,7 +17,6 @@ import numpy as np
 from kalmanq.compiler import equation_rounding
 from kalmanq.compiler.arithmetic import Arithmetic
 from kalmanq.compiler.equations import Equations, equations, reads
-from kalmanq.compiler.head import readings
 from kalmanq.compiler.printing import Floats
 from kalmanq.compiler.request import Options, Request
 from kalmanq.errors import KalmanqError
@@ -161,13 +160,6 @@ class Device(Arithmetic):
 
     def mean_text(self, i: int) -> str:
         return f"f->x[{i}]" if self.has_errors else f"kq_mean_{self.T}(&f->filter, {i})"
-
-    def calls(self) -> list[str]:
-        name, given = self.given.name, self.given
-        lines = ["/** For the library's calls: readings, histories, robust updates. */",
-                 f"static inline kq_filter_{self.T} *{name}_filter({given.type} *f) {{ return &f->filter; }}", ""]
-        return lines + readings(given, self.type, {
-            f"sigma_{state}": f"kq_sigma_{self.T}(&f->filter, {i})" for i, state in enumerate(given.states)})
 
     @property
     def fields(self) -> list[str]:

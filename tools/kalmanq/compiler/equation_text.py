@@ -1,29 +1,35 @@
-"""NAME.c of a nonlinear model: start, predict, and an update of each sensor."""
+"""NAME.c and NAME.h of a nonlinear model: what their templates (templates/equations.c.j2, equations.h.j2) are given."""
 
 from __future__ import annotations
 
-from typing import Mapping
+from typing import Any, Mapping
 
-from kalmanq.compiler.emit import PREDICTS, UPDATES, Row, Text, function, named, passed, within
+from kalmanq.compiler.emit import PREDICTS, UPDATES, Row, Text, named, passed, within
 from kalmanq.compiler.equation_smoother import Smoother
 from kalmanq.compiler.equations import EquationFilter, Sensor
-from kalmanq.compiler.floats import entry
 from kalmanq.compiler.printing import indented
 from kalmanq.compiler.request import Request
 
 
 class EquationText(Text):
-    """u and t are arguments of the functions whose formulas have them."""
+    header, counter = "equations.h.j2", ""
 
     def __init__(self, given: Request, a: EquationFilter):
         super().__init__(given, a)
         self.of = a
-        self.smoother = Smoother(a, self.predict_arguments(), self._controls(), self._refusal("")) if given.options.smooth else None
+        self.smoother = Smoother(a, self.controls(), self._refusal("")) if given.options.smooth else None
 
-    def parts(self) -> list[list[str]]:
-        updates = [lines for sensor in self.of.sensors for lines in self._sensor(sensor)]
-        smooths = self.smoother.functions() if self.smoother else []
-        return [self._start(), self._start_at(), self._control(), self.of.hold(), self._predict(), *updates, self._covariance(), *smooths]
+    def names(self) -> dict[str, Any]:
+        return {**super().names(), "smooth": self.smoother.names() if self.smoother else None}
+
+    def names_of_sensors(self) -> list[dict[str, Any]]:
+        of = [(one, self.update_arguments(one)) for one in self.of.sensors]
+        return [{"suffix": one.suffix, "first": one.first, "m": one.m, "all": one.all, "arguments": given, "passed": passed(given)} for one, given in of]
+
+    def bodies(self) -> dict[str, Any]:
+        sensors = [{**names, **self._sensor(one)} for names, one in zip(self.names_of_sensors(), self.of.sensors)]
+        return {**self.shared(), "predict_mean": self.of.predict(self._refusal("")), "predict_factor": [], "sensors": sensors,
+                "looks_at_controls": any(map(self.of.looks_at, range(self.given.of.l))), **(self.smoother.bodies() if self.smoother else {})}
 
     # ---- arguments
 
@@ -58,35 +64,24 @@ class EquationText(Text):
         """Values of such arguments"""
         return "".join(f", {values[name]}" for name, _ in named(arguments))
 
-    def count_fields(self) -> list[str]:
-        return []
+    # ---- bodies
 
-    def _reset_counts(self) -> list[str]:
-        return []
-
-    # ---- functions
-
-    def _controls(self) -> list[str]:
-        looked_at = super()._controls()
+    def controls(self) -> list[str]:
+        looked_at = super().controls()
         return [line if self.of.looks_at(k) else f"const {self.a.type} u{k} = u[{k}];" for k, line in enumerate(looked_at)]
-
-    def _control(self) -> list[str]:
-        return super()._control() if any(map(self.of.looks_at, range(self.given.of.l))) else []
 
     def _refusal(self, answer: str) -> list[str]:
         return [f"f->events |= {self.given.upper}_NOT_FINITE;", f"return{answer};"]
 
-    def _predict(self) -> list[str]:
-        return function(f"void {self.given.name}_predict({self.filter}{self.predict_arguments()})",
-                        [*self._controls(), *self.of.predict(self._refusal("")), *self.of.within_numbers()])
+    def _sensor(self, sensor: Sensor) -> dict[str, Any]:
+        groups = self.groups(self.given.together[sensor.first:sensor.first + sensor.m])
+        return {"controls": self.controls() if self.of.updates_by(sensor, "u") else [], "lines": self._taken(sensor),
+                "measured": [f"const {self.a.type} z{sensor.first + j} = z[{j}];" for j in range(sensor.m)],
+                "accepted": self.of.accepts_of(sensor), "groups": [group >> sensor.first for group in groups]}
 
-    def _sensor(self, sensor: Sensor) -> list[list[str]]:
-        return [self._taken_of(sensor), self._update_of(sensor), self._update_some_of(sensor)]
-
-    def _taken_of(self, sensor: Sensor) -> list[str]:
-        """static: the components whose bits are set"""
-        a, given, arguments = self.of, self.given, self.update_arguments(sensor)
-        controls = self._controls() if a.updates_by(sensor, "u") else []
+    def _taken(self, sensor: Sensor) -> list[str]:
+        """The components whose bits are set"""
+        a, given = self.of, self.given
         body = [*a.linearised(sensor), *a.unless_finite(sensor, self._refusal(" 0"))]
         is_once = a.is_once(sensor)
         for j in range(sensor.first, sensor.first + sensor.m):
@@ -94,11 +89,7 @@ class EquationText(Text):
             lines = [*a.unless_rounded(j), *a.update(j, self._unless_positive(sensor, j))]
             body += [f"{head} /* {given.measurements[j]} */", *indented(lines), "}"]
         body = self._iterated(body, a.finished(sensor)) if given.options.iterate > 1 else body + a.finished(sensor)
-        lines = [f"f->nis = {a.zero};"] if given.options.nis else []
-        measured = [f"const {a.type} z{sensor.first + j} = z[{j}];" for j in range(sensor.m)]
-        body = body if is_once and sensor in a.linear else within(a.places(factor=not is_once), body)
-        return function(f"static unsigned take{sensor.suffix}({self.filter}{arguments}, unsigned taken)",
-                        [*lines, "if (!taken) return 0;", *controls, *measured, *body, "return taken;"])
+        return body if is_once and sensor in a.linear else within(a.places(factor=not is_once), body)
 
     def _unless_positive(self, sensor: Sensor, j: int) -> list[str]:
         """Where an innovation has no variance: what components before it have written stays"""
@@ -115,24 +106,3 @@ class EquationText(Text):
         last = [f"if (pass == {self.given.options.iterate - 1}) {{", *indented(finished), "}"]
         return [*points, f"for (int pass = 0; pass < {self.given.options.iterate}; pass++) {{",
                 *indented([*again, *body, *last, *(f"a{i} = a{i} + c{i};" for i in states)]), "}"]
-
-    def _whole_groups_of(self, sensor: Sensor) -> list[str]:
-        groups = {group >> sensor.first for group in self.given.together[sensor.first:sensor.first + sensor.m]
-                  if group & (group - 1)}
-        return [f"if ((taken & {group}u) != {group}u) taken &= ~{group}u;" for group in sorted(groups)]
-
-    def _update_of(self, sensor: Sensor) -> list[str]:
-        arguments = self.update_arguments(sensor)
-        return function(f"unsigned {self.given.name}_update{sensor.suffix}({self.filter}{arguments})", [
-            f"{'unsigned' if self._whole_groups_of(sensor) else 'const unsigned'} taken = {self.of.accepts_of(sensor)};",
-            *self._whole_groups_of(sensor), self._refused(f"{sensor.all}u"),
-            f"return take{sensor.suffix}(f{passed(arguments)}, taken);"])
-
-    def _update_some_of(self, sensor: Sensor) -> list[str]:
-        if sensor.m == 1:
-            return []
-        arguments = self.update_arguments(sensor)
-        return function(f"unsigned {self.given.name}_update{sensor.suffix}_some({self.filter}{arguments}, unsigned present)", [
-            f"present &= {sensor.all}u;", f"unsigned taken = present & ({self.of.accepts_of(sensor)});",
-            *self._whole_groups_of(sensor), self._refused("present"),
-            f"return take{sensor.suffix}(f{passed(arguments)}, taken);"])

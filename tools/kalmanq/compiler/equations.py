@@ -7,7 +7,7 @@ one after the other.  A call whose formulas are not finite changes nothing.
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
-from typing import Callable, Mapping, Optional, Sequence
+from typing import Any, Callable, Mapping, Optional, Sequence
 
 import numpy as np
 
@@ -442,7 +442,7 @@ class EquationFilter(FloatFilter):
         total = self._variances([self.at[entry(key)] for key in self.live])
         return [f"if (!({total} <= {self.number(growth.NEAR * self.growth.most.min())})) hold(f);"]
 
-    def hold(self) -> list[str]:
+    def hold(self) -> dict[str, Any]:
         return self._hold(self.growth.most, self.first_mean)
 
     def _doubtful(self, value: Node, slopes: Sequence[Node]) -> list[Node]:

@@ -10,7 +10,7 @@ from kalmanq.compiler import word_routines
 from kalmanq.compiler.fixed_functions import ATAN, COS, EXP, HALF, LN_2, LOG, NO_VALUE, QUARTER, SATURATED, SIN, TANGENT, WORD
 
 MOST, UNSIGNED = 2**31 - 1, 0xffffffff
-NEAR = [int(one, 16) for one in re.findall(r"0x[0-9a-f]+", word_routines.line())]
+NEAR = [int(one, 16) for one in re.findall(r"0x[0-9a-f]+", " ".join(word_routines.line()))]
 
 
 class Far:

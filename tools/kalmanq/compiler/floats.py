@@ -6,7 +6,7 @@ The mean of a state is x + l: an update adds to l, so a small correction of a la
 from __future__ import annotations
 
 from functools import reduce
-from typing import Callable, Iterable, Mapping, Optional, Sequence
+from typing import Any, Callable, Iterable, Mapping, Optional, Sequence
 
 import numpy as np
 
@@ -16,7 +16,6 @@ from kalmanq.compiler.coefficients import Constant, coefficients
 from kalmanq.compiler.enclosure import Settled
 from kalmanq.compiler.facts import entries_of, facts
 from kalmanq.formulas.graph import Node, constant, dot, inverse, make, node, symbol
-from kalmanq.compiler.head import readings
 from kalmanq.compiler.printing import Body, Floats, Target, indented
 from kalmanq.compiler.request import RUN, STUDENT_STEPS, Request
 from kalmanq.compiler.ud import carried
@@ -323,13 +322,14 @@ class FloatFilter(Arithmetic):
         weighed = dict((text, weight) for weight, text in terms)  # states that share a variance look at it once
         return [f"if (!({' + '.join(f'{self.number(weight)} * {text}' for text, weight in weighed.items())} <= {self.number(1)})) hold(f);"]
 
-    def hold(self) -> list[str]:
-        return self._hold(self.growth.most) if self.growth else []
+    def hold(self) -> Optional[dict[str, Any]]:
+        return self._hold(self.growth.most) if self.growth else None
 
-    def _hold(self, most: Sequence[float], first: Optional[Sequence[float]] = None) -> list[str]:
+    def _hold(self, most: Sequence[float], first: Sequence[float] = ()) -> dict[str, Any]:
         place, constants = self.places_of_entries()
         is_plain = not constants and place == list(range(len(place)))
-        return growth.hold(self.given, self.type, self.number, most, len(self.live), None if is_plain else place, first)
+        return {**growth.hold(self.given, self.number, most, len(self.live), None if is_plain else place, first),
+                "largest": self.number(growth.LARGEST[self.type])}
 
     # ---- settled
 
@@ -407,35 +407,12 @@ class FloatFilter(Arithmetic):
     def mean_text(self, i: int) -> str:
         return f"f->x[{i}] + f->low[{i}]"
 
-    def covariance(self) -> list[str]:
-        """A loop over the columns of U, from the entries that are carried and those that are constant"""
-        n, live, a, b = self.of.n, len(self.live), "i", "j"
-        place, constants = self.places_of_entries()
-        lines, value = [], f"{{}} < {live} ? P[{{}}] : constants[{{}} - {live}]"
-        if constants:
-            lines = [f"static const {self.type} constants[{len(constants)}] = {{"
-                     f"{', '.join(self.number(one) for one in constants)}}};"]
-        is_plain = not constants and place == list(range(len(place)))
-        if not is_plain:
-            lines.append(f"static const uint8_t place[{len(place)}] = {{{', '.join(map(str, place))}}}; /* of U, D */")
-
-        def at(index: str) -> str:
-            if is_plain:
-                return f"P[{index}]"
-            where = f"place[{index}]"
-            if not live:
-                return f"constants[{where}]"
-            return f"({value.format(where, where, where)})" if constants else f"P[{where}]"
-
-        one = self.number(1)
-        if self.order != tuple(range(n)):
-            row = [self.order.index(i) for i in range(n)]
-            lines += [f"static const uint8_t row[{n}] = {{{', '.join(map(str, row))}}}; /* of a state, in U */", "const int r = row[i], s = row[j];"]
-            a, b = "r", "s"
-        return [*lines, f"{self.type} sum = {self.number(0)};", f"for (int k = {a} > {b} ? {a} : {b}; k < {n}; k++) {{",
-                "    const int column = k * (k + 1) / 2;",
-                f"    const {self.type} a = {a} == k ? {one} : {at(f'column + {a}')}, b = {b} == k ? {one} : {at(f'column + {b}')};",
-                f"    sum += a * b * {at('column + k')};", "}", "return sum;"]
+    def covariance(self) -> dict[str, Any]:
+        """Its entries: those that are carried, and those that are constant; row: of a state, in U"""
+        n, (place, constants) = self.of.n, self.places_of_entries()
+        return {"row": [] if self.order == tuple(range(n)) else [self.order.index(i) for i in range(n)], "live": len(self.live),
+                "place": [] if not constants and place == list(range(len(place))) else place, "constants": [*map(self.number, constants)],
+                "one": self.one}
 
     def size(self) -> int:
         """Bytes of its fields"""
@@ -447,27 +424,16 @@ class FloatFilter(Arithmetic):
     def enumerators(self) -> list[str]:
         return self.coefficients.enumerators()
 
-    def functions(self) -> list[str]:
-        return self.coefficients.functions()
-
-    def calls(self) -> list[str]:
-        variances = readings(self.given, self.type, {
-            f"variance_{state}": f"{self.given.name}_covariance(f, {i}, {i})" for i, state in enumerate(self.given.states)})
-        return [*self.coefficients.calls(), *variances, *(self._likelihood() if self.given.options.nis else [])]
+    def tunable(self) -> dict[str, Any]:
+        return self.coefficients.tunable()
 
     def nis_fields(self) -> list[str]:
         return [f"{self.type} nis;",
                 f"{self.type} s[{self.slots}]; /* variance of each innovation, given the components before it */"]
 
-    def _likelihood(self) -> list[str]:
-        """Of the components that the last update took"""
-        given, logarithm, m = self.given, "(float)logf" if self.type == "float" else "log", self.slots  # AVR's logf may be log
-        return ["/** Logarithm of the likelihood of the last update; `taken`: what it returned. */",
-                f"static inline {self.type} {given.name}_log_likelihood(const {given.type} *f, unsigned taken)", "{",
-                f"    {self.type} sum = f->nis;",
-                f"    for (int j = 0; j < {m}; j++)",
-                f"        if (taken >> j & 1u) sum += {self.number(np.log(2 * np.pi))} + {logarithm}(f->s[j]);",
-                f"    return {self.number(-0.5)} * sum;", "}", ""]
+    def likelihood(self) -> dict[str, str]:
+        return {"constant": self.number(np.log(2 * np.pi)), "factor": self.number(-0.5),
+                "log": "(float)logf" if self.type == "float" else "log"}  # AVR's logf may be log
 
     # ---- for programs on the host
 

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import decimal
 from dataclasses import dataclass
-from typing import Callable, Optional, Sequence
+from typing import Any, Callable, Optional, Sequence
 
 import numpy as np
 
@@ -94,57 +94,9 @@ def _is_driven(A: np.ndarray, Q: np.ndarray) -> bool:
     return bool(np.all(np.einsum("ik,ij,jk->k", grown.conj(), Q, grown).real > UNMOVED))
 
 
-HOLD = """\
-/* Of a state that has grown without end nothing is known, and nothing is correlated with it. */
-#if defined __GNUC__
-__attribute__((noinline, cold))
-#endif
-static void hold({type}_filter *restrict f)
-{{
-{limits}{table}    for (int i = {n} - 1; i >= 0; i--) {{
-{mean}        if ({name}_covariance(f, i, i) < {limit_i}{and_mean}) continue;
-        const int c = i * (i + 1) / 2;
-        for (int j = 0; j < i; j++) {{ /* what it was part of in the states before is their own now */
-            const int u = {u}, d = {d};
-{stays}            const {number} own = ({number})i * f->P[u] * f->P[u] * f->P[{own}];
-            f->P[d] += own < {limit_j} ? own : {limit_j};
-            f->P[u] = {zero};
-        }}
-        for (int k = i + 1; k < {n}; k++) {carried}f->P[{row}] = {zero};
-        {has}f->P[{own}] = {held};
-{alike}{starts}        f->events |= {upper}_OVERFLOW;
-    }}
-}}
-"""
-ALIKE = """\
-        for (int k = 0; k < {n}; k++) /* whose variance is the same */
-            if (place[k * (k + 1) / 2 + k] == place[c + i]) f->x[k] = {start_k}, f->low[k] = {zero};
-"""
-
-
-def hold(given: Request, type_: str, number: Callable[[float], str], most: Sequence[float], live: int,
-         place: Optional[Sequence[int]], first: Optional[Sequence[float]] = None) -> list[str]:
-    """C: a function.  most: of each variance; place: of U and D column after column, P[k] with k < live; None: all are carried, in
-    this order; first: means that functions of the model have a value for; None: 0"""
-    def at(index: str) -> str:
-        return index if place is None else f"place[{index}]"
-
-    def only(index: str) -> str:
-        return "" if place is None else f"if ({at(index)} < {live}) "
-
-    n, zero, is_beyond = given.of.n, number(0), f"mean * mean < {number(LARGEST[type_])}"
-    table = "" if place is None else f"    static const uint8_t place[{len(place)}] = {{{', '.join(map(str, place))}}}; /* of U, D */\n"
-    stays = "" if place is None else f"            if (u >= {live} || d >= {live} || {at('c + i')} >= {live}) continue;\n"
-    starts = f"        f->x[i] = {'first[i]' if first else zero};\n        f->low[i] = {zero};\n"
-    alike = "" if place is None or given.nominal else ALIKE.format(n=n, zero=zero, start_k="first[k]" if first else zero)
-    if first and not given.nominal:
-        table += f"    static const {type_} first[{n}] = {{{', '.join(map(number, first))}}};\n"
-    is_one = len(set(most)) == 1
-    row, has_means = "k * (k + 1) / 2 + i", not given.nominal
-    return [*HOLD.format(type=given.name, name=given.name, upper=given.upper, number=type_, n=n, table=table, stays=stays, zero=zero,
-                         limits="" if is_one else f"    static const {type_} most[{n}] = {{{', '.join(map(number, most))}}};\n",
-                         limit_i=number(most[0]) if is_one else "most[i]", limit_j=number(most[0]) if is_one else "most[j]",
-                         held=number(most[0] / ROOM) if is_one else f"{number(1 / ROOM)} * most[i]", u=at("c + j"), d=at("j * (j + 1) / 2 + j"),
-                         own=at("c + i"), row=at(row), carried=only(row), has=only("c + i"), alike=alike,
-                         mean=f"        const {type_} mean = f->x[i] + f->low[i];\n" if has_means else "",
-                         and_mean=f" && {is_beyond}" if has_means else "", starts=starts if has_means else "").splitlines(), ""]
+def hold(given: Request, number: Callable[[float], str], most: Sequence[float], live: int, place: Optional[Sequence[int]],
+         first: Sequence[float] = ()) -> dict[str, Any]:
+    """What NAME.c is given.  most: of each variance; place: of U and D column after column, P[k] with k < live; None: all are carried, in
+    this order; first: means that functions of the model have a value for; otherwise 0"""
+    return {"most": [*map(number, most)] if len(set(most)) > 1 else [number(most[0])], "place": place, "live": live,
+            "held": number(1 / ROOM) if len(set(most)) > 1 else number(most[0] / ROOM), "first": [] if given.nominal else [*map(number, first)]}

@@ -13,53 +13,13 @@ from typing import Any, Iterator, Mapping, Optional, Sequence
 
 import numpy as np
 
-from kalmanq.compiler import lag
 from kalmanq.compiler.emit import PREDICTS, UPDATES, Row
 from kalmanq.compiler.product import Product
+from kalmanq.compiler.templating import rendered
 from kalmanq.data.files import own_folder, telling_where
 from kalmanq.errors import KalmanqError
 
 FLAGS = ("-std=c11", "-O2", "-ffp-contract=off", "-w")
-DRIVER = """\
-#include <math.h>
-#include <stdint.h>
-#include "{name}.h"
-
-static uint32_t hash(uint32_t h, const void *field, unsigned size)
-{{
-    for (unsigned i = 0; i < size; i++) h = (h ^ ((const unsigned char *)field)[i]) * UINT32_C(16777619);
-    return h;
-}}
-
-static {name}_filter f;
-{smooths}
-void run(int rows, int goes_on, const unsigned char *what, const unsigned *present, const double *z, const double *u,
-         const double *now, const double *clock, double *mean, double *reading, double *covariance, unsigned *taken, unsigned *events, unsigned *digest);
-
-void run(int rows, int goes_on, const unsigned char *what, const unsigned *present, const double *z, const double *u,
-         const double *now, const double *clock, double *mean, double *reading, double *covariance, unsigned *taken, unsigned *events, unsigned *digest)
-{{
-    uint32_t h = UINT32_C(2166136261);
-    if (!goes_on) {{
-{start}
-    }}
-{lag}
-    for (int t = 0; t < rows; t++, z += {m}, u += {l}, now += {l}, clock += 3) {{
-        {type} v[{m}], w[{l} + 1], at[{l} + 1];
-        (void)w, (void)at;
-{given}
-        taken[t] = 0;
-{calls}
-{digests}
-        events[t] = f.events;
-        f.events = 0;
-{read}
-        for (int i = 0; i < {n}; i++)
-            for (int j = 0; j < {n}; j++) covariance[(t * {n} + i) * {n} + j] = {entry};
-    }}
-    *digest = h;
-}}
-"""
 
 
 def numbered(rows: int, first: int = 0) -> np.ndarray:
@@ -147,52 +107,14 @@ class Smoothed:
     lagged: np.ndarray
 
 
-SMOOTHS = """
-static {name}_history history;
-
-void smooth(int rows, const unsigned char *predicts, double *mean, double *covariance, double *lagged);
-
-void smooth(int rows, const unsigned char *predicts, double *mean, double *covariance, double *lagged)
-{{
-    const {name}_filter now = f;
-    {type} v[{size}];
-    for (int t = rows - 1, back = 0; t >= 0; t--) {{
-{read}
-        for (int i = 0; i < {n}; i++)
-            for (int j = 0; j < {n}; j++) covariance[(t * {n} + i) * {n} + j] = {entry};
-        {name}_lagged(&now, &history, back, v);
-        for (int i = 0; i < {size}; i++) lagged[t * {size} + i] = v[i];
-        if (predicts[t] && !{name}_smooth(&f, &history, ++back)) break;
-    }}
-    f = now;
-}}
-"""
-
-
 def driver(product: Product) -> str:
-    given, a = product.given, product.arithmetic
-    of, name = given.of, given.name
-    convert = [f"v[{j}] = {a.from_double('measurements', j, f'z[{j}]')};" for j in range(of.m)]
-    convert += [f"{to}[{k}] = {a.from_double('controls', k, f'{one}[{k}]')};" for to, one in (("w", "u"), ("at", "now"))
-                for k in range(of.l)]
-    size = len(given.carried)
-    read = [f"mean[t * {size} + {i}] = {a.mean_double(i)};" for i in range(size)]
-    read += [f"reading[t * {size} + {i}] = (double){name}_mean_{state}(&f);" for i, state in enumerate(given.carried)]
-    follows, hashed = lag.followed(given), [f"f.{field}" for field in a.arrays]
-    digests = [*follows[1:], *(f"h = hash(h, {one}, sizeof {one});" for one in (*hashed, *lag.kept(given)))]
-    calls = product.text.row(Row("what[t]", "present[t]", "v", "w", "at", "clock[0]", "clock[1]", "clock[2]", "taken[t]"))
-    start = [f"{name}_start(&f);"]
-    texts = {"name": name, "type": a.type, "n": of.n, "size": size, "read": _inside(read[:size]), "entry": a.covariance_double("i", "j"),
-             "smooths": ""}
-    if given.options.smooth:
-        start.append(f"{name}_history_start(&history);")
-        texts["smooths"] = SMOOTHS.format(**texts)
-    return DRIVER.format(**{**texts, "read": _inside(read)}, m=of.m, l=of.l, digests=_inside(digests), calls=_inside(calls),
-                         given=_inside(convert), start=_inside(start), lag="\n".join(f"    {line}" for line in follows[:1]))
-
-
-def _inside(lines: Sequence[str]) -> str:
-    return "\n".join(f"        {line}" for line in lines)
+    given, a, l = product.given, product.arithmetic, product.given.of.l
+    return rendered("driver.c.j2", {
+        **product.text.names(), "l": l, "measured": [a.from_double("measurements", j, f"z[{j}]") for j in range(given.of.m)],
+        "controls": [a.from_double("controls", k, f"u[{k}]") for k in range(l)],
+        "controls_now": [a.from_double("controls", k, f"now[{k}]") for k in range(l)],
+        "row": product.text.row(Row("what[t]", "present[t]", "v", "w", "at", "clock[0]", "clock[1]", "clock[2]", "taken[t]")),
+        "fields": a.arrays, "means": [a.mean_double(i) for i in range(len(given.carried))], "entry": a.covariance_double("i", "j")})
 
 
 @contextmanager

@@ -14,91 +14,8 @@ from kalmanq.compiler import slow, ud
 from kalmanq.compiler.floats import LEAST, FloatFilter
 from kalmanq.compiler.printing import Body
 from kalmanq.compiler.request import RUN
+from kalmanq.compiler.templating import rendered
 from kalmanq.formulas.graph import symbol
-
-PREDICT = """\
-/* U D U' becomes A U D U' A' + G q G' (Thornton): the rows of [A U, G] are made orthogonal, from the last one on. */
-static void predict_factor({type} *restrict P{low})
-{{
-    {type} W[{n}][{columns}], weight[{columns}];
-    for (int c = 0; c < {n}; c++) weight[c] = P[c * (c + 1) / 2 + c];
-    for (int c = 0; c < {r}; c++) weight[{n} + c] = {q}[c];
-    for (int i = 0; i < {n}; i++) {{
-        for (int c = 0; c < {columns}; c++) W[i][c] = c < {n} ? {zero} : noise[i][c - {n}];
-        for (int a = a_first[i]; a < a_first[i + 1]; a++) {{
-            const int k = a_column[a];
-            W[i][k] += a_value[a];
-            for (int c = k + 1; c < {n}; c++) W[i][c] += a_value[a] * P[c * (c + 1) / 2 + k];
-        }}
-    }}
-    for (int l = {n} - 1; l >= 0; l--) {{
-        {type} d = {zero}, v[{columns}];
-        for (int c = 0; c < {columns}; c++) {{
-            v[c] = weight[c] * W[l][c];
-            {others}d += v[c] * W[l][c];
-        }}
-{adds}        const {type} over = d < {least} ? {zero} : {one} / d;
-        P[l * (l + 1) / 2 + l] = d;
-        for (int i = 0; i < l; i++) {{
-            {type} u = {zero};
-            for (int c = 0; c < {columns}; c++) u += v[c] * W[i][c];
-            u *= over;
-            P[l * (l + 1) / 2 + i] = u;
-            for (int c = 0; c < {columns}; c++) W[i][c] -= u * W[l][c];
-        }}
-    }}
-}}
-"""
-SPREAD = """\
-/* H P H' of a row of H */
-static {type} spread(const {type} *restrict P, const {type} *restrict h)
-{{
-    {type} sum = {zero};
-    for (int c = 0; c < {n}; c++) {{
-        {type} f = h[c];
-        for (int i = 0; i < c; i++) f += h[i] * P[c * (c + 1) / 2 + i];
-        sum += f * f * P[c * (c + 1) / 2 + c];
-    }}
-    return sum;
-}}
-"""
-UPDATE = """\
-/* Takes a component with the row h of H and the variance r (Bierman).  b: P H'.  Returns 1 / (H P H' + r). */
-static {type} update_factor({type} *restrict P, const {type} *restrict h, {type} r, {type} *restrict b{low})
-{{
-    {type} variance = r, before = {one} / r;
-    for (int c = 0; c < {n}; c++) {{
-        {type} *const u = &P[c * (c + 1) / 2];
-        {type} f = h[c];
-        for (int i = 0; i < c; i++) f += h[i] * u[i];
-        const {type} v = u[c] * f, total = variance + f * v, weight = {one} / total, share = f * before;
-        {shrinks}
-        for (int i = 0; i < c; i++) {{
-            const {type} old = u[i];
-            u[i] = old - share * b[i];
-            b[i] += old * v;
-        }}
-        b[c] = v;
-        variance = total;
-        before = weight;
-    }}
-    return before;
-}}
-"""
-
-
-ADDS = """\
-        if (at[l] < {n}) {{ /* in two numbers */
-            const {type} change = low[at[l]] + d + (W[l][l] - {one}) * (W[l][l] + {one}) * weight[l];
-            d = weight[l] + change;
-            low[at[l]] = change - (d - weight[l]);
-        }}
-"""
-SHRINKS = """\
-const {type} ratio = variance * weight, d = u[c];
-        u[c] = d * ratio;
-        if (at[c] < {n}) low[at[c]] = ratio * (d - u[c] - v * (v * weight) + low[at[c]]);"""
-
 
 class LoopedFilter(FloatFilter):
     """As FloatFilter; all entries of the factor are carried."""
@@ -142,19 +59,12 @@ class LoopedFilter(FloatFilter):
                 f"    f->rejected[{j}]++;", f"    f->events |= {self.given.upper}_GATED;", f"    taken &= ~{1 << j}u;", "}"]
 
     def routines(self, text: str) -> str:
-        given = dict(type=self.type, n=self.of.n, zero=self.number(0), one=self.number(1), least=self.number(LEAST[self.type]))
-        two = dict(low=f", {self.type} *restrict low", others=f"if (c != l || at[l] == {self.of.n}) ", adds=ADDS.format(**given),
-                   shrinks=SHRINKS.format(**given)) if self.slow else dict(low="", others="", adds="", shrinks="u[c] *= variance * weight;")
-        parts = [*self._matrices(), self._predict({**given, **two})]
-        parts += [SPREAD.format(**given)] if "spread(f->P" in text else []
-        return "\n".join([*parts, UPDATE.format(**given, **two), ""])
-
-    def _predict(self, given: dict) -> str:
         r = len(self.coefficients.noise())
-        text = PREDICT.format(columns=self.of.n + r, r=r, q="q", **given)
-        return text
+        return rendered("loops.c.j2", {
+            "T": self.type, "n": self.of.n, "r": r, "columns": self.of.n + r, "zero": self.number(0), "one": self.number(1),
+            "least": self.number(LEAST[self.type]), "is_slow": bool(self.slow), "has_spread": "spread(f->P" in text, "tables": self._tables()}) + "\n"
 
-    def _matrices(self) -> list[str]:
+    def _tables(self) -> list[str]:
         """A by its entries that are not 0, the factor of Q, H"""
         of, noise = self.of, self.coefficients.noise(self.order)
         A, at = self._in_order(of.A), [str(self.slow.index((k, k)) if (k, k) in self.slow else of.n) for k in range(of.n)]
@@ -163,7 +73,7 @@ class LoopedFilter(FloatFilter):
         return [*sparse(A, self.type, lambda i, k: self.number(A[i, k])), *(table("uint8_t", "at", [at]) if self.slow else []),
                 *table(self.type, "q", [map(self.number, weights)]),
                 *table(self.type, "noise", [map(self.number, row) for row in entries], True),
-                *table(self.type, "H", [map(self.number, self.row(j)) for j in range(of.m)], True), ""]
+                *table(self.type, "H", [map(self.number, self.row(j)) for j in range(of.m)], True)]
 
 
 def table(type_: str, name: str, rows: Iterable[Iterable[str]], is_matrix: bool = False) -> list[str]:

@@ -35,8 +35,7 @@ class Product:
     late: Optional[Delayed] = None
 
     def sources(self) -> dict[str, str]:
-        late = "\n".join(["", *self.late.functions()]) if self.late else ""
-        return {f"{self.given.name}.c": self.code + late, f"{self.given.name}.h": self.header}
+        return {f"{self.given.name}.c": self.code + (f"\n{self.late.code()}" if self.late else ""), f"{self.given.name}.h": self.header}
 
     @property
     def calls(self) -> int:
@@ -52,7 +51,7 @@ class Product:
     def ram(self) -> int:
         """Bytes of the filter where words are aligned: its arithmetic's, calls and a counter if there are any, events, rejections"""
         options, align = self.given.options, self._align
-        events = 8 if self.text.count_fields() else align if options.nis else 2
+        events = 8 if self.text.counter else align if options.nis else 2
         size = self.arithmetic.size() + events + (self.given.of.m if options.gate is not None else 0)
         return -(-size // align) * align
 

@@ -2,31 +2,22 @@
 
 from __future__ import annotations
 
-from typing import Optional, Sequence
+from typing import Any, Iterable, Iterator, Optional, Sequence
 
 import numpy as np
 
-from kalmanq.compiler import lag
 from kalmanq.compiler.delayed import Late
-from kalmanq.compiler.emit import PREDICTS, UPDATES, Row, comment
+from kalmanq.compiler.emit import Row
 from kalmanq.compiler.host import Host, Ran
-from kalmanq.compiler.printing import indented
 from kalmanq.compiler.product import Product
 from kalmanq.compiler.record import Record, drawn
+from kalmanq.compiler.templating import rendered
 
 ROWS = 24
 SEED = 1
 NEAR = {"f32": 1e-3, "f64": 1e-9}  # sigma: a core may fuse products where another one rounds them
 FAR = 0.5  # sigma: never more
 ROUNDINGS = 4  # of what float is off itself: a core's math library rounds in another way
-HASH = """\
-/* FNV-1a of the bits of a field */
-static uint32_t digest(uint32_t h, const void *field, unsigned size)
-{
-    for (unsigned i = 0; i < size; i++) h = (h ^ ((const unsigned char *)field)[i]) * UINT32_C(16777619);
-    return h;
-}
-"""
 
 
 def trial(product: Product, host: Host, record: Optional[Record] = None, rounded: float = 0.0) -> str:
@@ -38,110 +29,71 @@ def trial(product: Product, host: Host, record: Optional[Record] = None, rounded
 
 
 class Trial:
-    def __init__(self, product: Product, record: Record, ran: Ran, back: Optional[np.ndarray] = None, rounded: float = 0.0):
-        """back: smoothed means 1, 2, ... steps ago, of a filter with --smooth"""
-        self.product, self.given, self.a = product, product.given, product.arithmetic
-        self.record, self.ran, self.back, self.rounded, self.name = record, ran, back, rounded, product.given.name
+    """back: smoothed means 1, 2, ... steps ago, of a filter with --smooth; is_device: over the library"""
+
+    def __init__(self, product: Product, record: Record, ran: Ran, back: Optional[np.ndarray] = None, rounded: float = 0.0,
+                 is_device: bool = False):
+        self.product, self.given, self.a, self.name = product, product.given, product.arithmetic, product.given.name
+        self.record, self.ran, self.back, self.rounded, self.is_device = record, ran, back, rounded, is_device
 
     def text(self) -> str:
-        same = " and has its math library" if self.rounded else ""
-        lines = comment([f"{self.name}_test: {ROWS} rows of the model, some of them missing, come to what they came to on the",
-                         "host.  Prints OK, and a digest of all bits, which is the same on every core that does not",
-                         f"fuse products (-ffp-contract=off){same}: {self.ran.digest:08x}."])
-        return "\n".join([*lines, "#include <stdio.h>", "", f'#include "{self.name}.h"', "", *self._rows(), *self._smoothed(), HASH,
-                          *self._near(), *self._main()])
+        smoothed = [] if self.back is None else [f"{self._cells(row)}," for row in self.back]
+        return rendered("filter_test.c.j2", {
+            **self.product.text.names(), "ROWS": ROWS, "is_device": self.is_device, "digest": f"{self.ran.digest:08x}",
+            "is_rounded": bool(self.rounded), "limit": self._limit(), "inputs_of_row": self._inputs(), "rows": [*self._rows()],
+            "row": self._row(), "variances": self._variances(), "fields": () if self.is_device else self.a.arrays, "smoothed": smoothed, "late": self._late()})
 
-    def _rows(self) -> list[str]:
-        n, m, l = len(self.given.carried), self.given.of.m, self.given.inputs
-        given = [("u", self.record.u), *([] if self.record.now is None else [("now", self.record.now)])] if l else []
-        controls = [f"{self.a.type} {', '.join(f'{name}[{l}]' for name, _ in given)};"] if l else []
-        clocks = [] if self.record.clock is None else [f"{self.a.type} clock[3];"]
-        lines = []
+    def _inputs(self) -> list[str]:
+        """Fields of a row, beside what all have"""
+        l = self.given.inputs
+        controls = [f"{self.a.type} {', '.join(f'{name}[{l}]' for name, _ in self._controls())};"] if l else []
+        return [*controls, *([] if self.record.clock is None else [f"{self.a.type} clock[3];"])]
+
+    def _controls(self) -> list[tuple[str, np.ndarray]]:
+        given = [("u", self.record.u), *([] if self.record.now is None else [("now", self.record.now)])]
+        return given if self.given.inputs else []
+
+    def _rows(self) -> Iterator[str]:
+        l, clock = self.given.inputs, self.record.clock
         for t in range(ROWS):
             cells = [*(str(one[t]) for one in (self.record.what, self.record.present, self.ran.taken)),
-                     *(self._list("controls", values[t][:l]) for _, values in given),
-                     *(f"{{{', '.join(self.a.literal(float(np.nan_to_num(one))) for one in self.record.clock[t])}}}" for _ in clocks),
-                     self._list("measurements", self.record.z[t]),
-                     f"{{{', '.join(self.a.literal(value) for value in self.ran.reading[t])}}}"]
-            lines.append(f"{{{', '.join(cells)}}},")
-        return ["static const struct {", *indented([
-            f"unsigned char what; /* {PREDICTS}: predict, {UPDATES}: update */", "unsigned present, taken;", *controls, *clocks,
-            f"{self.a.type} z[{m}], mean[{n}];"]), f"}} rows[{ROWS}] = {{", *indented(lines), "};", ""]
+                     *(self._list("controls", values[t][:l]) for _, values in self._controls()),
+                     *([] if clock is None else [self._cells(np.nan_to_num(clock[t]))]),
+                     self._list("measurements", self.record.z[t]), self._cells(self.ran.reading[t])]
+            yield f"{{{', '.join(cells)}}},"
+
+    def _cells(self, values: Iterable[float]) -> str:
+        return f"{{{', '.join(self.a.literal(value) for value in values)}}}"
 
     def _list(self, which: str, values: Sequence[float]) -> str:
-        return f"{{{', '.join(self.a.literal(self.a.raw(which, k, value)) for k, value in enumerate(values))}}}"
+        return self._cells(self.a.raw(which, k, value) for k, value in enumerate(values))
 
-    def _smoothed(self) -> list[str]:
-        if self.back is None:
-            return []
-        rows = [f"{{{', '.join(self.a.literal(value) for value in row)}}}," for row in self.back]
-        return ["/* Means 1, 2, ... steps ago, given all rows */",
-                f"static const {self.a.type} smoothed[{len(rows)}][{len(self.given.carried)}] = {{", *indented(rows), "};", ""]
-
-    def _smooths(self) -> list[str]:
-        """Goes back over what is recorded, by both ways"""
-        if self.back is None:
-            return []
-        name, count = self.name, len(self.back)
-        near = [f"wrong += !is_near({{}}, smoothed[back - 1][{i}], {self._variance(i, 's')});" for i in range(len(self.given.carried))]
-        return [f"static {self.given.type} s;", f"{self.a.type} mean[{len(self.given.carried)}];", "int back = 1;", "s = f;",
-                f"for (; back <= {count} && {name}_smooth(&s, &history, back); back++) {{",
-                f"    if (!{name}_lagged(&f, &history, back, mean)) wrong++;",
-                *(f"    {one.format(f'{name}_mean_{state}(&s)')}" for one, state in zip(near, self.given.carried)),
-                *(f"    {one.format(f'mean[{i}]')}" for i, one in enumerate(near)), "}",
-                f"wrong += back != {count + 1};"]
-
-    def _late(self) -> list[str]:
-        """In time, and late"""
-        late, name = self.product.late, self.name
+    def _late(self) -> Optional[dict[str, Any]]:
+        """Calls of the program for what comes in time, and late"""
+        late = self.product.late
         if late is None:
-            return []
+            return None
         late.has_clock = self.record.clock is not None
-        sensors = late.sensors or [Late("", 0, self.given.of.m, late.kept - 1)]
-        given, flushed = [], []
-        for one in sensors:
+        sensors = []
+        for one in late.sensors or [Late("", 0, self.given.of.m, late.kept - 1)]:
             steps = min(one.steps, ROWS // 2)
-            call = late.late_row(one, f"t - {steps}" if steps else "t", str(steps))
-            given.append(f"    {f'if (t >= {steps}) ' if steps else ''}{call}")
-            flushed += [f"for (int t = {ROWS - steps}; t < {ROWS}; t++) {late.late_row(one, 't', f'(unsigned)({ROWS} - t)')}"] if steps else []
-        means = (f"{name}_mean_{state}" for state in self.given.carried)
-        return ["/* The same rows, whole: in time, and late */", f"static {self.given.type} in_time;", f"static {late.type} d;",
-                f"{name}_start(&in_time);", f"{name}_start(&d.now);", f"{name}_delayed_start(&d);", f"for (int t = 0; t < {ROWS}; t++) {{",
-                *indented(late.in_time()), f"    if (t) {late.late_predict('t')}", *given, "}", "{", "    const int t = 1;", "    (void)t;",
-                *indented(late.in_time_predict()), f"    {late.late_predict('t')}", "}", *flushed,
-                *(f"wrong += !is_near({mean}(&d.now), {mean}(&in_time){'' if self.a.type == 'int32_t' else ', ' + self._variance(i, 'in_time')});"
-                  for i, mean in enumerate(means))]
+            sensors.append({"steps": steps, "late": late.late_row(one, f"t - {steps}" if steps else "t", str(steps)),
+                            "last": late.late_row(one, "t", f"(unsigned)({ROWS} - t)")})
+        return {"in_time": late.in_time(), "in_time_predict": late.in_time_predict(), "predict": late.late_predict("t"), "sensors": sensors}
 
-    def _near(self) -> list[str]:
-        type_, arithmetic = self.a.type, self.given.options.arithmetic
+    def _limit(self) -> str:
+        """Of what is apart, in sigma"""
+        arithmetic = self.given.options.arithmetic
         if arithmetic == "q31":
-            return ["static int is_near(int32_t mean, int32_t expected)", "{", "    return mean == expected;", "}", ""]
-        limit = self.a.literal(float(np.clip(np.nan_to_num(ROUNDINGS * self.rounded), NEAR[arithmetic], FAR)))
-        return [f"static int is_near({type_} mean, {type_} expected, {type_} variance)", "{",
-                f"    const {type_} apart = mean - expected;",
-                f"    return apart * apart <= {limit} * {limit} * variance;", "}", ""]
+            return "0"
+        return self.a.literal(float(np.clip(np.nan_to_num(ROUNDINGS * self.rounded), NEAR[arithmetic], FAR)))
 
-    def _variance(self, i: int, of: str = "f") -> str:
-        """Of number i of the mean; a nominal number has none of its own: the least of the errors"""
-        if not self.given.nominal:
-            return f"{self.name}_variance_{self.given.states[i]}(&{of})"
-        return self.a.literal(float(np.einsum("tii->ti", self.ran.covariance).min()))
+    def _variances(self) -> list[str]:
+        """Nominal numbers have none of their own: the least of the errors"""
+        if not self.given.nominal or self.given.options.arithmetic == "q31":
+            return []
+        return [self.a.literal(float(np.einsum("tii->ti", self.ran.covariance).min()))] * len(self.given.carried)
 
-    def _main(self) -> list[str]:
-        name = self.name
+    def _row(self) -> list[str]:
         clock = ("t - 1", "", "t") if self.record.clock is None else (f"rows[t].clock[{k}]" for k in range(3))
-        calls = self.product.text.row(Row(*(f"rows[t].{one}" for one in ("what", "present", "z", "u", "now")), *clock, "taken"))
-        checks = []
-        for i, state in enumerate(self.given.carried):
-            variance = "" if self.a.type == "int32_t" else f", {self._variance(i)}"
-            checks.append(f"wrong += !is_near({name}_mean_{state}(&f), rows[t].mean[{i}]{variance});")
-        digests = [f"h = digest(h, {one}, sizeof {one});"
-                   for one in (*(f"f.{field}" for field in self.a.arrays), *lag.kept(self.given))]
-        follows = lag.followed(self.given)
-        history = [] if self.back is None else [f"static {name}_history history;", f"{name}_history_start(&history);"]
-        return ["int main(void)", "{", *indented([
-            f"static {self.given.type} f;", "int wrong = 0;", "uint32_t h = UINT32_C(2166136261);", f"{name}_start(&f);", *follows[:1], *history,
-            f"for (int t = 0; t < {ROWS}; t++) {{", "    unsigned taken = 0;",
-            *indented([*calls, "wrong += taken != rows[t].taken;", *checks, *follows[1:], *digests]), "}", *self._smooths(), *self._late(),
-            f'printf("{name}: %d wrong, digest %08lx\\n", wrong, (unsigned long)h);', 'if (!wrong) puts("OK");',
-            "return wrong != 0;"]), "}", ""]
+        return self.product.text.row(Row(*(f"rows[t].{one}" for one in ("what", "present", "z", "u", "now")), *clock, "taken"))

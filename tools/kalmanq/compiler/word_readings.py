@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from typing import Sequence
+from typing import Any, Sequence
 
 from kalmanq.compiler import word_routines
 from kalmanq.compiler.arithmetic import Arithmetic
@@ -100,22 +100,11 @@ class Readings(Arithmetic):
             return f"(int32_t)({at} * (INT64_C(1) << {-by}))"
         return f"(int32_t)(({at} + (INT64_C(1) << {by - 1})) >> {by})"
 
-    def covariance(self) -> list[str]:
-        """A loop over the columns of S"""
+    def covariance(self) -> dict[str, Any]:
+        """Its entries; row: of a state, in S"""
         n, slots = self.given.of.n, {key: slot for slot, key in enumerate(self.live)}
-        place = [slots.get(key, 255) for key in keys(n)]
-        row = [self.factor.order.index(i) for i in range(n)]
-        lines, a, b, at = [], "i", "j", "P[{}]"
-        if row != list(range(n)):
-            lines.append(f"static const uint8_t row[{n}] = {{{', '.join(map(str, row))}}}; /* of a state, in S */")
-            lines.append("const int a = row[i], b = row[j];")
-            a, b = "a", "b"
-        if place != list(range(len(place))):
-            lines.append(f"static const uint8_t place[{len(place)}] = {{{', '.join(map(str, place))}}}; /* 255: 0 */")
-            at = "(place[{0}] < 255 ? P[place[{0}]] : 0)"
-        column = "k * (k + 1) / 2"
-        return [*lines, "int64_t sum = 0;", f"for (int k = {a} > {b} ? {a} : {b}; k < {n}; k++)",
-                f"    sum += product({at.format(f'{column} + {a}')}, {at.format(f'{column} + {b}')});", "return sum;"]
+        place, row = [slots.get(key, 255) for key in keys(n)], [self.factor.order.index(i) for i in range(n)]
+        return {"row": [] if row == list(range(n)) else row, "place": [] if place == list(range(len(place))) else place, "live": len(place)}
 
     def routines(self, text: str) -> str:
         stop = "\n".join(self.mean.stop(self.given.type)) if "stop(f)" in text else ""
