@@ -171,8 +171,8 @@ KQ_NODISCARD kq_status kq_predict_f64(kq_filter_f64 *f, const kq_process_f64 *p,
  * component is taken then.  A component is redundant if its
  * innovation variance is below 2^-96 (f32) or 2^-360 (f64): choose units above it.  A noise-free one, or one after a
  * low-noise measurement, is redundant if its innovation variance is rounding.  KQ_EVENT_CONTRADICTION: see status.h.
- * KQ_EVENT_PRECISION: H x is rounded by an eighth of sqrt(R) of a low-noise component (f32, f64), or 2^19
- * components since init had H P H' within the last four bits of S (f32).  Clear the latter if process noise or other
+ * KQ_EVENT_PRECISION: H x of a low-noise component is rounded by an eighth of sqrt(R), for R = 0 of its innovation's
+ * sigma (f32, f64); or 2^19 components since init had H P H' within the last four bits of S (f32).  Clear the latter if process noise or other
  * components tell more.
  * Accuracy: P is exact for rows of the root perturbed by a few eps of their norm for each component.  With Q = 0
  * sigma in f32 is off by 0.4 % after 4e5 measurements: add process noise, or use f64 or q31.  Put noise-free

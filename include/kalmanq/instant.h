@@ -4,7 +4,8 @@
  *     x_s|t,  P_s|t        s fixed, t = s, s + 1, ...
  *
  * The instant is the time of kq_attach: the start of a run, a launch, an alarm.  Updates before the next kq_predict are
- * of that time.  The memory does not grow with the steps.  kq_smooth of the whole run gives the same for this step, but for rounding.
+ * of that time.  The memory does not grow with the steps.  kq_smooth of the whole run gives the same for this step, but
+ * for rounding.
  *
  *     kq_attach_f32(&track, &launch.attached);
  *     ... updates and predicts ...

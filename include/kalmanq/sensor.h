@@ -117,8 +117,8 @@ KQ_NODISCARD kq_status kq_sensor_init_diagonal_f64(kq_sensor_f64 *s, const doubl
  * kq_predict may set it, too.
  * A component whose innovation variance overflows is not taken (KQ_EVENT_OVERFLOW).  Redundant measurements are not
  * found: after a noise-free one of another sensor at the same instant, r must be above 2^-32 of the earlier H P H'.
- * kq_log_likelihood, the sum of the run, leaves all its measurements out.  kq_gain, steady.h, robust.h, adaptation.h, and diffuse.h while
- * a state is unknown treat it as an ordinary sensor.  fixed_size leaves it.
+ * kq_log_likelihood, the sum of the run, leaves all its measurements out.  kq_gain, steady.h, robust.h, adaptation.h,
+ * and diffuse.h while a state is unknown treat it as an ordinary sensor.  fixed_size leaves it.
  * Errors: as kq_sensor_init_diagonal.  Accuracy: as kq_update; q31: 2^-22 of S.  Cost: a stage as a component. */
 KQ_NODISCARD kq_status kq_sensor_init_lean_f32(kq_sensor_f32 *s, const float *H, const float *r);
 KQ_NODISCARD kq_status kq_sensor_init_lean_f64(kq_sensor_f64 *s, const double *H, const double *r);

@@ -36,13 +36,14 @@ static unsigned instant_settle(num *state, backward_map map, int n)
     return events;
 }
 
-/* Until the first predict the instant is the filter's state: no map undoes what is measured at the instant itself. */
+/* In the first step of its tape, until a predict, the instant is the filter's state: no map undoes what is measured then. */
 static void instant_take_state(T(kq_instant) *instant, const filter *f)
 {
     if (instant->tape.steps > 1) return;
     copy(instant_state(instant), f->memory, FILTER_LEN(f->states));
     instant->tape.used = 0;
     instant->tape.records = 0;
+    instant->tape.rounding = 0;
 }
 
 static void instant_move(filter *f, const process *p, const num *u)

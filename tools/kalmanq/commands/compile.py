@@ -5,6 +5,7 @@ from __future__ import annotations
 from contextlib import ExitStack
 from dataclasses import asdict, dataclass
 from pathlib import Path
+from statistics import NormalDist
 from typing import Optional
 
 import typer
@@ -22,8 +23,9 @@ from kalmanq.errors import KalmanqError
 from kalmanq.firmware.c_source import WORDS, identifier
 from kalmanq.model import model_file
 from kalmanq.nonlinear import file as nonlinear_file
+from kalmanq.run.filters import LOSSES
 
-USUAL = {"gate": 3.8906, "student": 10.0}  # as kalmanq run: 0.9999 of good measurements pass the gate
+USUAL = {"gate": round(NormalDist().inv_cdf((1 + LOSSES["gate"]) / 2), 4), "student": LOSSES["student"]}  # as kalmanq run
 
 
 @dataclass(frozen=True)

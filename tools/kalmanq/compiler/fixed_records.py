@@ -62,7 +62,8 @@ def seen(model: NonlinearModel, records: Sequence[tuple[Record, np.ndarray]]) ->
     wide, both = _ends(model), (_joined(before), _joined(at))
     if wide:
         both = tuple(_joined([one, _anywhere(model, one, wide)]) for one in both)
-    return Seen(*both, sum(len(z) for _, z in records), [f"{one.name} from {one.ends[0]:g} to {one.ends[1]:g}" for one in (*model.carried, *model.controls) if one.ends])
+    return Seen(*both, sum(len(z) for _, z in records), [
+        f"{one.name} from {one.ends[0]:g} to {one.ends[1]:g}" for one in (*model.carried, *model.controls) if one.ends])
 
 
 def _ends(model: NonlinearModel) -> dict[str, tuple[float, float]]:
