@@ -16,9 +16,9 @@ from library import cc, written
 from products import PRODUCTS
 
 from kalmanq import Model
-from kalmanq.compiler import costs
-from kalmanq.compiler.product import compiled
-from kalmanq.compiler.request import Options
+from kalmanq.compiler.given.request import Options
+from kalmanq.compiler.report import costs
+from kalmanq.compiler.text.product import compiled
 from kalmanq.errors import KalmanqError
 from kalmanq.model import Gaps
 

@@ -11,10 +11,10 @@ import numpy as np
 from library import written
 
 from kalmanq import Model
-from kalmanq.compiler import record
-from kalmanq.compiler.host import build
-from kalmanq.compiler.product import Product, compiled
-from kalmanq.compiler.request import Options
+from kalmanq.compiler.given.request import Options
+from kalmanq.compiler.run import record
+from kalmanq.compiler.run.host import build
+from kalmanq.compiler.text.product import Product, compiled
 
 ACCESS = """\
 #include <math.h>

@@ -15,11 +15,11 @@ from typing import Callable, Optional, Sequence
 
 import numpy as np
 
-from kalmanq.compiler.emit import PREDICTS, UPDATES
-from kalmanq.compiler.equation_product import compiled_equations
-from kalmanq.compiler.host import build, driver, numbered
-from kalmanq.compiler.product import Product
-from kalmanq.compiler.request import Options
+from kalmanq.compiler.given.request import Options
+from kalmanq.compiler.run.host import build, driver, numbered
+from kalmanq.compiler.text.emit import PREDICTS, UPDATES
+from kalmanq.compiler.text.equation_product import compiled_equations
+from kalmanq.compiler.text.product import Product
 from kalmanq.data.files import own_folder
 from kalmanq.nonlinear import NonlinearModel
 

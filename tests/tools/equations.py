@@ -11,11 +11,11 @@ from typing import Any, Optional, Sequence
 import numpy as np
 from driven import Called
 
-from kalmanq.compiler.equation_product import compiled_equations
-from kalmanq.compiler.equation_report import drawn
-from kalmanq.compiler.host import Host, Ran
-from kalmanq.compiler.product import Product
-from kalmanq.compiler.request import Options
+from kalmanq.compiler.given.request import Options
+from kalmanq.compiler.run.equation_records import drawn
+from kalmanq.compiler.run.host import Host, Ran
+from kalmanq.compiler.text.equation_product import compiled_equations
+from kalmanq.compiler.text.product import Product
 from kalmanq.model import model_file
 from kalmanq.nonlinear import NonlinearFilter, NonlinearModel, read
 

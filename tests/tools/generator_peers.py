@@ -30,10 +30,11 @@ from cores import BY_NAME, run, toolchain
 from elf import flash_and_ram
 from emulators import Emulator
 from errors import UserError, told_in_one_line
-from kalmanq.compiler.emit import PREDICTS, UPDATES
-from kalmanq.compiler.equation_product import compiled_equations
-from kalmanq.compiler.host import Host
-from kalmanq.compiler.request import Options
+
+from kalmanq.compiler.given.request import Options
+from kalmanq.compiler.run.host import Host
+from kalmanq.compiler.text.emit import PREDICTS, UPDATES
+from kalmanq.compiler.text.equation_product import compiled_equations
 from kalmanq.nonlinear import NonlinearModel, read
 from kalmanq.nonlinear.simulation import simulate
 

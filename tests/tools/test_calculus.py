@@ -7,12 +7,11 @@ import math
 import numpy as np
 import pytest
 
-from kalmanq.compiler.printing import Body, Floats
 from kalmanq.formulas import tracing
 from kalmanq.formulas.calculus import jacobian, less, substituted
 from kalmanq.formulas.functions import NAMED, NoFormula
-from kalmanq.formulas.graph import (Graph, add, call, compare, constant, divide, inverse, logic, mul, needed, power, select, sub,
-                                    symbol, using)
+from kalmanq.formulas.graph import Graph, add, call, compare, constant, divide, inverse, logic, mul, needed, power, select, sub, symbol, using
+from kalmanq.formulas.printing import Body, Floats
 from kalmanq.formulas.program import Program
 
 MANY = (-3.7, -1.3, -0.4, 1e-3, 0.2, 0.9, 2.6, 40.0)

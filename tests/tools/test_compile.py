@@ -18,7 +18,7 @@ from models import cart
 
 from kalmanq import Model, Quantity
 from kalmanq.commands import GONE
-from kalmanq.compiler.names import named
+from kalmanq.compiler.given.names import named
 from kalmanq.model import model_file
 
 EXAMPLES = Path(model_file.__file__).parents[1] / "examples"

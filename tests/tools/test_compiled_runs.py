@@ -9,9 +9,12 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from test_commands import EXAMPLES, kalmanq, refused, rows_of
+from test_report import Page
+from whole import first
 
 from kalmanq import Filter, nonlinear
-from kalmanq.compiler.simulation import CompiledFilter
+from kalmanq.compiler.run.simulation import CompiledFilter
 from kalmanq.data import tables
 from kalmanq.model import model_file
 from kalmanq.pages import verdict
@@ -20,9 +23,6 @@ from kalmanq.run.comparison import beside
 from kalmanq.run.diagnostics import nees
 from kalmanq.run.monte_carlo import Study, one_run, root_mean_square
 from kalmanq.run.simulation import drawn
-from test_commands import EXAMPLES, kalmanq, refused, rows_of
-from test_report import Page
-from whole import first
 
 CART, GAUGES = EXAMPLES / "cart.toml", EXAMPLES / "two_gauges.toml"
 

@@ -20,12 +20,12 @@ from whole import WHOLE, first
 
 import kalmanq
 from kalmanq import Model
-from kalmanq.compiler import report
-from kalmanq.compiler.host import Host
-from kalmanq.compiler.product import compiled
-from kalmanq.compiler.record import Accuracy, drawn, tried
-from kalmanq.compiler.request import GAP, LONGEST_GAP, Options
-from kalmanq.compiler.trial import trial
+from kalmanq.compiler.given.request import GAP, LONGEST_GAP, Options
+from kalmanq.compiler.report import report
+from kalmanq.compiler.run.host import Host
+from kalmanq.compiler.run.record import Accuracy, drawn, tried
+from kalmanq.compiler.run.trial import trial
+from kalmanq.compiler.text.product import compiled
 from kalmanq.errors import KalmanqError
 from kalmanq.model import model_file
 
@@ -232,7 +232,7 @@ class Pair:
 
     def __init__(self, model: Model, arithmetic: str, folder: Path):
         self.with_ = Driven(model, folder / "with", Options(arithmetic))
-        with mock.patch("kalmanq.compiler.product.enclosure.settled", return_value=None):
+        with mock.patch("kalmanq.compiler.text.product.enclosure.settled", return_value=None):
             self.without = Driven(model, folder / "without", Options(arithmetic))
         assert self.with_.product.steady is not None and self.without.product.steady is None
         self.samples = self.with_.product.steady.samples

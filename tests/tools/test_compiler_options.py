@@ -6,20 +6,20 @@ from itertools import product
 
 import numpy as np
 import pytest
-
 from compiled_models import kinematic
 from driven import Driven, doubles, in_words, library
-from kalmanq import Model, Quantity
-from kalmanq.compiler import record
-from kalmanq.compiler.emit import PREDICTS, UPDATES
-from kalmanq.compiler.host import Host, compiler
-from kalmanq.compiler.product import compiled
-from kalmanq.compiler.request import Options, due
-from kalmanq.errors import KalmanqError
 from library import cc, written
 from products import anemometer, calendar, drone, fridge, gps, heart, motor, oven, press, rover, spring, tank, ultrasound, well
 from test_words import TRAPS
 from whole import first
+
+from kalmanq import Model, Quantity
+from kalmanq.compiler.given.request import Options, due
+from kalmanq.compiler.run import record
+from kalmanq.compiler.run.host import Host, compiler
+from kalmanq.compiler.text.emit import PREDICTS, UPDATES
+from kalmanq.compiler.text.product import compiled
+from kalmanq.errors import KalmanqError
 
 MEAN, COVARIANCE = 7e-4, 5e-4  # of q31: sigma, sigma_i sigma_j
 

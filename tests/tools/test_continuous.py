@@ -9,8 +9,8 @@ import pytest
 from driven import Driven
 
 from kalmanq import KalmanqError, Model, ModelError
-from kalmanq.compiler.product import compiled
-from kalmanq.compiler.request import Options
+from kalmanq.compiler.given.request import Options
+from kalmanq.compiler.text.product import compiled
 from kalmanq.model import model_file
 
 LONG = np.longdouble

@@ -15,17 +15,18 @@ from firmware_here import Firmware
 from whole import first
 
 from kalmanq import Filter
-from kalmanq.compiler.equation_product import compiled_equations
-from kalmanq.compiler.equation_report import recorded
-from kalmanq.compiler.host import Host
-from kalmanq.compiler.product import compiled
-from kalmanq.compiler.request import Options
+from kalmanq.compiler.given.request import Options
+from kalmanq.compiler.run.equation_records import recorded
+from kalmanq.compiler.run.host import Host
+from kalmanq.compiler.text.equation_product import compiled_equations
+from kalmanq.compiler.text.product import compiled
 from kalmanq.core import lib
 from kalmanq.errors import KalmanqError
 from kalmanq.firmware.c_source import bytes_of_delays
 from kalmanq.firmware.steps_kept import latest_of
 from kalmanq.model import Model, Quantity, Sensor, model_file
 from kalmanq.nonlinear import read, simulate
+
 
 class Late(Called):
     """The compiled filter's NAME_delayed"""

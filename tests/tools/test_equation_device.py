@@ -14,22 +14,22 @@ from typing import Sequence
 
 import numpy as np
 import pytest
-
-import kalmanq as kalmanq_package
 from command import kalmanq
 from equation_random import random_model
 from equations import path_of
-from kalmanq.compiler import equation_report
-from kalmanq.compiler.emit import PREDICTS, UPDATES, Row
-from kalmanq.compiler.equation_device_text import compiled_device, in_whole_groups
-from kalmanq.compiler.equation_product import compiled_equations
-from kalmanq.compiler.host import Host, numbered
-from kalmanq.compiler.product import Product
-from kalmanq.compiler.record import Record, times_of
-from kalmanq.compiler.request import Options
-from kalmanq.nonlinear import NonlinearModel, NonlinearSmoother, read
 from library import STRICT, cc, objects, written
 from whole import first
+
+import kalmanq as kalmanq_package
+from kalmanq.compiler.given.request import Options
+from kalmanq.compiler.run.equation_records import drawn
+from kalmanq.compiler.run.host import Host, numbered
+from kalmanq.compiler.run.record import Record, in_whole_groups, times_of
+from kalmanq.compiler.text.emit import PREDICTS, UPDATES, Row
+from kalmanq.compiler.text.equation_device_text import compiled_device
+from kalmanq.compiler.text.equation_product import compiled_equations
+from kalmanq.compiler.text.product import Product
+from kalmanq.nonlinear import NonlinearModel, NonlinearSmoother, read
 
 ROOT, OWN = Path(__file__).resolve().parents[2], Path(__file__).parent / "equations"
 EXAMPLES = Path(kalmanq_package.__file__).parent / "examples"
@@ -146,7 +146,7 @@ def test_it_comes_to_what_straight_lines_in_double_come_to(path, iterate, arithm
     with Host(compiled_equations(model, "straight", replace(options, arithmetic="f64"))) as straight, \
             Host(compiled_equations(model, "straight", replace(options, arithmetic=arithmetic))) as same:
         for seed in SEEDS:
-            record = in_whole_groups(equation_report.drawn(model, ROWS, seed)[0], program.given.together)
+            record = in_whole_groups(drawn(model, ROWS, seed)[0], program.given.together)
             assert np.any(record.present != 2**model.m - 1)
             exact, other = (one.run_record(record) for one in (straight, same))
             made = program.run(record)
@@ -182,7 +182,7 @@ def test_filters_and_smoothers_are_the_library_s_on_the_host(method, name, arith
     work = f"static {product.arithmetic.type} work[KQ_SIGMA_POINTS_LEN({model.n}, {model.m})];" if by_points else ""
     program = Program(product, tmp_path, calls, work, smooths=True)
     for seed in SEEDS:
-        record = equation_report.drawn(model, NEAR, seed)[0]
+        record = drawn(model, NEAR, seed)[0]
         record = in_whole_groups(record, [2**model.m - 1] if by_points else product.given.together)
         u = record.now if model.l else None
         run = NonlinearSmoother(model, "f64", method, ITERATIONS).run(seen(record), u, times=times_of(record), covariance=True)
@@ -222,7 +222,7 @@ def test_smoothed_error_states_are_those_of_a_textbook(path, arithmetic, tmp_pat
     program = Program(compiled_device(model, "device", Options(arithmetic)), tmp_path, smooths=True)
     with Host(compiled_equations(model, "straight", Options("f64", smooth=NEAR))) as straight:
         for seed in SEEDS:
-            record = in_whole_groups(equation_report.drawn(model, NEAR, seed)[0], program.given.together)
+            record = in_whole_groups(drawn(model, NEAR, seed)[0], program.given.together)
             straight.run_record(record)
             exact = bryson_frazier(model, seen(record), record.now), straight.smoothed(record.what).covariance
             errors, spread = apart(model, program.run(record)[3:], *exact)
@@ -246,7 +246,7 @@ def test_robust_updates_are_those_of_straight_lines(name, arithmetic, tmp_path):
     with Host(compiled_equations(model, "straight", Options("f64", student=4.0))) as straight, \
             Host(compiled_equations(model, "plain", Options("f64"))) as plain:
         for seed in SEEDS:
-            record = equation_report.drawn(model, NEAR, seed)[0]
+            record = drawn(model, NEAR, seed)[0]
             record.z[5::17] += 20 * np.sqrt(np.diag(model.R))
             exact, other = (one.run_record(record) for one in (straight, plain))
             errors, spread = apart(model, program.run(record), exact.mean, exact.covariance)
@@ -272,7 +272,7 @@ def test_start_at_is_a_start_of_another_model(path, arithmetic, tmp_path):
                    for name, values in (("x0", mean), ("sigma0", sigma), ("minus", -sigma)) if start]
         runs.append(Program(product, tmp_path / str(k), uses="\n".join(numbers), start=start))
     for seed in SEEDS:
-        record = in_whole_groups(equation_report.drawn(model, NEAR, seed)[0], runs[0].given.together)
+        record = in_whole_groups(drawn(model, NEAR, seed)[0], runs[0].given.together)
         made, wanted = (one.run(record) for one in runs)
         assert all(np.array_equal(*pair) for pair in zip(made, wanted)) and np.all(np.isfinite(made[0]))
 
@@ -317,7 +317,7 @@ def test_a_constant_model_is_sent_to_design(tmp_path):
 def test_an_event_where_float_rounds_an_innovation_by_more_than_sigma(share, told, iterate, tmp_path):
     given = random_model(602)
     model = NonlinearModel(given.given["f"].function, given.given["h"].function, x0=given.x0, P0=given.P0, Q=given.Q, R=share * given.R)
-    recorded, _ = equation_report.drawn(model, 40, 1)
+    recorded, _ = drawn(model, 40, 1)
     product = compiled_device(model, "rounded", Options("f32", iterate=iterate))
     made = Program(product, tmp_path, uses="unsigned events(void); unsigned events(void) { return kq_events_f32(&f.filter); }")
     made.run(recorded)

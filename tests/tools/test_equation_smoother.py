@@ -14,13 +14,13 @@ import numpy as np
 import pytest
 from command import kalmanq
 
-from kalmanq.compiler import exact
-from kalmanq.compiler.equation_product import compiled_equations
-from kalmanq.compiler.equation_report import drawn
-from kalmanq.compiler.host import PREDICTS, UPDATES, Host, Ran, Smoothed, numbered
-from kalmanq.compiler.product import Product
-from kalmanq.compiler.record import Record
-from kalmanq.compiler.request import Options
+from kalmanq.compiler.given import exact
+from kalmanq.compiler.given.request import Options
+from kalmanq.compiler.run.equation_records import drawn
+from kalmanq.compiler.run.host import PREDICTS, UPDATES, Host, Ran, Smoothed, numbered
+from kalmanq.compiler.run.record import Record
+from kalmanq.compiler.text.equation_product import compiled_equations
+from kalmanq.compiler.text.product import Product
 from kalmanq.model import model_file
 from kalmanq.nonlinear import NonlinearModel, NonlinearSmoother, read
 

@@ -19,17 +19,16 @@ from library import cc, written
 from whole import WHOLE, first
 
 from kalmanq import Model, Quantity
-from kalmanq.compiler import trial
-from kalmanq.compiler.equation_product import compiled_equations
-from kalmanq.compiler.equation_report import SEEDS, _apart, _told, drawn, findings
-from kalmanq.compiler.equation_rounding import parts_of, visited
-from kalmanq.compiler.host import Host, compiler
-from kalmanq.compiler.lint import EPSILON
-from kalmanq.compiler.product import compiled
-from kalmanq.compiler.request import Options
+from kalmanq.compiler.algorithm.equation_rounding import EPSILON, parts_of, visited
+from kalmanq.compiler.given.request import Options
+from kalmanq.compiler.report.equation_report import SEEDS, _apart, _told, findings
+from kalmanq.compiler.run import trial
+from kalmanq.compiler.run.equation_records import drawn
+from kalmanq.compiler.run.host import Host, compiler
+from kalmanq.compiler.text.equation_product import compiled_equations
+from kalmanq.compiler.text.product import compiled
 from kalmanq.formulas.program import Program
-from kalmanq.nonlinear import NonlinearModel
-from kalmanq.nonlinear import simulate as simulated
+from kalmanq.nonlinear import NonlinearModel, simulate as simulated
 from kalmanq.run.simulation import simulate
 
 TOLD = {"orbit": 0.05, "drone": 1e-2, "coordinated_turn": 1e-2, "induction_motor": 1e-2}  # sigma, where float is coarser than elsewhere

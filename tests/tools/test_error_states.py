@@ -7,11 +7,11 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from command import kalmanq
 
 import kalmanq as kalmanq_package
-from command import kalmanq
 from kalmanq import KalmanqError
-from kalmanq.compiler.equation_run import CompiledEquations
+from kalmanq.compiler.run.equation_run import CompiledEquations
 from kalmanq.nonlinear import NonlinearFilter, NonlinearModel, read, simulate
 
 ATTITUDE = Path(__file__).parent / "equations" / "attitude.py"

@@ -11,27 +11,28 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-
-import kalmanq as kalmanq_package
 from command import kalmanq
 from equations import path_of
-from kalmanq.compiler import equation_report, fixed_costs, fixed_report
-from kalmanq.compiler.emit import Row
-from kalmanq.compiler.equation_device_text import in_whole_groups
-from kalmanq.compiler.equation_product import compiled_equations
-from kalmanq.compiler.equation_run import FixedEquations, compiled_equations_run
-from kalmanq.compiler.fixed_device import EVENTS
-from kalmanq.compiler.fixed_device_text import compiled_fixed
-from kalmanq.compiler.fixed_python import Far
-from kalmanq.compiler.fixed_run import FixedRun
-from kalmanq.compiler.host import Host
-from kalmanq.compiler.record import Record
-from kalmanq.compiler.request import Options
+from library import STRICT, cc, objects, written
+from whole import first
+
+import kalmanq as kalmanq_package
+from kalmanq.compiler.algorithm.fixed.device import EVENTS
+from kalmanq.compiler.algorithm.fixed.python import Far
+from kalmanq.compiler.given.request import Options
+from kalmanq.compiler.report import equation_report, fixed_costs, fixed_report
+from kalmanq.compiler.run.equation_records import drawn, recorded
+from kalmanq.compiler.run.equation_run import FixedEquations, compiled_equations_run
+from kalmanq.compiler.run.fixed_records import simulated
+from kalmanq.compiler.run.fixed_run import FixedRun
+from kalmanq.compiler.run.host import Host
+from kalmanq.compiler.run.record import Record, in_whole_groups
+from kalmanq.compiler.text.emit import Row
+from kalmanq.compiler.text.equation_product import compiled_equations
+from kalmanq.compiler.text.fixed_device_text import compiled_fixed
 from kalmanq.formulas.graph import FUNCTIONS
 from kalmanq.model import Quantity
 from kalmanq.nonlinear import NonlinearModel, read
-from library import STRICT, cc, objects, written
-from whole import first
 
 ROOT = Path(__file__).resolve().parents[2]
 SANITIZED = (*STRICT, "-fsanitize=undefined", "-fno-sanitize-recover", f"-I{ROOT / 'include'}")
@@ -70,17 +71,17 @@ int main(void)
 @lru_cache(None)
 def compiled(name: str):
     model = read(path_of(name))
-    return model, compiled_fixed(model, "device")
+    return model, compiled_fixed(model, "device", simulated(model))
 
 
-def drawn(model, product, rows: int, seed: int) -> Record:
-    return in_whole_groups(equation_report.drawn(model, rows, seed)[0], product.given.together)
+def whole_record(model, product, rows: int, seed: int) -> Record:
+    return in_whole_groups(drawn(model, rows, seed)[0], product.given.together)
 
 
 def both(name: str, seed: int, rows: int):
     """The device, and the filter in double"""
     model, product = compiled(name)
-    record = drawn(model, product, rows, seed)
+    record = whole_record(model, product, rows, seed)
     with Host(compiled_equations(model, "exact", Options("f64"))) as exact:
         return FixedRun(product.arithmetic).run(record), exact.run_record(record)
 
@@ -103,8 +104,8 @@ def test_it_comes_near_to_double(name):
 def test_a_run_compiled_in_q31_is_the_device(name, tmp_path):
     """run --compiled --arith q31: block after block the words of the device's own run, and near to double"""
     model = read(path_of(name))
-    product = compiled_fixed(model, "kf")
-    record = in_whole_groups(equation_report.drawn(model, 120, 4)[0], product.given.together)
+    product = compiled_fixed(model, "kf", simulated(model))
+    record = in_whole_groups(drawn(model, 120, 4)[0], product.given.together)
     u = record.now if model.l else None
     z = np.where(record.present[:, None] >> np.arange(model.m) & 1, record.z, np.nan)
     device = FixedRun(product.arithmetic).run(record)
@@ -153,7 +154,7 @@ def on_m3(tmp_path_factory):
 def program(folder: Path, name: str, rows: int, seed: int) -> Record:
     """Written to a folder: the device, and a program that prints all of its words in each row"""
     model, product = compiled(name)
-    record, a = drawn(model, product, rows, seed), product.arithmetic
+    record, a = whole_record(model, product, rows, seed), product.arithmetic
     calls = product.text.row(Row(*(f"rows[t].{one}" for one in ("what", "present", "z", "u", "now")), "t - 1", "", "t", "taken"))
 
     def cells(which: str, values) -> str:
@@ -255,8 +256,8 @@ def test_formats_hold_what_is_between_the_ends_of_a_range(range_, holds):
                            measurements=[Quantity("voltage", range=4)], controls=[Quantity("current", range=2)])
     charge = 0.8 - 0.001 * np.arange(760.0)[:, None]
     z = 3.3 + 0.9 * charge - 0.15 * np.exp(-20 * charge) + 1e-3 * np.random.default_rng(3).normal(size=charge.shape)
-    record, _ = equation_report.recorded(model, z, np.ones_like(charge))
-    product = compiled_fixed(model, "device")
+    record, _ = recorded(model, z, np.ones_like(charge))
+    product = compiled_fixed(model, "device", simulated(model))
     with Host(compiled_equations(model, "exact", Options("f64"))) as exact:
         ran, right = FixedRun(product.arithmetic).run(record), exact.run_record(record)
     worst = (np.abs(ran.mean - right.mean) / sigmas(right)).max()

@@ -14,14 +14,14 @@ from products import ALL, quartz, scale, tank
 from whole import WHOLE, first
 
 from kalmanq import Model, Quantity
-from kalmanq.compiler import report
-from kalmanq.compiler.emit import PREDICTS, UPDATES
-from kalmanq.compiler.enclosure import DIGITS, steps
-from kalmanq.compiler.equation_product import compiled_equations
-from kalmanq.compiler.host import Host
-from kalmanq.compiler.product import compiled
-from kalmanq.compiler.record import Record, exact
-from kalmanq.compiler.request import Options
+from kalmanq.compiler.given.enclosure import DIGITS, steps
+from kalmanq.compiler.given.request import Options
+from kalmanq.compiler.report import report
+from kalmanq.compiler.run.host import Host
+from kalmanq.compiler.run.record import Record, exact
+from kalmanq.compiler.text.emit import PREDICTS, UPDATES
+from kalmanq.compiler.text.equation_product import compiled_equations
+from kalmanq.compiler.text.product import compiled
 from kalmanq.model import model_file
 from kalmanq.nonlinear import NonlinearModel
 

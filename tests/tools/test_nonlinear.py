@@ -11,20 +11,20 @@ import subprocess
 import sys
 from pathlib import Path
 
+import models
 import numpy as np
 import pytest
-from scipy.optimize import least_squares
-
-import models
 from command import kalmanq
+from scipy.optimize import least_squares
 from test_commands import refused
+
 from kalmanq import KalmanqError, KalmanqWarning, ModelError, Quantity, Smoother, _core
-from kalmanq.compiler.equation_run import CompiledEquations
+from kalmanq.compiler.run.equation_run import CompiledEquations
 from kalmanq.data import joining
 from kalmanq.model import model_file
 from kalmanq.nonlinear import NonlinearFilter, NonlinearModel, NonlinearSmoother, read, simulate
 from kalmanq.nonlinear.checks import findings
-from kalmanq.nonlinear.jacobians import points_along, prior_points, wrong_entries, worst_entry
+from kalmanq.nonlinear.jacobians import points_along, prior_points, worst_entry, wrong_entries
 
 sys.path.insert(0, str(Path(__file__).parents[1] / "reference"))
 import nonlinear_models as textbook  # noqa: E402

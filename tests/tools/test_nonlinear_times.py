@@ -11,16 +11,16 @@ from typing import Any
 
 import numpy as np
 import pytest
+from test_commands import kalmanq, refused
+from whole import first
 
 from kalmanq import KalmanqError
-from kalmanq.compiler.equation_run import CompiledEquations
-from kalmanq.compiler.host import compiler
+from kalmanq.compiler.run.equation_run import CompiledEquations
+from kalmanq.compiler.run.host import compiler
 from kalmanq.fitting.equations import Equations, likelihood_of
 from kalmanq.fitting.expectation import Records
 from kalmanq.nonlinear import NonlinearFilter, NonlinearModel, NonlinearSmoother, read, simulate
 from kalmanq.nonlinear.objective import objective
-from test_commands import kalmanq, refused
-from whole import first
 
 ROWS, SEEDS = 120, (1, 2, 3)
 TIMED = Path(__file__).parent / "equations" / "timed"

@@ -17,10 +17,10 @@ from whole import first
 
 from kalmanq import Model, Quantity, command_line
 from kalmanq.commands import design
-from kalmanq.compiler import costs, offers
-from kalmanq.compiler.product import compiled
-from kalmanq.compiler.request import Options
-from kalmanq.compiler.simulation import CompiledFilter
+from kalmanq.compiler.given.request import Options
+from kalmanq.compiler.report import costs, offers
+from kalmanq.compiler.run.simulation import CompiledFilter
+from kalmanq.compiler.text.product import compiled
 from kalmanq.model import model_file
 from kalmanq.pages import report
 from kalmanq.run.filters import Filter

@@ -6,14 +6,14 @@ from typing import Any, Optional
 
 import numpy as np
 import pytest
-
 from command import kalmanq
-from kalmanq import Filter, Model, Quantity, Smoother, likelihood
-from kalmanq.compiler.simulation import CompiledFilter
-from kalmanq.model import model_file
-from kalmanq.run.simulation import simulate
 from test_commands import refused
 from whole import first
+
+from kalmanq import Filter, Model, Quantity, Smoother, likelihood
+from kalmanq.compiler.run.simulation import CompiledFilter
+from kalmanq.model import model_file
+from kalmanq.run.simulation import simulate
 
 SEEDS = range(40)  # five models each
 FILE = """[model]

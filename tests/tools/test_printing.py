@@ -7,10 +7,10 @@ from pathlib import Path
 
 import numpy as np
 
-from kalmanq.compiler.choices import choices
-from kalmanq.compiler.host import build
-from kalmanq.compiler.printing import Body, Floats
+from kalmanq.compiler.run.host import build
+from kalmanq.formulas.choices import choices
 from kalmanq.formulas.graph import Graph, Node, add, call, compare, mul, needed, select, sub, symbol, using
+from kalmanq.formulas.printing import Body, Floats
 from kalmanq.formulas.program import Program
 
 FIELDS, OPERATIONS, PROGRAMS = 6, 40, 60

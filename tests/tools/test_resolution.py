@@ -9,13 +9,13 @@ from pathlib import Path
 import numpy as np
 import pytest
 from command import kalmanq
+from whole import first
 
 from kalmanq import Filter, KalmanqWarning, LagSmoother, Model, Quantity, Smoother, SteadyFilter
-from kalmanq.compiler.simulation import CompiledFilter
+from kalmanq.compiler.run.simulation import CompiledFilter
 from kalmanq.model import __file__ as package, model_file
 from kalmanq.pages import verdict
 from kalmanq.run.resolution import coarse_of, told_of
-from whole import WHOLE, first
 
 EXAMPLES = Path(package).parents[1] / "examples"
 

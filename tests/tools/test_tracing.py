@@ -9,15 +9,14 @@ import sys
 
 import numpy as np
 import pytest
-
-from kalmanq.compiler.host import compiler
-from kalmanq.compiler.printing import Body, Floats, indented
-from kalmanq.formulas import tracing
-from kalmanq.formulas.graph import using
-from kalmanq.nonlinear import read
-
 import test_formulas as of_constructs
 from test_formulas import Formulas, helper, refused, traced
+
+from kalmanq.compiler.run.host import compiler
+from kalmanq.formulas import tracing
+from kalmanq.formulas.graph import using
+from kalmanq.formulas.printing import Body, Floats, indented
+from kalmanq.nonlinear import read
 
 EVERY = {"all": math.sin}
 

@@ -5,25 +5,25 @@ from __future__ import annotations
 import re
 import shlex
 
+import browser
 import numpy as np
 import pytest
-
-import browser
 import tune_node
 from command import kalmanq
 from equations import EXAMPLES, FOLDER
+from tune_node import nameless, needs_browser, needs_node, numbers, ready, settled, shown
+from whole import WHOLE
+
 from kalmanq import fit
-from kalmanq.compiler.equation_product import compiled_equations
-from kalmanq.compiler.equation_run import CompiledEquations
-from kalmanq.compiler.host import Host
-from kalmanq.compiler.request import Options
+from kalmanq.compiler.given.request import Options
+from kalmanq.compiler.run.equation_run import CompiledEquations
+from kalmanq.compiler.run.host import Host
+from kalmanq.compiler.text.equation_product import compiled_equations
 from kalmanq.data import joining
 from kalmanq.nonlinear import file, read
 from kalmanq.nonlinear.simulation import simulate
 from kalmanq.tune import emitted, equations
 from kalmanq.tune.equation_noises import noises_of, text_of
-from tune_node import nameless, needs_browser, needs_node, numbers, ready, settled, shown
-from whole import WHOLE
 
 OTHERS = [0.25, 3e-6, 1e-4, 4.0, 0.3]  # of the correlated ones powers of 4: other factors are off by a last bit
 FILTERED = ("mean", "sigma", "innovation", "innovation_sigma", "nis", "log_likelihood")

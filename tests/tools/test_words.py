@@ -6,18 +6,19 @@ import subprocess
 from pathlib import Path
 
 import numpy as np
-import pytest
-
 import products
+import pytest
 from driven import in_words
 from library import cc, written
-from kalmanq import Model, Quantity
-from kalmanq.compiler import record, report
-from kalmanq.compiler.host import Host
-from kalmanq.compiler.product import Product, compiled
-from kalmanq.compiler.request import Options
-from kalmanq.compiler.word_routines import routines
 from whole import WHOLE
+
+from kalmanq import Model, Quantity
+from kalmanq.compiler.algorithm.fixed.routines import routines
+from kalmanq.compiler.given.request import Options
+from kalmanq.compiler.report import report
+from kalmanq.compiler.run import record
+from kalmanq.compiler.run.host import Host
+from kalmanq.compiler.text.product import Product, compiled
 
 TRAPS = ("-fsanitize=undefined", "-fsanitize-undefined-trap-on-error")
 STRICT = ("-std=c11", "-Wall", "-Wextra", "-Wpedantic", "-Wconversion", "-Wshadow", "-Werror")

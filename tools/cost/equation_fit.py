@@ -17,25 +17,25 @@ from typing import Any
 
 import numpy as np
 import typer
-from scipy.optimize import nnls
-
 from build import Place, avr_counter
 from compiled import measured, updating
 from cores import BY_NAME, ROOT
 from errors import told_in_one_line
 from outputs import csv_text, write
+from scipy.optimize import nnls
 
 sys.path[:0] = [str(ROOT / "tools"), str(ROOT / "tests/tools")]
 
 import equation_random  # noqa: E402
 import equations  # noqa: E402
+
 from kalmanq.commands.compile_equations import described  # noqa: E402
-from kalmanq.compiler import equation_report  # noqa: E402
-from kalmanq.compiler.equation_costs import KINDS, calls_of  # noqa: E402
-from kalmanq.compiler.equation_product import compiled_equations  # noqa: E402
-from kalmanq.compiler.host import Host  # noqa: E402
-from kalmanq.compiler.request import Options  # noqa: E402
-from kalmanq.compiler.trial import ROWS, trial  # noqa: E402
+from kalmanq.compiler.given.request import Options  # noqa: E402
+from kalmanq.compiler.report.equation_costs import KINDS, calls_of  # noqa: E402
+from kalmanq.compiler.run.equation_records import drawn  # noqa: E402
+from kalmanq.compiler.run.host import Host  # noqa: E402
+from kalmanq.compiler.run.trial import ROWS, trial  # noqa: E402
+from kalmanq.compiler.text.equation_product import compiled_equations  # noqa: E402
 from kalmanq.errors import KalmanqError  # noqa: E402
 
 CORES = ("m0", "m3", "m4f", "rv32")
@@ -45,7 +45,7 @@ CHECKED = 3  # every third
 def written(name: str, model: Any, folder: Path) -> dict[str, dict[str, int]]:
     """The operations of its calls"""
     product = compiled_equations(model, name, Options("f32"))
-    record, _ = equation_report.drawn(model, ROWS, 1)
+    record, _ = drawn(model, ROWS, 1)
     with Host(product) as host:
         texts = {**product.sources(), f"{name}_test.c": trial(product, host, record)}
     folder.mkdir()

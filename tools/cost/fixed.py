@@ -16,9 +16,8 @@ import types
 from pathlib import Path
 from typing import Any
 
-import typer
-
 import build
+import typer
 from build import TARGET, Place, compiled, linked
 from cores import BY_NAME, ROOT, Core
 from elf import flash_and_ram
@@ -47,7 +46,7 @@ def fixed_costs() -> Any:
         module = types.ModuleType(name)
         module.__path__ = [str(ROOT / "tools" / "kalmanq" / folder)]  # type: ignore[attr-defined]
         sys.modules[name] = module
-    import kalmanq.compiler.fixed_costs as made
+    import kalmanq.compiler.report.fixed_costs as made
     return made
 
 

@@ -4,7 +4,7 @@
 #   designs  tools/kalmanq/firmware/costs.csv and stacks.csv, which kalmanq design estimates with; after the table, since the
 #            stacks need it
 #   boards   the tables of tools/examples/boards (5 minutes)
-#   equations  tools/kalmanq/compiler/equation_costs.csv, which the reports of nonlinear models estimate with (20 minutes)
+#   equations  tools/kalmanq/compiler/report/equation_costs.csv, which the reports of nonlinear models estimate with (20 minutes)
 set -euo pipefail
 root=$(cd "$(dirname "${BASH_SOURCE[0]}")/../.." && pwd)
 # shellcheck source=tools/setup.sh
@@ -32,7 +32,7 @@ renew_designs() {
 renew_equations() {
     "$root/tools/test.sh" tools.wheel
     PYTHONPATH=$root/tools:$(echo "$root"/build/test/tests/tools/clean/lib/python3*/site-packages) "$KQ_PYTHON" -B \
-        "$root/tools/cost/equation_fit.py" -o "$root/tools/kalmanq/compiler/equation_costs.csv"
+        "$root/tools/cost/equation_fit.py" -o "$root/tools/kalmanq/compiler/report/equation_costs.csv"
 }
 
 renew_boards() {

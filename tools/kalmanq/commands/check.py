@@ -12,8 +12,8 @@ from rich.console import Console
 
 from kalmanq.commands.messages import REFUSED, print_json
 from kalmanq.commands.options import ANY_MODEL, JSON, Arithmetic, command_of, read_any
-from kalmanq.compiler import settling
-from kalmanq.compiler.templating import counted
+from kalmanq.compiler.report import settling
+from kalmanq.compiler.templates.engine import counted
 from kalmanq.data import joining
 from kalmanq.errors import KalmanqError
 from kalmanq.model import Model

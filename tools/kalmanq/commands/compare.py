@@ -13,8 +13,8 @@ from rich.table import Table
 
 from kalmanq.commands.messages import print_json, table, tell_written
 from kalmanq.commands.options import ANY_MODEL, COMPILED, DATAS, JSON, command_of, read_any, refuse_compiled, require_steps
-from kalmanq.compiler.equation_run import COMPILED as BESIDE
-from kalmanq.compiler.simulation import compiled_run
+from kalmanq.compiler.run.equation_run import COMPILED as BESIDE
+from kalmanq.compiler.run.simulation import compiled_run
 from kalmanq.data import joining, tables
 from kalmanq.errors import KalmanqError
 from kalmanq.model import Model

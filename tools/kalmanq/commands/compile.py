@@ -14,10 +14,10 @@ from rich.console import Console
 from kalmanq.commands import compile_equations
 from kalmanq.commands.messages import print_json, tell_written
 from kalmanq.commands.options import ANY_MODEL, JSON, choices, command_of
-from kalmanq.compiler import costs, report
-from kalmanq.compiler.host import Host
-from kalmanq.compiler.product import Product, compiled, fingerprint
-from kalmanq.compiler.request import ARITHMETICS, MOST_STEPS, Options as Wanted
+from kalmanq.compiler.given.request import ARITHMETICS, MOST_STEPS, Options as Wanted
+from kalmanq.compiler.report import costs, report
+from kalmanq.compiler.run.host import Host
+from kalmanq.compiler.text.product import Product, compiled, fingerprint
 from kalmanq.data.files import whole
 from kalmanq.errors import KalmanqError
 from kalmanq.firmware.c_source import WORDS, identifier

@@ -10,17 +10,18 @@ from typing import Any, Callable
 from rich.console import Console
 
 from kalmanq.commands.messages import print_json, tell_written
-from kalmanq.compiler import equation_costs, equation_report, fixed_report
-from kalmanq.compiler.equation_device_text import compiled_device, device_trial, in_whole_groups
-from kalmanq.compiler.equation_product import compiled_equations
-from kalmanq.compiler.fixed_device_text import compiled_fixed
-from kalmanq.compiler.fixed_records import simulated
-from kalmanq.compiler.fixed_run import FixedRun
-from kalmanq.compiler.host import Host, Ran
-from kalmanq.compiler.product import Product, fingerprint
-from kalmanq.compiler.record import Record
-from kalmanq.compiler.request import Options
-from kalmanq.compiler.trial import ROWS, trial
+from kalmanq.compiler.given.request import Options
+from kalmanq.compiler.report import equation_costs, equation_report, fixed_report
+from kalmanq.compiler.run.equation_records import drawn
+from kalmanq.compiler.run.fixed_records import simulated
+from kalmanq.compiler.run.fixed_run import FixedRun
+from kalmanq.compiler.run.host import Host, Ran
+from kalmanq.compiler.run.record import Record, in_whole_groups
+from kalmanq.compiler.run.trial import ROWS, device_trial, trial
+from kalmanq.compiler.text.equation_device_text import compiled_device
+from kalmanq.compiler.text.equation_product import compiled_equations
+from kalmanq.compiler.text.fixed_device_text import compiled_fixed
+from kalmanq.compiler.text.product import Product, fingerprint
 from kalmanq.errors import KalmanqError
 from kalmanq.nonlinear import NonlinearModel, read
 
@@ -33,7 +34,7 @@ def compile_file(path: Path, name: str, wanted: Options, write: Callable[[dict[s
         product = compiled_equations(model, name, wanted, source)
         with Host(product) as host:
             found = equation_report.findings(model, product, host)
-            record, _ = equation_report.drawn(model, ROWS, equation_report.SEEDS[0])
+            record, _ = drawn(model, ROWS, equation_report.SEEDS[0])
             texts = {**product.sources(), f"{name}_test.c": trial(product, host, record, found.first)}
     lines = equation_report.lines(product, found)
     written = write({**texts, f"{name}_report.txt": "\n".join([source, "", *lines]) + "\n"})
@@ -52,10 +53,10 @@ def compile_device(path: Path, name: str, wanted: Options, write: Callable[[dict
         raise KalmanqError("--library: and a sensor with a delay: a device takes all in time; leave --library out")
     with console.status("compiling", spinner="line"):
         tried = _fixed_tried if is_fixed else _device_tried
-        product = compiled_fixed(model, name, wanted, source, simulated(model)) if is_fixed else \
+        product = compiled_fixed(model, name, simulated(model), wanted, source) if is_fixed else \
             compiled_device(model, name, wanted, source)
         equation_report.refuse_wrong(model)
-        record = in_whole_groups(equation_report.drawn(model, ROWS, equation_report.SEEDS[0])[0], product.given.together)
+        record = in_whole_groups(drawn(model, ROWS, equation_report.SEEDS[0])[0], product.given.together)
         ran, lines = tried(model, product, record)
         texts = {**product.sources(), f"{name}_test.c": device_trial(product, record, ran)}
     written = write({**texts, f"{name}_report.txt": "\n".join([source, "", *lines]) + "\n"})

@@ -15,24 +15,22 @@ from rich.console import Console
 
 from kalmanq.commands.messages import print_json, table, tell_written
 from kalmanq.commands.options import JSON, MODEL, ChipArithmetic, choices, command_of
-from kalmanq.compiler import offers as compiled_offers, report as compiled_report
-from kalmanq.compiler.costs import NOT_ESTIMATED
-from kalmanq.compiler.host import Host
-from kalmanq.compiler.offers import COLUMNS, Offer, add_ways, offers
-from kalmanq.compiler.product import fingerprint, remarked
+from kalmanq.compiler.report.costs import NOT_ESTIMATED
+from kalmanq.compiler.report.offers import COLUMNS, Offer, add_ways, offers
+from kalmanq.compiler.report import offers as compiled_offers, report as compiled_report
+from kalmanq.compiler.run.host import Host
+from kalmanq.compiler.text.product import fingerprint, remarked
 from kalmanq.data import joining, rows as given_rows
 from kalmanq.data.files import require_folder, whole
 from kalmanq.errors import KalmanqError
 from kalmanq.firmware.c_source import bytes_of_delays, identifier, source
 from kalmanq.firmware.costs import COMPACT, CORES, flags, include_path
 from kalmanq.firmware.designs import PARTS, Designs, Part, Trial, Way, design
-from kalmanq.firmware.steps_kept import latest_of
 from kalmanq.firmware.ranges import with_ranges
 from kalmanq.firmware.reach import Record, draw
-from kalmanq.model import model_file
-from kalmanq.model import Model
+from kalmanq.firmware.steps_kept import latest_of
+from kalmanq.model import Model, model_file
 from kalmanq.run.parts import WAYS, Parts, not_lean
-
 
 COMPILED = compiled_offers.WAY
 ALL_WAYS = {**WAYS, COMPILED: compiled_offers.SAID}

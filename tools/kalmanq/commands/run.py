@@ -16,10 +16,21 @@ from rich.console import Console
 
 from kalmanq.commands.messages import print_json, table, tell_written
 from kalmanq.commands.options import (
-    ANY_MODEL, ARITHMETIC, COMPILED, DATAS, JSON, AnyModel, Arithmetic, choices, command_of, read_any, refuse_compiled,
-    require_steps)
-from kalmanq.compiler.equation_run import CompiledEquations, FixedEquations
-from kalmanq.compiler.simulation import CompiledFilter
+    ANY_MODEL,
+    ARITHMETIC,
+    COMPILED,
+    DATAS,
+    JSON,
+    AnyModel,
+    Arithmetic,
+    choices,
+    command_of,
+    read_any,
+    refuse_compiled,
+    require_steps,
+)
+from kalmanq.compiler.run.equation_run import CompiledEquations, FixedEquations
+from kalmanq.compiler.run.simulation import CompiledFilter
 from kalmanq.core import names_of
 from kalmanq.data import joining, tables
 from kalmanq.data.files import refuse_one_output, refuse_output

@@ -14,11 +14,9 @@ import typer
 from rich.console import Console
 
 from kalmanq.commands.messages import print_json, table, tell_written
-from kalmanq.commands.options import (
-    ANY_MODEL, COMPILED, DASK, FRESH, JSON, WORKERS, AnyModel, Arithmetic, command_of, read_any, refuse_compiled,
-    require_steps)
-from kalmanq.compiler.equation_run import compiled_equations_run
-from kalmanq.compiler.simulation import NO_SMOOTHER, compiled_run
+from kalmanq.commands.options import ANY_MODEL, COMPILED, DASK, FRESH, JSON, WORKERS, AnyModel, Arithmetic, command_of, read_any, refuse_compiled, require_steps
+from kalmanq.compiler.run.equation_run import compiled_equations_run
+from kalmanq.compiler.run.simulation import NO_SMOOTHER, compiled_run
 from kalmanq.data import tables
 from kalmanq.data.files import refuse_output
 from kalmanq.errors import KalmanqError

@@ -11,12 +11,12 @@ from typing import Callable, Sequence
 
 import numpy as np
 
-from kalmanq.compiler.host import build
-from kalmanq.compiler.printing import Body, Floats, indented
+from kalmanq.compiler.run.host import build
 from kalmanq.data.files import own_folder, telling_where
 from kalmanq.formulas.calculus import derivative
 from kalmanq.formulas.functions import value
 from kalmanq.formulas.graph import Node, symbol, using
+from kalmanq.formulas.printing import Body, Floats, indented
 from kalmanq.nonlinear import NonlinearModel
 from kalmanq.nonlinear.constants import Free
 from kalmanq.nonlinear.formulas import Formulas

@@ -10,9 +10,9 @@ from typing import Optional, Union
 
 import numpy as np
 
-from kalmanq.compiler.equation_run import COMPILED, compiled_equations_run
-from kalmanq.compiler.offers import COLUMNS, EXPLAINED, offers
-from kalmanq.compiler.simulation import NO_SMOOTHER, compiled_run
+from kalmanq.compiler.report.offers import COLUMNS, EXPLAINED, offers
+from kalmanq.compiler.run.equation_run import COMPILED, compiled_equations_run
+from kalmanq.compiler.run.simulation import NO_SMOOTHER, compiled_run
 from kalmanq.data.rows import controls_of
 from kalmanq.firmware import costs
 from kalmanq.firmware.ranges import widened

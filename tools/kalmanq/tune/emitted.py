@@ -9,14 +9,14 @@ from functools import partial
 from pathlib import Path
 from typing import Callable, Iterator, Optional, Sequence
 
-from kalmanq.compiler.emit import PREDICTS, UPDATES, Row
-from kalmanq.compiler.equation_product import compiled_equations
-from kalmanq.compiler.printing import Body, Floats, indented
-from kalmanq.compiler.product import Product
-from kalmanq.compiler.request import MOST_STEPS, Options
+from kalmanq.compiler.given.request import MOST_STEPS, Options
+from kalmanq.compiler.text.emit import PREDICTS, UPDATES, Row
+from kalmanq.compiler.text.equation_product import compiled_equations
+from kalmanq.compiler.text.product import Product
 from kalmanq.data.files import own_folder, telling_where
 from kalmanq.errors import KalmanqError
 from kalmanq.formulas.graph import using
+from kalmanq.formulas.printing import Body, Floats, indented
 from kalmanq.nonlinear import NonlinearModel
 from kalmanq.nonlinear.calls import Given
 from kalmanq.tune.literals import Template, in_double, template, with_loads

@@ -9,11 +9,11 @@ from typing import Any, Optional, Sequence
 
 import numpy as np
 
-from kalmanq.compiler import equation_costs, equation_report
-from kalmanq.compiler.equation_product import compiled_equations
-from kalmanq.compiler.equation_run import CompiledEquations, EquationRun
-from kalmanq.compiler.names import identifiers
-from kalmanq.compiler.request import MOST_STEPS, Options
+from kalmanq.compiler.given.names import identifiers
+from kalmanq.compiler.given.request import MOST_STEPS, Options
+from kalmanq.compiler.report import equation_costs, equation_report
+from kalmanq.compiler.run.equation_run import CompiledEquations, EquationRun
+from kalmanq.compiler.text.equation_product import compiled_equations
 from kalmanq.firmware.c_source import WORDS
 from kalmanq.firmware.costs import CORES
 from kalmanq.formulas.graph import needed

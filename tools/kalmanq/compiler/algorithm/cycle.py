@@ -1,0 +1,117 @@
+"""Sensors at different rates (--every): there is no full sample in each row, but a cycle of rows that settles.
+
+A row counts from the last full sample.  As long as each row has the components that are due in it, N cycles after a
+full sample the covariance of each row of the cycle is known, by the bound of `enclosure`.  From then on each row of the
+cycle has a constant gain.
+"""
+
+from __future__ import annotations
+
+import decimal
+import math
+from dataclasses import dataclass
+from typing import Optional, Sequence
+
+import numpy as np
+
+from kalmanq.compiler.given.enclosure import DIGITS, GONE, MORE, MOST, Map, is_within, least_steps, unit_lower
+from kalmanq.compiler.given.exact import Numbers, decimals, eye, inverse, symmetric
+from kalmanq.compiler.given.request import Request, due
+from kalmanq.errors import KalmanqError
+
+LONGEST = 100  # rows
+Matrix = np.ndarray
+
+
+@dataclass(frozen=True)
+class Row:
+    """Of a row of the settled cycle.  due: bits of its components; gain: n x m, 0 for the others; variances: m, of
+    innovations given those before them, infinite for the others"""
+
+    due: int
+    predicted: Matrix
+    filtered: Matrix
+    gain: Matrix
+    variances: Matrix
+
+
+@dataclass(frozen=True)
+class Cycle:
+    """rows[0] follows a full sample, and the last has one; cycles: after which it has settled"""
+
+    rows: Sequence[Row]
+    cycles: int
+    tolerance: float
+
+    @property
+    def gains(self) -> list[Matrix]:
+        return [row.gain.astype(float) for row in self.rows]
+
+    @property
+    def variances(self) -> Matrix:
+        """m, the least in a row"""
+        return np.min([row.variances for row in self.rows], axis=0)
+
+    @property
+    def means(self) -> Matrix:
+        """Variances of the n means, the least in a row"""
+        return np.min([np.diag(row.filtered).astype(float) for row in self.rows], axis=0)
+
+
+def check(given: Request) -> None:
+    every = given.options.every
+    if len(every) != given.of.m or min(every) < 1:
+        raise KalmanqError(f"--every: gives rows between two values of each of {given.of.m} measurements: whole numbers")
+    if min(every) != 1:
+        raise KalmanqError("--every: one measurement has to be in every row: give the model a longer step")
+    if math.lcm(*every) > LONGEST:
+        raise KalmanqError(f"--every: all measurements meet after {math.lcm(*every)} rows, at most {LONGEST}")
+    if given.options.nis or given.options.gate is not None or given.options.lag:
+        raise KalmanqError("--every: is without --nis, --robust gate and --lag; leave it out, and every row is worked out")
+
+
+def settled(of: Numbers, every: Sequence[int], tolerance: float) -> Optional[Cycle]:
+    with decimal.localcontext(DIGITS):
+        predict = Map(of.A, decimals(np.zeros((of.n, of.n))), of.Q)
+        masks = [due(every, row) for row in range(1, math.lcm(*every) + 1)]
+        ahead = [predict.then(_sample(of, mask)) for mask in masks]
+        whole = ahead[0]
+        for one in ahead[1:]:
+            whole = whole.then(one)
+        doubled = [whole]
+        for _ in range(MOST):
+            doubled.append(doubled[-1].then(doubled[-1]))
+        floor = np.diag(of.P0) * GONE
+
+        def has_settled(one: Map) -> bool:
+            for step in ahead:
+                if not is_within(one, tolerance, floor):
+                    return False
+                one = one.then(step)
+            return True
+
+        if not has_settled(doubled[-1]):
+            return None
+        cycles, last = least_steps(doubled, has_settled), doubled[-1]
+        for _ in range(MORE):
+            last = last.then(last)
+        return Cycle(_rows(of, masks, last.Q), cycles, tolerance)
+
+
+def _sample(of: Numbers, mask: int) -> Map:
+    nothing = decimals(np.zeros((of.n, of.n)))
+    taken = [j for j in range(of.m) if mask >> j & 1]
+    return Map(eye(of.n), of.H[taken].T @ np.diag(1 / of.R[taken]) @ of.H[taken], nothing)
+
+
+def _rows(of: Numbers, masks: Sequence[int], P: Matrix) -> list[Row]:
+    made = []
+    for mask in masks:
+        taken = [j for j in range(of.m) if mask >> j & 1]
+        H, predicted = of.H[taken], symmetric(of.A @ P @ of.A.T + of.Q)
+        gain, variances = decimals(np.zeros((of.n, of.m))), np.full(of.m, np.inf)
+        variance = H @ predicted @ H.T + np.diag(of.R[taken])
+        gain[:, taken], variances[taken] = predicted @ H.T @ inverse(variance), unit_lower(variance)[1].astype(float)
+        P = symmetric(predicted - gain[:, taken] @ H @ predicted)
+        made.append(Row(mask, predicted, P, gain, variances))
+    return made

@@ -1,0 +1,2 @@
+"""What is told of a compiled filter: NAME_report.txt, costs, offers of kalmanq design.
+"""

@@ -1,0 +1,160 @@
+"""NAME_report.txt of a nonlinear model: how the C was tried, and what float does to the model's own formulas."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Sequence
+
+import numpy as np
+
+from kalmanq.compiler.given.request import Options
+from kalmanq.compiler.report import equation_costs
+from kalmanq.compiler.run import trial
+from kalmanq.compiler.run.equation_records import MISSING, drawn, irregular
+from kalmanq.compiler.run.host import Host, Ran
+from kalmanq.compiler.run.lint import Lossy, lossy_formulas
+from kalmanq.compiler.run.record import Record, times_of
+from kalmanq.compiler.text.equation_product import compiled_equations
+from kalmanq.compiler.text.product import Product
+from kalmanq.errors import KalmanqError
+from kalmanq.nonlinear import NonlinearFilter, NonlinearModel, prior_points, simulate, wrong_entries
+from kalmanq.nonlinear.jacobians import points_along
+from kalmanq.run.resolution import told_of
+
+ROWS = 400
+SEEDS = (1, 2, 3)
+COARSE = 1e-2  # sigma: an error above is said first
+FAINT = 0.05  # sigma: an error of a formula above is told
+
+
+@dataclass(frozen=True)
+class Findings:
+    """Over simulated rows with missing components, beside the same C in double: errors of means in sigma and of covariances
+    in sigma_i sigma_j; beside: of the C in double beside the library's filter; least: R / S of a component; lost: rows
+    whose functions were not finite; first: error of means in as many rows as NAME_test.c has; coarse: what is said of measurements
+    beside their noise"""
+
+    mean: float
+    covariance: float
+    beside: float
+    least: float
+    lost: int
+    lossy: Sequence[Lossy]
+    why_not: str = ""
+    first: float = 0.0
+    coarse: str = ""
+
+
+def findings(model: NonlinearModel, product: Product, host: Host) -> Findings:
+    """Where no record can be drawn, `why_not` says it."""
+    try:
+        return _findings(model, product, host)
+    except KalmanqError as problem:
+        return Findings(np.nan, np.nan, np.nan, np.nan, 0, (), str(problem))
+
+
+def _findings(model: NonlinearModel, product: Product, host: Host) -> Findings:
+    options, tried, points = product.given.options, [], []
+    exact = compiled_equations(model, product.given.name, Options(**{**vars(options), "arithmetic": "f64"}))
+    with Host(exact) as reference:
+        for seed in SEEDS:
+            record, z = drawn(model, ROWS, seed)
+            runs = [one.run_record(record) for one in (host, reference)]
+            tried.append((*_apart(model, *runs), float(_errors(model, *runs)[:trial.ROWS].max()), _lost(product, runs[0]),
+                          *_library(model, options, _whole_groups(product, z), record, runs[1])))
+            points.append((runs[1].mean, _sigma(runs[1]), record.now, record.clock))
+    mean, covariance, first, lost, beside, least = (np.array(column) for column in zip(*tried))
+    return Findings(float(mean.max()), float(covariance.max()), float(beside.max()), float(least.min()), int(lost.sum()),
+                    lossy_formulas(model, points) if options.arithmetic == "f32" else (), first=float(first.max()),
+                    coarse=told_of(model, options.arithmetic))
+
+
+def _whole_groups(product: Product, z: np.ndarray) -> np.ndarray:
+    """Components with correlated noises are taken together or not at all."""
+    made = z.copy()
+    for j, group in enumerate(product.given.together):
+        made[np.isnan(z[:, [k for k in range(z.shape[1]) if group >> k & 1]]).any(axis=1), j] = np.nan
+    return made
+
+
+def _sigma(ran: Ran) -> np.ndarray:
+    return np.sqrt(np.einsum("tii->ti", ran.covariance).clip(1e-300))
+
+
+def _lost(product: Product, ran: Ran) -> int:
+    """Rows in which a call left mean and covariance as they were"""
+    return int(np.sum(ran.events >> list(product.events).index("NOT_FINITE") & 1))
+
+
+def _apart(model: NonlinearModel, ran: Ran, exact: Ran) -> tuple[float, float]:
+    sigma = _sigma(exact)
+    spread = np.abs(ran.covariance - exact.covariance) / (sigma[:, :, None] * sigma[:, None, :])
+    return float(_errors(model, ran, exact).max()), float(spread.max())
+
+
+def _errors(model: NonlinearModel, ran: Ran, exact: Ran) -> np.ndarray:
+    """Of means, in sigma"""
+    return np.abs([model.minus(*pair) for pair in zip(ran.mean, exact.mean)]) / _sigma(exact)
+
+
+def _library(model: NonlinearModel, options: Options, z: np.ndarray, record: Record, exact: Ran) -> tuple[float, float]:
+    """How far the library's filter is off, in sigma, and the least R / S that it met"""
+    if model.has_errors:
+        return 0.0, np.nan
+    method = "iterated" if options.iterate > 1 else "extended"
+    run = NonlinearFilter(model, "f64", method, options.iterate).run(z, record.now if model.l else None, times=times_of(record))
+    R = np.diag(model.R) if model.R is not None else np.array([np.diag(model.measurement_noise(x, t, u)) for x, t, u in zip(
+        run.mean, model.instants(len(z), times_of(record)), record.now)])
+    shares = R / run.innovation_sigma**2
+    is_same = options.gate is None and options.student is None
+    return float((np.abs(run.mean - exact.mean) / _sigma(exact)).max()) if is_same else 0.0, float(np.nanmin(shares, initial=1))
+
+
+def refuse_wrong(model: NonlinearModel) -> None:
+    """Jacobians of the model's own that are not those of its functions"""
+    times = irregular(model, 50, SEEDS[0])
+    x, _, u = simulate(model, 50, SEEDS[0], times=times)
+    for one in wrong_entries(model, prior_points(model) + points_along(x, u, model.instants(len(x), times))):
+        raise KalmanqError(f"{one}: correct it, or leave {one.which} out, and it is derived")
+
+
+def lines(product: Product, found: Findings) -> list[str]:
+    given, arithmetic = product.given, product.given.options.arithmetic
+    sensors = ", ".join(f"{given.name}_update{one.suffix}" for one in product.arithmetic.sensors)
+    made = [f"{given.name}: {arithmetic}, {product.ram} bytes of RAM, {product.arithmetic.operations} operations of the covariance",
+            f"  {given.name}_predict; {sensors}. The covariance is carried as a factor, so it cannot lose positive definiteness.",
+            *(product.text.smoother.told() if product.text.smoother else []), *equation_costs.lines(product),
+            *product.told_late, *_watched(product)]
+    if found.why_not:
+        return [*made, f"  Not tried, because no rows can be simulated: {found.why_not}"]
+    made += [f"  Observed in {len(SEEDS)} records of {ROWS} simulated rows, {100 * MISSING:.0f} % of the measurements missing:"]
+    if arithmetic == "f32":
+        made.append(f"  beside the same C in double, means within {found.mean:.1e} sigma, covariances within {found.covariance:.1e}.")
+    if found.beside:
+        made.append(f"  The C in double is within {found.beside:.1e} sigma of the library's filter.")
+    if np.isfinite(found.least):
+        made.append(f"  The least R / S of a component was {found.least:.1e}.")
+    if found.lost:
+        made.append(f"  {found.lost} rows had a function or a derivative that was not finite; the call changed nothing there.")
+    return [*made, *(f"  {one}" for one in _told(found))]
+
+
+def _watched(product: Product) -> list[str]:
+    names = ", ".join(product.given.measurements[j] for j in product.arithmetic.watched)
+    return [f"  Float can round the function of {names} by about its sigma: {product.given.upper}_PRECISION is set where it is by more."] if names else []
+
+
+def _told(found: Findings) -> list[str]:
+    worst = [one for one in found.lossy if one.error > FAINT]
+    made = [f"In float {one} is off by {one.error:.1e} sigma at {one.where}: write it so that nothing cancels, or use --arith f64."
+            for one in worst]
+    if found.coarse:
+        made.append(f"Measurements are coarse: {found.coarse}.")
+    elif found.mean > COARSE and found.lossy and not worst:
+        made.append(f"Float is coarse here: means are off by {found.mean:.1e} sigma, and the formula that loses most is "
+                    f"{found.lossy[0]}, {found.lossy[0].error:.1e} sigma a row. --arith f64 is finer.")
+    return made
+
+
+def warned(found: Findings) -> list[str]:
+    return _told(found) + ([f"Not tried: {found.why_not}"] if found.why_not else [])

@@ -1,0 +1,112 @@
+"""NAME_report.txt of a device in q31: where its formats are from, and how it was tried."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from typing import Sequence
+
+import numpy as np
+
+from kalmanq.compiler.algorithm.fixed.device import EVENTS, FixedDevice
+from kalmanq.compiler.algorithm.fixed.values import MARGIN
+from kalmanq.compiler.given.request import Options
+from kalmanq.compiler.report.equation_report import COARSE, ROWS, SEEDS
+from kalmanq.compiler.run.equation_records import MISSING, drawn
+from kalmanq.compiler.run.fixed_lint import lossy_formulas
+from kalmanq.compiler.run.fixed_run import LIBRARY, FixedRun
+from kalmanq.compiler.run.host import Host, Ran
+from kalmanq.compiler.run.lint import Lossy
+from kalmanq.compiler.run.record import in_whole_groups
+from kalmanq.compiler.text.equation_product import compiled_equations
+from kalmanq.compiler.text.product import Product
+from kalmanq.core import names_of
+from kalmanq.errors import KalmanqError
+from kalmanq.model import Quantity
+from kalmanq.nonlinear import NonlinearModel
+
+
+@dataclass
+class Tried:
+    """Beside the filter in double: the largest error of a mean in sigma, ratios of sigmas, rows with a call that was refused, and
+    with events"""
+
+    mean: float = 0.0
+    ratios: tuple[float, float] = (1.0, 1.0)
+    refused: int = 0
+    events: dict[str, int] = field(default_factory=dict)
+    lossy: Sequence[Lossy] = ()
+    why_not: str = ""
+
+    def add(self, model: NonlinearModel, ran: Ran, exact: Ran) -> None:
+        fixed, double = (np.sqrt(np.einsum("tii->ti", one.covariance)) for one in (ran, exact))
+        with np.errstate(divide="ignore", invalid="ignore"):
+            errors = np.array([model.minus(*pair) for pair in zip(ran.mean, exact.mean)])
+            apart, ratio = np.abs(errors) / double, fixed / double
+        self.mean = max(self.mean, float(np.nanmax(apart)))
+        self.ratios = min(self.ratios[0], float(np.nanmin(ratio))), max(self.ratios[1], float(np.nanmax(ratio)))
+        self.refused += int(np.count_nonzero(ran.taken != exact.taken))
+        for row in ran.events:
+            for name in event_names(int(row)):
+                self.events[name] = self.events.get(name, 0) + 1
+
+
+def event_names(events: int) -> list[str]:
+    own = [name for bit, (name, _) in enumerate(EVENTS) if events >> bit & 1]
+    return own + [f"the library's {name}" for name in names_of(events >> LIBRARY)]
+
+
+def tried(model: NonlinearModel, product: Product) -> Tried:
+    made, visited = Tried(), []
+    try:
+        with Host(compiled_equations(model, "exact", Options("f64"))) as exact:
+            for seed in SEEDS:
+                record = in_whole_groups(drawn(model, ROWS, seed)[0], product.given.together)
+                ran = exact.run_record(record)
+                made.add(model, FixedRun(product.arithmetic).run(record), ran)
+                visited.append((ran.mean, np.sqrt(np.einsum("tii->ti", ran.covariance)), record.now, record.clock))
+        made.lossy = lossy_formulas(model, product.arithmetic, visited)
+    except KalmanqError as problem:
+        made.why_not = str(problem)
+    return made
+
+
+def lines(product: Product, found: Tried) -> list[str]:
+    device: FixedDevice = product.arithmetic
+    made = [*device.told(), f"  Formats are of {device.seen.rows} simulated rows, with {MARGIN} bits more than they used.",
+            *([f"  They hold {', '.join(device.seen.ends)}."] if device.seen.ends else []), *_chosen(device)]
+    if found.why_not:
+        return [*made, f"  Not tried: {found.why_not}"]
+    low, high = found.ratios
+    made.append(f"  In {len(SEEDS)} other records of {ROWS} simulated rows, {100 * MISSING:.0f} % of the measurements missing,")
+    made.append(f"  compared with double: means within {found.mean:.1e} sigma, sigmas from {low:.4f} to {high:.4f} of those.")
+    return [*made, *(f"  {one}" for one in warned(device, found))]
+
+
+def _chosen(device: FixedDevice) -> list[str]:
+    """Ranges that the model does not declare"""
+    made = []
+    for mine, given in ((device.carried, device.nonlinear.carried), (device.controls, device.nonlinear.controls),
+                        (device.taken, device.nonlinear.measurements)):
+        made += [f"{one.name} {one.range:.3g}" for one, declared in zip(mine, given) if declared.range is None]
+    return [f"  No range is declared of these; the records chose: {', '.join(made)}."] if made else []
+
+
+def warned(device: FixedDevice, found: Tried) -> list[str]:
+    lacks = [(device.taken[j], bits) for j, bits in device.lacks.items()]
+    made = [f"{one.name}: in the records its Jacobian needs {bits} more integer bits, and an update there is refused: "
+            f"a range of {_range(one) * 2.0**bits:g} has them." for one, bits in lacks]
+    reached = [(one, device.seen.largest("x", i)) for i, one in enumerate(device.carried)]
+    made += [f"{one.name}: the records reach {most:.3g}, beyond its declared range of {one.range:g}."
+             for one, most in reached if most > _range(one)]
+    if found.refused:
+        made.append(f"{found.refused} rows had a call that was refused.")
+    made += [f"{name} in {count} rows." for name, count in found.events.items()]
+    made += [f"In fixed point {one} is off by {one.error:.1e} sigma at {one.where}: write it so that nothing cancels, "
+             "or use --arith f32." for one in found.lossy if one.error > COARSE]
+    if found.mean > COARSE and not found.events:
+        made.append(f"Fixed point is coarse here: means are off by {found.mean:.1e} sigma. --arith f32 is finer.")
+    return made
+
+
+def _range(one: Quantity) -> float:
+    return one.range or 0.0

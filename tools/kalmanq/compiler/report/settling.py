@@ -1,0 +1,44 @@
+"""What kalmanq compile will make of a model, for kalmanq check: does its gain settle, when, and why not."""
+
+from __future__ import annotations
+
+from kalmanq.compiler.given import enclosure
+from kalmanq.compiler.given.request import GAP, LONGEST_GAP, Options, request
+from kalmanq.compiler.text.product import compiled
+from kalmanq.errors import KalmanqError
+from kalmanq.model import Model
+from kalmanq.run.checks import Finding, unseen
+
+
+def finding(model: Model) -> Finding:
+    try:
+        given = request(model, "filter", Options())
+    except KalmanqError as problem:
+        return Finding(True, "compiled", f"refused: {problem}")
+    steady = enclosure.settled(given.of, min(max(model.gaps.max_gap, GAP), LONGEST_GAP), Options().settle)
+    if steady is None:
+        return Finding(True, "compiled", f"the gain is worked out in each row: {_reason(model)}")
+    return Finding(True, "compiled", f"the gain is constant after {steady.samples} full samples, and again "
+                   f"{steady.after_gap[0]} after one that is missing")
+
+
+def formats(model: Model) -> Finding:
+    """Of the C in q31, by which its header is written: where a word needs room for more than the range, not the library's"""
+    try:
+        arithmetic = compiled(model, "filter", Options("q31")).arithmetic
+    except KalmanqError as problem:
+        return Finding(True, "compiled in q31", f"refused: {problem}")
+    made = (f"{one.name} {arithmetic.format_of(which, k)}" for which in ("states", "measurements") for k, one in enumerate(getattr(model, which)))
+    return Finding(True, "compiled in q31", f"the header's formats: {', '.join(made)}")
+
+
+def _reason(model: Model) -> str:
+    """Why it does not settle"""
+    noise = model.G if model.G is not None else model.Q
+    for A, given, what in ((model.A, model.H, "is never measured and does not decay"),
+                           (model.A.T, noise.T, "has no process noise and does not decay")):
+        lasting = [value for value in unseen(A, given) if abs(value) >= 1 - 1e-12]
+        if lasting:
+            value = lasting[0]
+            return f"a direction with eigenvalue {value.real if abs(value.imag) < 1e-12 else value:.4g} {what}"
+    return f"it takes more than {1 << enclosure.MOST} full samples to settle"

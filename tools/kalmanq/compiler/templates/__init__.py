@@ -1,0 +1,1 @@
+"""Files of C with places for what Python makes; engine fills them."""
