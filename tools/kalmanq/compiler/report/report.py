@@ -10,32 +10,45 @@ import numpy as np
 
 from kalmanq.compiler.given.request import GAP
 from kalmanq.compiler.run.host import Host
-from kalmanq.compiler.run.record import Accuracy, tried
+from kalmanq.compiler.run.record import tried
 from kalmanq.compiler.run.trial import trial
 from kalmanq.compiler.text.product import Product, settling
 from kalmanq.model import Model
 from kalmanq.run.resolution import told_of
 
-ROWS = 2000
+ROWS, LONGEST, WORK = 2000, 20_000, 500_000  # of a record: at least, at most, and over n^2
 SEEDS = (1, 2, 3)
-COARSE = 1e-3  # sigma: an error above is said first
+MEAN, COVARIANCE = 3e-4, {"f32": 1e-4, "f64": 1e-4, "q31": 2e-4}  # sigma, sigma_i sigma_j: an error above is told
 
 
 @dataclass(frozen=True)
 class Findings:
-    """Over records of so many rows with gaps, samples in part and second updates, compared with long double"""
+    """Over records with gaps, samples in part and second updates, compared with long double on the model's numbers.
+    rows: of a record from the start; settled: of one that begins settled, 0: there is none"""
 
     mean: float
     covariance: float
     taken: float
     longest_gap: int
+    rows: int = ROWS
+    settled: int = 0
 
 
 def findings(product: Product, host: Host) -> Findings:
-    longest = 2 * max(product.given.model.gaps.max_gap, GAP)
-    made: list[Accuracy] = [tried(product.given, host, ROWS, seed, longest) for seed in SEEDS]
+    longest, rows = 2 * max(product.given.model.gaps.max_gap, GAP), _rows(product)
+    made, settled = tried(product, host, rows, SEEDS, longest), 0
+    if product.arithmetic.steady is not None:
+        settled = ROWS
+        made += tried(product, host, settled, SEEDS, longest, is_settled=True)
     return Findings(max(one.mean for one in made), max(one.covariance for one in made), min(one.taken for one in made),
-                    longest)
+                    longest, rows, settled)
+
+
+def _rows(product: Product) -> int:
+    """So many that it settles and goes on, as far as that is done in seconds"""
+    steady, turn = product.steady, product.cycle
+    least = steady.samples if steady else turn.cycles * len(turn.rows) if turn else LONGEST
+    return max(ROWS, min(ROWS + least, LONGEST, WORK // product.given.of.n**2))
 
 
 def files(product: Product, host: Host, found: Findings, source: str) -> dict[str, str]:
@@ -45,7 +58,7 @@ def files(product: Product, host: Host, found: Findings, source: str) -> dict[st
 
 
 def lines(product: Product, found: Findings) -> list[str]:
-    return [*_what(product), *_settles(product), *_accuracy(found), *_coarse(found, product.given.options.arithmetic), *_resolution(product),
+    return [*_what(product), *_settles(product), *_accuracy(found), *_coarse(product, found), *_resolution(product),
             *_unresolved(product), *_chosen(product), *_unknown(product), *_correlated(product),
             *product.told_late]
 
@@ -69,21 +82,28 @@ def _settles(product: Product) -> list[str]:
     rests = ", ".join(map(str, steady.after_gap[:4]))
     return [f"  After {steady.samples} full samples the gain is constant. This is a bound over every past: each variance is then",
             f"  within {steady.tolerance:.0e} of the steady one, relative. After a gap of 1, 2, 3, 4 samples that began settled:",
-            f"  {rests} full samples."]
+            f"  {rests} full samples.",
+            *(["  A full sample has all measurements. If they come at different rates, --every says so, and a cycle of rows settles."]
+              if product.given.of.m > 1 else [])]
 
 
 def _accuracy(found: Findings) -> list[str]:
-    return [f"  Observed in {len(SEEDS)} records of {ROWS} rows, with gaps of up to {found.longest_gap} rows, samples in part and second",
-            f"  updates, compared with long double: means within {found.mean:.1e} sigma, covariances within {found.covariance:.1e}",
-            f"  sigma_i sigma_j. {100 * (1 - found.taken):.0f} % of the measurements were refused as out of range."]
+    begun = f" and {len(SEEDS)} of {found.settled} rows that begin settled anywhere within the ranges" if found.settled else ""
+    return textwrap.wrap(
+        f"Observed in {len(SEEDS)} records of {found.rows} rows from the start{begun}, with gaps of up to {found.longest_gap} rows, samples "
+        "in part and second updates; the states follow the model within their ranges. Compared with long double on the model's numbers: "
+        f"means within {found.mean:.1e} sigma, covariances within {found.covariance:.1e} sigma_i sigma_j. "
+        f"{100 * (1 - found.taken):.0f} % of the measurements were refused as out of range.", 112, initial_indent="  ", subsequent_indent="  ")
 
 
-def _coarse(found: Findings, arithmetic: str) -> list[str]:
-    if found.mean <= COARSE and found.covariance <= COARSE:
+def _coarse(product: Product, found: Findings) -> list[str]:
+    arithmetic = product.given.options.arithmetic
+    most = COVARIANCE[arithmetic]
+    times = max(found.mean / MEAN, found.covariance / most)
+    if times <= 1:
         return []
-    cure = "Use a smaller P0, or a larger R, where you can." if arithmetic == "f64" else "--arith f64 is finer there."
-    return [f"  The error is above {COARSE:g}: the first variance (P0) is very far above what it settles to, or R is very",
-            f"  small beside it. {cure}"]
+    return textwrap.wrap(f"{arithmetic} is coarse for this model: an error is above {MEAN:g} sigma or {most:g} sigma_i sigma_j. "
+                         f"{product.arithmetic.finer(times)}", 112, initial_indent="  ", subsequent_indent="  ")
 
 
 def resolution_of(product: Product) -> str:
@@ -136,4 +156,4 @@ def _correlated(product: Product) -> list[str]:
 
 
 def warned(product: Product, found: Findings) -> Sequence[str]:
-    return [line.strip() for line in [*_coarse(found, product.given.options.arithmetic), *_resolution(product)]]
+    return [line.strip() for line in [*_coarse(product, found), *_resolution(product)]]
