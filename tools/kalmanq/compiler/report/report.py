@@ -102,8 +102,8 @@ def _coarse(product: Product, found: Findings) -> list[str]:
     times = max(found.mean / MEAN, found.covariance / most)
     if times <= 1:
         return []
-    return textwrap.wrap(f"{arithmetic} is coarse for this model: an error is above {MEAN:g} sigma or {most:g} sigma_i sigma_j. "
-                         f"{product.arithmetic.finer(times)}", 112, initial_indent="  ", subsequent_indent="  ")
+    return textwrap.wrap(f"{arithmetic} is coarse for this model: of these errors no more than {MEAN:g} sigma and {most:g} sigma_i sigma_j "
+                         f"would do no harm. {product.arithmetic.finer(times)}", 112, initial_indent="  ", subsequent_indent="  ")
 
 
 def resolution_of(product: Product) -> str:
