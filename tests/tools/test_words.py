@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import subprocess
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -11,10 +12,12 @@ import pytest
 from library import cc, written
 
 from kalmanq import Model, Quantity
+from kalmanq.compiler.algorithm.fixed.rescaled import RescaledWords
 from kalmanq.compiler.algorithm.fixed.routines import routines
 from kalmanq.compiler.given.request import Options
 from kalmanq.compiler.run import record
 from kalmanq.compiler.run.host import Host
+from kalmanq.compiler.text.emit import PREDICTS, UPDATES
 from kalmanq.compiler.text.product import Product, compiled
 
 TRAPS = ("-fsanitize=undefined", "-fsanitize-undefined-trap-on-error")
@@ -53,10 +56,10 @@ def test_is_near_long_double(make):
             assert made.events == 0
 
 
-@pytest.mark.parametrize("loops", (False, True))
-def test_a_long_gap_holds_sigma_and_says_so(loops):
-    product = compiled_words(products.ultrasound(), loops=loops)
-    rows = 3000
+@pytest.mark.parametrize("make, loops", [(products.ultrasound, False), (products.ultrasound, True), (products.pll, False)])
+def test_a_long_gap_holds_sigma_and_says_so(make, loops):
+    product = compiled_words(make(), loops=loops)
+    rows = 3000 if make is products.ultrasound else 100_000
     what = np.ones(rows, np.uint8)
     with Host(product, TRAPS) as host:
         ran = host.run(np.zeros((rows, 1)), None, np.zeros(rows), what)
@@ -64,6 +67,24 @@ def test_a_long_gap_holds_sigma_and_says_so(loops):
     assert not ran.events[10] and ran.events[-1] == bit and np.array_equal(ran.covariance[-1], ran.covariance[-2])
     assert np.all(np.diff(ran.covariance[:, 0, 0]) >= -1e-6 * ran.covariance[:-1, 0, 0])
     assert np.all(np.isfinite(ran.covariance))
+
+
+@pytest.mark.parametrize("make, gap", [(products.pll, 6000), (products.bldc, 12_000), (products.well, 4000)])
+def test_words_that_have_become_finer_become_coarse_again(make, gap):
+    """Samples, a gap in which sigmas grow a thousandfold, samples: beside long double, in all of it"""
+    product = compiled_words(make())
+    assert isinstance(product.arithmetic, RescaledWords)
+    given, rows, within = product.given, gap + 1000, slice(500, 500 + gap)
+    drawn = record.as_taken(product, record.drawn(given, rows, 1, 1))
+    what, present = np.full(rows, PREDICTS | UPDATES, np.uint8), np.full(rows, given.all, np.uint32)
+    what[0], what[within], present[within] = UPDATES, PREDICTS, 0
+    with Host(product, TRAPS) as host:
+        ran = host.run_record(replace(drawn, what=what, present=present))
+    _, covariances = record.exact(given, replace(drawn, what=what, present=present), ran.taken)
+    sigma = np.sqrt(np.einsum("tii->ti", covariances)).astype(float)
+    spread = np.abs(ran.covariance - covariances) / (sigma[:, :, None] * sigma[:, None, :])
+    assert (sigma[499 + gap] / sigma[499]).max() > 1000
+    assert not np.any(ran.events & np.uint32(1 << list(product.events).index("SIGMA_SATURATED"))) and spread.max() < 2 * COVARIANCE
 
 
 ANY_WORDS = """\
@@ -105,7 +126,8 @@ int main(void)
     (products.motor, {}), (products.press, {"nis": True}), (products.oven, {"gate": 3.0, "nis": True}),
     (fixed_bias, {}), (products.motor, {"student": 4.0, "nis": True}), (products.press, {"every": (1, 3)}),
     (products.heart, {"lag": 4, "gate": 3.0}), (products.motor, {"loops": True}),
-    (companion, {"loops": True, "student": 2.0, "nis": True})], ids=lambda one: getattr(one, "__name__", ""))
+    (companion, {"loops": True, "student": 2.0, "nis": True}), (products.pll, {}), (products.well, {"gate": 3.0}),
+    (products.thermistors, {}), (products.bldc, {})], ids=lambda one: getattr(one, "__name__", ""))
 def test_no_words_are_undefined_behaviour(make, options, tmp_path: Path):
     product = compiled_words(make(), **options)
     given = product.given

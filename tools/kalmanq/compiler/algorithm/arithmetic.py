@@ -57,6 +57,10 @@ class Arithmetic:
         """Lines: nothing is known below the factor's last bits"""
         return ()
 
+    def finer_lines(self) -> Sequence[str]:
+        """Lines after the updates of a sample"""
+        return ()
+
     # ---- a start that is given
 
     refused_start: str = ""  # what answers 0, and what it does then

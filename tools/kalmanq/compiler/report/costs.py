@@ -14,6 +14,7 @@ from dataclasses import dataclass
 from typing import Mapping, Optional
 
 from kalmanq.compiler.algorithm.fixed.loops import LoopedWords
+from kalmanq.compiler.algorithm.fixed.rescaled import RescaledWords
 from kalmanq.compiler.algorithm.loops import LoopedFilter
 from kalmanq.compiler.given.request import Options
 from kalmanq.compiler.report.operations import counted, factors, sums, table_of
@@ -56,8 +57,8 @@ class Cost:
 
 
 def operations_of(product: Product) -> dict[str, dict[str, int]]:
-    """By measure; what never happens is left out; nothing of loops"""
-    if isinstance(product.arithmetic, (LoopedFilter, LoopedWords)):
+    """By measure; what never happens is left out; nothing of loops, nor of words with a scale, of which none was measured"""
+    if isinstance(product.arithmetic, (LoopedFilter, LoopedWords, RescaledWords)):
         return {}
     return operations(product.code, product.given.name, product.given.options.arithmetic == "q31")
 

@@ -75,7 +75,7 @@ class Text:
         for j in range(given.of.m):
             head = f"if (taken & {1 << j}u) {{" if given.of.m > 1 else "{"
             body += [f"{head} /* {given.measurements[j]} */", *indented(self.a.update(j)), "}"]
-        return within(self.a.places(), body)
+        return within(self.a.places(), [*body, *self.a.finer_lines()])
 
     def shared(self) -> dict[str, Any]:
         """Of filters of all models"""

@@ -11,6 +11,7 @@ from typing import Optional
 from kalmanq.compiler.algorithm import cycle
 from kalmanq.compiler.algorithm.arithmetic import Arithmetic
 from kalmanq.compiler.algorithm.fixed.loops import LoopedWords
+from kalmanq.compiler.algorithm.fixed.rescaled import RescaledWords, finer_by
 from kalmanq.compiler.algorithm.fixed.words import WordFilter
 from kalmanq.compiler.algorithm.floats import FloatFilter
 from kalmanq.compiler.algorithm.loops import LoopedFilter
@@ -112,6 +113,8 @@ def _arithmetic(given: Request, steady: Optional[enclosure.Settled], turn: Optio
     known = (given, steady, turn) if is_fixed else (given, steady)
     if options.loops is None and not options.tunable:
         made = straight(*known)
+        if is_fixed and made.operations <= made.most_operations and (finer := finer_by(given, made, steady)):
+            return RescaledWords(*known, finer)
         return made if made.operations <= made.most_operations else looped(*known)
     return (looped if options.loops else straight)(*known)
 

@@ -48,10 +48,10 @@ class Factor:
         self.held = [formats.held[i] for i in order]
         self.noise = [one for one in self._columns(self.exact.Q) if any(one.entries)]
 
-    def words(self, P: np.ndarray) -> dict[Key, int]:
+    def words(self, P: np.ndarray, finer: int = 0) -> dict[Key, int]:
         """The root of a covariance, whose rows are in this order"""
         S = root(P).astype(float)
-        return {(i, j): round(math.ldexp(S[i, j], BITS - self.exponent[i])) for i, j in keys(self.n)}
+        return {(i, j): round(math.ldexp(S[i, j], BITS - self.exponent[i] + finer)) for i, j in keys(self.n)}
 
     def words_of(self, P: np.ndarray) -> dict[Key, int]:
         """The same of a covariance in the model's order"""
@@ -65,12 +65,24 @@ class Factor:
         """A coefficient between rows, of words"""
         return math.ldexp(c, self.exponent[k] - self.exponent[i])
 
+    # ---- constants of a row
+
+    def noises(self, lines: Lines) -> list[Column]:
+        """Of the root of Q"""
+        return [Column(list(one.entries)) for one in self.noise]
+
+    def variance(self, j: int) -> tuple[str, tuple[str, str]]:
+        """R of component j, and mantissa and `half` of its root"""
+        square = variance_word(self.formats.least[j], 2 * self.formats.row[j])
+        root, half = root_of(square)
+        return f"UINT64_C({square})", (str(root), str(half))
+
     # ---- predict
 
     def predict(self, lines: Lines, S: Entries) -> Entries:
         columns = [Column([lines.weighed((self.scaled(self.of.A[i, k], k, i), S.get((k, c))) for k in range(c + 1))
                            for i in range(self.n)]) for c in range(self.n)]
-        columns += [Column(list(one.entries)) for one in self.noise]
+        columns += self.noises(lines)
         after: Entries = {}
         for row in range(self.n - 1, -1, -1):
             parts = [one for one in columns if one.entries[row] is not None]
@@ -162,8 +174,7 @@ class Factor:
     def update(self, lines: Lines, S: Entries, j: int, weight: Value = None) -> tuple[Entries, list[Value], Optional[str]]:
         """S after component j, gain times sigma of the innovation, and the name of the inverse of that sigma; weight: of
         the component and its innovation"""
-        square = variance_word(self.formats.least[j], 2 * self.formats.row[j])
-        total, before = f"UINT64_C({square})", tuple(map(str, root_of(square)))
+        total, before = self.variance(j)
         b: list[Value] = [None] * self.n
         after, last = dict(S), None
         for c in range(self.n):

@@ -3,13 +3,14 @@ one in most models."""
 
 from __future__ import annotations
 
+import decimal
 import math
-from typing import Mapping, Optional, Sequence
+from typing import Mapping, Optional
 
 import numpy as np
 
 from kalmanq.compiler.algorithm.fixed.formats import BITS, Formats, formats, gap_of, largest_sigmas, ranged
-from kalmanq.compiler.given.enclosure import Settled
+from kalmanq.compiler.given.enclosure import DIGITS, Settled
 from kalmanq.compiler.given.request import Request, request
 from kalmanq.compiler.given.slow import after_long
 
@@ -27,7 +28,8 @@ def first_variances(given: Request, of: Formats, steady: Optional[Settled], time
     """By state: diagonals of P0 that make errors so many times smaller, and all rows of S as fine as the coarsest becomes; none: P0
     does not make them coarse"""
     bits = math.ceil(math.log2(times)) + MARGIN
-    sigma = _sigmas(given, steady)
+    P = settled_covariance(given, steady)
+    sigma = np.sqrt(np.diag(given.of.P0 if P is None else P).astype(float))
     has = np.log2(np.maximum(sigma, 1e-300)) + BITS - of.exponent
     wanted = np.ceil((has.min() + bits - has).clip(0)).astype(int)
     P0 = given.of.doubles().P0 * np.outer(2.0**-wanted, 2.0**-wanted)
@@ -43,8 +45,9 @@ def _down(value: float) -> str:
     return f"{math.floor(value / unit) * unit:.2g}"
 
 
-def _sigmas(given: Request, steady: Optional[Settled]) -> np.ndarray:
+def settled_covariance(given: Request, steady: Optional[Settled]) -> Optional[np.ndarray]:
+    """Or, where it never settles, after 2^13 rows; None: beyond all digits"""
     if steady is not None:
-        return np.sqrt(steady.means)
-    found: Sequence[np.ndarray] = [P for _, P in after_long(given.of, 0, range(ROWS, ROWS + 1))]
-    return np.sqrt(np.diag(found[0]).astype(float)) if found else np.sqrt(np.diag(given.of.P0).astype(float))
+        return steady.filtered
+    with decimal.localcontext(DIGITS):
+        return next((P for _, P in after_long(given.of, 0, range(ROWS, ROWS + 1))), None)

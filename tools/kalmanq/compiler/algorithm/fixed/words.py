@@ -57,7 +57,7 @@ class WordFilter(Readings):
         made = [self._in_order(order) for order in self._orders()]
         self.factor, self.live, self.operations = min(made, key=lambda one: one[2])
         if self.constant is None:
-            self.unresolved = slow_words(given, [2.0**-self.sigma_fraction(i) for i in range(self.of.n)])
+            self.unresolved = slow_words(given, [2.0**-self.finest_fraction(i) for i in range(self.of.n)])
 
     def finer(self, times: float) -> str:
         of = told_variances(self.given, self.formats, self.steady, times)
@@ -77,7 +77,7 @@ class WordFilter(Readings):
 
     def _in_order(self, order: Sequence[int]) -> tuple[Factor, list[Key], int]:
         """Its factor, what of it is carried, and what a row costs"""
-        factor = Factor(self.given.of, self.formats, order)
+        factor = self.factor_of(order)
         there = {key for key, word in factor.words(factor.exact.P0).items() if word}
         while True:
             S: Entries = {key: entry(key) for key in there}
@@ -89,6 +89,13 @@ class WordFilter(Readings):
             if more == there:
                 return factor, sorted(there, key=lambda key: (key[1], key[0])), lines.cost
             there = more
+
+    def factor_of(self, order: Sequence[int]) -> Factor:
+        return Factor(self.given.of, self.formats, order)
+
+    def finest_fraction(self, i: int) -> int:
+        """Of the words of S"""
+        return self.sigma_fraction(i)
 
     @property
     def entries(self) -> Entries:
@@ -147,6 +154,8 @@ class WordFilter(Readings):
 
     # ---- what is done
 
+    less = more = ""  # of shifts, where S has another scale
+
     def predict_mean(self) -> list[str]:
         lines, moved = self.mean.predicted([False] * self.of.n)
         return [*lines, *self.mean.stored(moved)]
@@ -173,7 +182,7 @@ class WordFilter(Readings):
         more, shift = f.more[j], f.wide[j] + f.row[j] - f.weighed[j] - f.more[j]
         made = [f"const int64_t y = {self.mean.wide_innovation(j)};", *lines.lines,
                 f"const int64_t weighed = shifted(wide({last}.over, {f'4 * wide({weight}, y)' if weight else 'y'}), "
-                f"{shift} - {last}.half);",
+                f"{shift}{self.less} - {last}.half);",
                 f"const int32_t v = narrow(weighed{f' >> {more}' if more else ''});"]
         made += [f"const int32_t rest = (int32_t)(weighed & {(1 << more) - 1});"] if more else []
         writes = [f"if (v != {f'weighed >> {more}' if more else 'weighed'}) {self.event('MEAN_SATURATED')}"]
@@ -188,7 +197,7 @@ class WordFilter(Readings):
         for i, one in sorted(moved):
             by = f.weighed[j] + BITS - f.exponent[i] - f.x[i]
             text = f"product({one}, v)" + (f" + (product({one}, rest) >> {more})" if more else "")
-            writes.append(f"x{i} += {f'shifted({text}, {by})' if by else text};")
+            writes.append(f"x{i} += {f'shifted({text}, {by}{self.more})' if by else f'({text}) >> finer' if self.more else text};")
         writes += [*self.mean.stops(sorted(i for i, _ in moved)), *stores]
         if self.given.options.gate is None:
             return living([*made, *writes])
