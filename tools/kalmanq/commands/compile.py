@@ -20,7 +20,7 @@ from kalmanq.compiler.run.host import Host
 from kalmanq.compiler.text.product import Product, compiled, fingerprint
 from kalmanq.data.files import whole
 from kalmanq.errors import KalmanqError
-from kalmanq.firmware.c_source import WORDS, identifier
+from kalmanq.compiler.given.names import WORDS, identifier
 from kalmanq.model import model_file
 from kalmanq.nonlinear import file as nonlinear_file
 from kalmanq.run.filters import LOSSES

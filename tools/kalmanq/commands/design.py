@@ -23,7 +23,8 @@ from kalmanq.compiler.text.product import fingerprint, remarked
 from kalmanq.data import joining, rows as given_rows
 from kalmanq.data.files import require_folder, whole
 from kalmanq.errors import KalmanqError
-from kalmanq.firmware.c_source import bytes_of_delays, identifier, source
+from kalmanq.compiler.given.names import identifier
+from kalmanq.firmware.c_source import bytes_of_delays, source
 from kalmanq.firmware.costs import COMPACT, CORES, flags, include_path
 from kalmanq.firmware.designs import PARTS, Designs, Part, Trial, Way, design
 from kalmanq.firmware.ranges import with_ranges

@@ -11,7 +11,7 @@ import numpy as np
 from kalmanq.core import lib, names_of
 from kalmanq.errors import KalmanqError, KalmanqWarning
 from kalmanq.firmware import costs
-from kalmanq.firmware.c_source import ways_of
+from kalmanq.run.parts import ways_of
 from kalmanq.firmware.costs import Cost
 from kalmanq.firmware.ranges import Choice, widened
 from kalmanq.firmware.reach import Reach, Record, draw, reach

@@ -14,7 +14,7 @@ from kalmanq.compiler.given.request import MOST_STEPS, Options
 from kalmanq.compiler.report import equation_costs, equation_report
 from kalmanq.compiler.run.equation_run import CompiledEquations, EquationRun
 from kalmanq.compiler.text.equation_product import compiled_equations
-from kalmanq.firmware.c_source import WORDS
+from kalmanq.compiler.given.names import WORDS
 from kalmanq.firmware.costs import CORES
 from kalmanq.formulas.graph import needed
 from kalmanq.formulas.program import Program

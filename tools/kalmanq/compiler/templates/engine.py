@@ -42,7 +42,7 @@ def _environment() -> Environment:
     made = Environment(loader=FileSystemLoader(Path(__file__).parent, encoding="utf-8"), undefined=StrictUndefined, trim_blocks=True,
                        lstrip_blocks=True, keep_trailing_newline=True, variable_start_string="${", variable_end_string="}",
                        finalize=_marked, extensions=[Guards])
-    made.filters.update(lines=_lines, aligned=_aligned, counted=counted)
+    made.filters.update(lines=_lines, aligned=_aligned, chained=_chained, counted=counted)
     return made
 
 
@@ -83,6 +83,14 @@ def _aligned(text: str) -> list[str]:
     rows = [line.partition(" // ") for line in text.splitlines()]
     width = max(len(call) for call, _, _ in rows) + 4
     return [f"{call:<{width}}{what}".rstrip() for call, _, what in rows]
+
+
+def _chained(text: str) -> list[str]:
+    """The body of a function that calls one after the other as long as each is right"""
+    first, *others = text.splitlines()
+    if not others:
+        return [f"return {first};"]
+    return [f"kq_status status = {first};", *(f"if (!status) status = {one};" for one in others), "return status;"]
 
 
 def counted(number: int, what: str) -> str:

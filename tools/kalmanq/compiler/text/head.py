@@ -9,7 +9,7 @@ from kalmanq.compiler.given.request import Request
 from kalmanq.compiler.templates.engine import rendered
 from kalmanq.compiler.text import delayed
 from kalmanq.compiler.text.emit import Text
-from kalmanq.firmware.c_source import plain
+from kalmanq.compiler.given.names import plain
 
 
 def header(given: Request, a: Arithmetic, text: Text, late: Optional[delayed.Delayed] = None) -> str:
