@@ -8,6 +8,7 @@ from typing import Any, Iterable, Iterator, Sequence
 
 import numpy as np
 
+from kalmanq.compiler.given.cells import array, formats, scaled, words
 from kalmanq.compiler.given.names import identifier, plain
 from kalmanq.compiler.templates.engine import rendered
 from kalmanq.core import arithmetic_of, ffi, lib, nearest
@@ -19,7 +20,6 @@ from kalmanq.run.parts import CONSTANT, Parts, is_diagonal, known_prior, not_lea
 
 KINDS = ("states", "measurements", "controls")
 SUFFIXES = ("", "_FRACTION", "_RANGE", "_RAW", "_VALUE")  # of what the header defines of a quantity
-WIDEST = 100  # letters of a table in one line
 
 
 @dataclass(frozen=True)
@@ -205,15 +205,6 @@ def _offsets(w: Writer) -> list[str]:
     return [f"$z[{k}] - {_float(one)}" if one >= 0 else f"$z[{k}] + {_float(-one)}" for k, one in enumerate(d)]
 
 
-def array(kind: str, name: str, cells: Sequence[str], columns: int) -> list[str]:
-    """Lines of a constant.  columns: of a matrix, a row of it a line; otherwise as many as fit"""
-    flat = f"static const {kind} {name}[{len(cells)}] = {{{', '.join(cells)}}};"
-    if len(flat) <= WIDEST:
-        return [flat]
-    rows = [", ".join(cells[k : k + columns]) for k in range(0, len(cells), columns)]
-    return [f"static const {kind} {name}[{len(cells)}] = {{", *(f"    {row}," for row in rows), "};"]
-
-
 def _float(value: float) -> str:
     return f"{np.float32(value)!s}f"  # the shortest decimal that is this float
 
@@ -240,20 +231,11 @@ def _words_of(w: Writer) -> dict[str, Any]:
     model, sensor, prior = w.model, w.parts.sensor_table, w.parts.prior
     n, m, l = model.n, model.m, model.l
     root = int(lib.kq_length_q31(lib.KQ_OBJECT_ROOT, n, 0, 0, 0))
-    formats = [(kind[:-1], [f"{{{one.range}, {one.fraction}}}" for one in (w.parts.formats[kind][k] for k in range(len(getattr(model, kind))))])
-               for kind in KINDS[: 3 if l else 2]]
+    ranges = [(kind[:-1], formats(w.parts.formats[kind], len(getattr(model, kind)))) for kind in KINDS[: 3 if l else 2]]
     processes = []
     for count, parts in enumerate([w.parts, *w.longer], 1):
         table, (end, of) = parts.process_table, ("", "") if count == 1 else (f"_{count}", f" of {count} dt")
-        processes.append({"end": end, "of": of, "A": _scaled(table.transition, n * n), "B": _scaled(table.control, n * l) if l else [],
-                          "root": _words(table.noise_root, root), "zeros": ", ".join(map(str, parts.zeros[0])) if w.is_constant else ""})
-    return {"formats": formats, "processes": processes, "H": _scaled(sensor.measurement, m * n),
-            "R": _scaled(sensor.noise, m if w.is_diagonal else m * (m + 1) // 2), "x0": _words(prior.mean, n), "P0": _words(prior.root, root)}
-
-
-def _scaled(numbers: Any, count: int) -> list[str]:
-    return [f"{{{numbers[k].mantissa}, {numbers[k].exponent}}}" for k in range(count)]
-
-
-def _words(words: Any, count: int) -> list[str]:
-    return [str(words[k]) for k in range(count)]
+        processes.append({"end": end, "of": of, "A": scaled(table.transition, n * n), "B": scaled(table.control, n * l) if l else [],
+                          "root": words(table.noise_root, root), "zeros": ", ".join(map(str, parts.zeros[0])) if w.is_constant else ""})
+    return {"formats": ranges, "processes": processes, "H": scaled(sensor.measurement, m * n),
+            "R": scaled(sensor.noise, m if w.is_diagonal else m * (m + 1) // 2), "x0": words(prior.mean, n), "P0": words(prior.root, root)}

@@ -11,13 +11,12 @@ import numpy as np
 from kalmanq.core import lib, names_of
 from kalmanq.errors import KalmanqError, KalmanqWarning
 from kalmanq.firmware import costs
-from kalmanq.run.parts import ways_of
 from kalmanq.firmware.costs import Cost
 from kalmanq.firmware.ranges import Choice, widened
 from kalmanq.firmware.reach import Reach, Record, draw, reach
 from kalmanq.model import Gaps, Model
 from kalmanq.run.filters import Filter
-from kalmanq.run.parts import Parts
+from kalmanq.run.parts import Parts, ways_of
 from kalmanq.run.resolution import COARSE, coarse_of, said
 from kalmanq.run.results import Run
 

@@ -8,9 +8,8 @@ predict and innovation, and process or sensor are initialised with them; sigma p
 
 from __future__ import annotations
 
-import textwrap
 from dataclasses import dataclass
-from typing import Optional, Sequence
+from typing import Any, Optional, Sequence
 
 import numpy as np
 
@@ -55,6 +54,7 @@ class Device(Arithmetic):
 
     code_includes = ("#include <math.h>", "")
     arrays = ()
+    fields: Sequence[str] = ()  # its template has them
 
     def __init__(self, of: Equations, given: DeviceRequest):
         self.given, self.sensors, self.steady, self.live = given, of.sensors, None, ()
@@ -161,21 +161,6 @@ class Device(Arithmetic):
     def mean_text(self, i: int) -> str:
         return f"f->x[{i}]" if self.has_errors else f"kq_mean_{self.T}(&f->filter, {i})"
 
-    @property
-    def fields(self) -> list[str]:
-        n, T, capital = self.n, self.T, self.T.upper()
-        lines = [f"kq_filter_{T} filter;", f"kq_process_{T} process;",
-                 *(f"kq_sensor_{T} {field(one)};" for one in self.sensors),
-                 f"{self.type} filter_memory[KQ_FILTER_LEN_{capital}({n})], process_memory[KQ_PROCESS_LEN({n})];",
-                 *(f"{self.type} {field(one)}_memory[{self.length(one)}];" for one in self.sensors)]
-        trial = [f"kq_filter_{T} trial; /* where an update comes out */",
-                 f"{self.type} trial_memory[KQ_FILTER_LEN_{capital}({n})];"]
-        lines += trial if self.iterates else []
-        lines += [f"{self.type} R{one.suffix}[{len(self.spreads(one))}];" for one in self.sensors if self.has_spread(one)]
-        lines += [f"{self.type} A[{n * n}];"] if varies(self.transition) else []
-        lines += [f"{self.type} H{one.suffix}[{one.m * n}];" for one in self.sensors if varies(self.rows_of(one))]
-        return lines + ([f"{self.type} x[{len(self.given.carried)}]; /* what the states are errors of */"] if self.has_errors else [])
-
     def length(self, sensor: Sensor) -> str:
         return f"KQ_SENSOR_{'DIAGONAL_' if self.is_diagonal(sensor) else ''}LEN({sensor.m})"
 
@@ -191,17 +176,19 @@ class Device(Arithmetic):
         return bool(np.all(R == np.diag(np.diag(R))))
 
     def routines(self, text: str) -> str:
-        """Tables"""
+        return "\n"
+
+    def tables(self) -> dict[str, Any]:
+        """Numbers of its C"""
         model = self.nonlinear
-        made = [("A", self.transition), *([("B", self.B.ravel())] if self.B is not None and self.B.size else []),
-                *([] if self.Q else [("F" if model.G is not None else "Q", np.ravel(model.Q if model.G is None else model.G))]),
-                ("first", model.x0), ("P0", np.ravel(model.P0))]
-        for one in self.sensors:
-            R = self.noise(one)
-            made += [(f"H{one.suffix}", self.rows_of(one))]
-            made += [] if self.has_spread(one) else [(f"R{one.suffix}", np.diag(R) if self.is_diagonal(one) else R.ravel())]
-        lines = (f"static const {self.type} {name}[] = {{{', '.join(map(self._entry, values))}}};" for name, values in made)
-        return "\n".join(textwrap.fill(one, 128, subsequent_indent="    ") for one in lines) + "\n\n"
+        made = {"constant_A": self.transition, "B": self.B.ravel() if self.B is not None else [], "first": model.x0, "P0": np.ravel(model.P0),
+                "noise": [] if self.Q else np.ravel(model.Q if model.G is None else model.G)}
+        return {name: [self._entry(one) for one in values] for name, values in made.items()}
+
+    def tables_of(self, sensor: Sensor) -> dict[str, Any]:
+        R = self.noise(sensor)
+        spread = [] if self.has_spread(sensor) else np.diag(R) if self.is_diagonal(sensor) else R.ravel()
+        return {"constant_H": [self._entry(one) for one in self.rows_of(sensor)], "R": [self._entry(one) for one in spread]}
 
     def _entry(self, one: object) -> str:
         if isinstance(one, Node):
