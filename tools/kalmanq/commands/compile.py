@@ -17,6 +17,7 @@ from kalmanq.commands.options import ANY_MODEL, JSON, choices, command_of
 from kalmanq.compiler.given.request import ARITHMETICS, MOST_STEPS, Options as Wanted
 from kalmanq.compiler.report import costs, report
 from kalmanq.compiler.run.host import Host
+from kalmanq.compiler.run.trial import trial
 from kalmanq.compiler.text.product import Product, compiled, fingerprint
 from kalmanq.data.files import whole
 from kalmanq.errors import KalmanqError
@@ -67,7 +68,7 @@ def compile_file(options: Options, console: Console) -> None:
         product = compiled(model, name, wanted, source)
         with Host(product) as host:
             found = report.findings(product, host)
-            texts = report.files(product, host, found, source)
+            texts = report.files(product, trial(product, host), found, source)
     written = write(options, texts)
     if options.json:
         print_json(_told(product, found, written))

@@ -19,6 +19,7 @@ from kalmanq.compiler.report.costs import NOT_ESTIMATED
 from kalmanq.compiler.report.offers import COLUMNS, Offer, add_ways, offers
 from kalmanq.compiler.report import offers as compiled_offers, report as compiled_report
 from kalmanq.compiler.run.host import Host
+from kalmanq.compiler.run.trial import trial
 from kalmanq.compiler.text.product import fingerprint, remarked
 from kalmanq.data import joining, rows as given_rows
 from kalmanq.data.files import require_folder, whole
@@ -152,7 +153,8 @@ def _write_compiled(options: Options, made: Designs, one: Offer) -> list[Path]:
     product = remarked(one.product, said)
     notes = [line for note in made.notes for line in _in_lines(f"{note}.")] if one.arithmetic == "q31" else []
     with Host(product) as host:
-        files = compiled_report.files(product, host, compiled_report.findings(product, host), "\n".join([said, *notes]))
+        found = compiled_report.findings(product, host)
+        files = compiled_report.files(product, trial(product, host), found, "\n".join([said, *notes]))
     return _written(options, files)
 
 

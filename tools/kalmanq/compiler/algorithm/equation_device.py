@@ -208,19 +208,6 @@ class Device(Arithmetic):
             return self.number(one.value) if one.is_constant else self.zero
         return self.number(float(one))  # type: ignore[arg-type]
 
-    def told(self) -> list[str]:
-        """What the C does"""
-        def written(entries: Sequence[Node]) -> str:
-            return f"{sum(not one.is_constant for one in entries)} of {len(entries)} entries"
-
-        name, times = self.given.name, f", linearised {self.given.options.iterate} times" if self.iterates else ""
-        made = [f"{name}: {self.T}, a device over the library (kalmanq/extended.h)",
-                f"  {name}_predict: kq_predict, A and B are constant" if self.B is not None else
-                f"  {name}_predict: kq_predict_extended, writes {written(self.transition)} of A"]
-        return made + [f"  {name}_update{one.suffix}: kq_update of z, H is constant" if one in self.plain else
-                       f"  {name}_update{one.suffix}: kq_update of innovations{times}, writes {written(self.rows_of(one))} of H"
-                       for one in self.sensors]
-
 
 def field(sensor: Sensor) -> str:
     return f"sensor{sensor.suffix}"
