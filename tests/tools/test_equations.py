@@ -529,7 +529,7 @@ REFUSED: dict[str, tuple[Callable[[str], str], tuple, str]] = {
     "every": (str, ("--every", "2"), "--every"),
     "loops": (str, ("--loops",), "--loops"),
     "gate of letters": (str, ("--robust", "gate=x"), "x is not a number"),
-    "huber": (str, ("--robust", "huber"), "has gate or student"),
+    "huber": (str, ("--robust", "huber"), "give one of gate, student; "),
     "gate 0": (str, ("--robust", "gate=0"), "--robust gate"),
     "gate below": (str, ("--robust", "gate=-3"), "--robust gate"),
     "gate NaN": (str, ("--robust", "gate=nan"), "--robust gate"),

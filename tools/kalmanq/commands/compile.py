@@ -5,7 +5,6 @@ from __future__ import annotations
 from contextlib import ExitStack
 from dataclasses import asdict, dataclass
 from pathlib import Path
-from statistics import NormalDist
 from typing import Optional
 
 import typer
@@ -13,7 +12,7 @@ from rich.console import Console
 
 from kalmanq.commands import compile_equations
 from kalmanq.commands.messages import print_json, tell_written
-from kalmanq.commands.options import ANY_MODEL, JSON, choices, command_of
+from kalmanq.commands.options import ANY_MODEL, JSON, choices, command_of, robust_of
 from kalmanq.compiler.given.request import ARITHMETICS, MOST_STEPS, Options as Wanted
 from kalmanq.compiler.report import costs, report
 from kalmanq.compiler.run.host import Host
@@ -24,9 +23,8 @@ from kalmanq.errors import KalmanqError
 from kalmanq.firmware.c_source import WORDS, identifier
 from kalmanq.model import model_file
 from kalmanq.nonlinear import file as nonlinear_file
-from kalmanq.run.filters import LOSSES
 
-USUAL = {"gate": round(NormalDist().inv_cdf((1 + LOSSES["gate"]) / 2), 4), "student": LOSSES["student"]}  # as kalmanq run
+LOSSES = ("gate", "student")
 
 
 @dataclass(frozen=True)
@@ -51,8 +49,9 @@ class Options:
 def compile_file(options: Options, console: Console) -> None:
     name = name_of(options.out)
     is_nonlinear = options.model.suffix == nonlinear_file.SUFFIX
-    gate, student = _robust(options.robust)
-    wanted = Wanted(options.arithmetic, nis=options.nis, gate=gate, student=student, tunable=options.tunable, lag=options.lag,
+    robust = robust_of(options.robust, LOSSES)
+    given = {} if robust is None else {robust.way: robust.sigmas if robust.way == "gate" else robust.value}
+    wanted = Wanted(options.arithmetic, nis=options.nis, **given, tunable=options.tunable, lag=options.lag,
                     loops=options.loops, every=_rates(options.every), iterate=options.iterate, smooth=options.smooth)
     if is_nonlinear:
         given = options.model, name, wanted, lambda texts: write(options, texts), options.json, console
@@ -85,18 +84,6 @@ def _refuse_of_functions(options: Options) -> None:
                                ("--library", options.library, "; kalmanq design writes a constant model over the library")):
         if value:
             raise KalmanqError(f"{name}: is of nonlinear model files (MODEL.py){other}")
-
-
-def _robust(given: Optional[str]) -> tuple[Optional[float], Optional[float]]:
-    """K of a gate, or NU of Student"""
-    loss, has_value, value = (given or "").partition("=")
-    try:
-        made = float(value) if has_value else USUAL.get(loss)
-    except ValueError:
-        raise KalmanqError(f"--robust {given}: {value} is not a number") from None
-    if given is not None and loss not in USUAL:
-        raise KalmanqError(f"--robust {given}: C of one model has gate or student; the library has huber and jump, too (kalmanq/robust.h)")
-    return (made, None) if loss == "gate" else (None, made)
 
 
 def _rates(given: str) -> tuple[int, ...]:
