@@ -5,7 +5,7 @@ from __future__ import annotations
 import re
 from dataclasses import dataclass
 from string import Template
-from typing import Any, Iterable, Iterator, Sequence
+from typing import Any, Iterable, Iterator, Optional, Sequence
 
 import numpy as np
 
@@ -17,12 +17,14 @@ from kalmanq.firmware.steps_kept import latest_of, steps_late
 from kalmanq.model import Model, Quantity
 from kalmanq.run.filters import Filter
 from kalmanq.run.parts import CONSTANT, Parts, is_diagonal, known_prior, not_lean, ways_of
+from kalmanq.run.robust import Robust
 
 WORDS = frozenset("""auto break case char const continue default do double else enum extern float for goto if inline int
     long register restrict return short signed sizeof static struct switch typedef union unsigned void volatile while
     bool class delete new template this namespace main kalmanq assert complex ctype errno fenv float inttypes iso646
     limits locale math setjmp signal stdalign stdarg stdatomic stdbool stddef stdint stdio stdlib stdnoreturn string
     tgmath threads time uchar wchar wctype""".split())
+WORD = {"f32": "float", "f64": "double", "q31": "int32_t"}
 KINDS = ("states", "measurements", "controls")
 SUFFIXES = ("", "_FRACTION", "_RANGE", "_RAW", "_VALUE")  # of what the header defines of a quantity
 
@@ -51,18 +53,18 @@ class SensorCall:
 class Writer:
     """What both texts are made from.  names: of enumerators, by kind; u, z: arguments of functions."""
 
-    def __init__(self, parts: Parts, way: str, name: str, any_dt: bool, steps: int = 1):
-        self.parts, self.way, self.name, self.any_dt = parts, way, name, any_dt
+    def __init__(self, parts: Parts, way: str, name: str, any_dt: bool, steps: int = 1, robust: Optional[Robust] = None):
+        self.parts, self.way, self.name, self.any_dt, self.robust = parts, way, name, any_dt, robust
         self.longer = _longer(parts, steps)
         self.model, self.T, self.is_fixed = parts.model, parts.arithmetic.name, parts.arithmetic.is_fixed
         self.upper, self.is_constant = name.upper(), way in CONSTANT
         self.unknown = sum(1 << int(i) for i in np.flatnonzero(self.model.unknown))
         self.is_diagonal = is_diagonal(self.model.R)
-        word = "int32_t" if self.is_fixed else "float"
-        moved = [(f"const {word} u[{len(self.model.inputs)}]", "u")] if self.model.inputs else []
+        self.word = WORD[self.T]
+        moved = [(f"const {self.word} u[{len(self.model.inputs)}]", "u")] if self.model.inputs else []
         moved += [("float dt", "dt")] if any_dt else [("uint32_t steps", "steps")] if self.longer else []
         self.u, self.given = (", ".join(texts) for texts in zip(*moved)) if moved else ("", "")
-        self.z = f"const {word} z[{self.model.m}], uint32_t present"
+        self.z = f"const {self.word} z[{self.model.m}], uint32_t present"
         self.names = self._names()
         self.sensors = self._sensors()
         self.latest = latest_of(self.model)
@@ -138,8 +140,9 @@ def plain(text: str) -> str:
     return re.sub(r"([*?/])(?=[/*?])", r"\1 ", printable)
 
 
-def source(parts: Parts, way: str, name: str = "", remarks: Sequence[str] = (), any_dt: bool = False, steps: int = 1) -> Source:
-    """The filter of a model in f32 or q31; remarks go to the top of the header.
+def source(parts: Parts, way: str, name: str = "", remarks: Sequence[str] = (), any_dt: bool = False, steps: int = 1,
+           robust: Optional[Robust] = None) -> Source:
+    """The filter of a model; remarks go to the top of the header.
 
     any_dt   of a model in continuous time, in f32 as init: a predict is told the length of its step
     steps    of a model in continuous time, in q31: a predict is told how many dt it goes, so many at most
@@ -148,13 +151,13 @@ def source(parts: Parts, way: str, name: str = "", remarks: Sequence[str] = (), 
         raise KalmanqError("--steps: of a model with F, Qc and dt, in q31, and not as sizes; f32 has --any-dt")
     if any_dt and (parts.model.continuous is None or parts.arithmetic.name != "f32" or way != "init"):
         raise KalmanqError("steps of any length are of a model with F, Qc and dt, in f32 and prepared at the start (init)")
-    if parts.arithmetic.name == "f64":
-        raise KalmanqError("a design is in f32 or q31")
+    if robust and latest_of(parts.model):
+        raise KalmanqError("--robust: and a sensor with a delay, whose steps are worked out again: leave --robust out")
     if any(one.delay for one in parts.model.sensors) and np.any(parts.model.unknown):
         raise KalmanqError("sensors: a delay, and a start that is unknown: give P0")
     if way not in ways_of(parts.model):
         raise KalmanqError(f"{parts.model.name} cannot be written as {way}: {not_lean(parts.model)}")
-    writer = Writer(parts, way, identifier(name or parts.model.name), any_dt, steps)
+    writer = Writer(parts, way, identifier(name or parts.model.name), any_dt, steps, robust)
     return Source(writer.name, _header(writer, remarks), _text(writer))
 
 
@@ -251,8 +254,7 @@ def _sensor_calls(w: Writer) -> str:
 
 
 def _sensor_signature(w: Writer, one: SensorCall) -> str:
-    word = "int32_t" if w.is_fixed else "float"
-    return f"{w.name}_update_{one.name}(const {word} z[{one.count}], uint32_t present{', size_t ago' if one.late else ''})"
+    return f"{w.name}_update_{one.name}(const {w.word} z[{one.count}], uint32_t present{', size_t ago' if one.late else ''})"
 
 
 def _sensor_functions(w: Writer) -> str:
@@ -262,7 +264,7 @@ def _sensor_functions(w: Writer) -> str:
         cells = [f"z[{k - one.first}]" if one.first <= k < one.first + one.count else "0" for k in range(w.model.m)]
         own = f"(present & {(1 << one.count) - 1}u) << {one.first}" if one.first else f"present & {(1 << one.count) - 1}u"
         lines += [f"kq_status {_sensor_signature(w, one)}", "{",
-                  f"    const {'int32_t' if w.is_fixed else 'float'} all[{w.model.m}] = {{{', '.join(cells)}}};"]
+                  f"    const {w.word} all[{w.model.m}] = {{{', '.join(cells)}}};"]
         if one.late and w.replay:
             lines += [f"    return take(all, {own}, ago);"]
         elif one.late:
@@ -287,7 +289,7 @@ def _enumerations(w: Writer) -> list[str]:
 
 
 def _ranges(w: Writer) -> list[str]:
-    lines = [f"#define {name}_RANGE {repr(float(one.range)) if w.is_fixed else _float(one.range)}"
+    lines = [f"#define {name}_RANGE {repr(float(one.range)) if w.is_fixed else _float(w, one.range)}"
              for _, one, name, _ in w.quantities() if one.range]
     return ["/* The declared ranges, in units: |value| <= range */", *lines, ""] if lines else []
 
@@ -332,7 +334,7 @@ $moved$pushes    return $predict;
 
 $less$update_head
 {
-$rest$update    return kq_update_subset_$T($filter, &model_sensor, $taken, present);
+$rest$update    return $taking
 }
 $replay
 kq_status ${name}_step($both)
@@ -379,23 +381,26 @@ def _text(w: Writer) -> str:
     taken = "z" if w.model.d is None else "rest"
     filter_ = "f" if w.replay else "&model_filter"
     predict = f"kq_predict_{T}({filter_}, {'model_processes[steps - 1]' if w.longer else '&model_process'}, {u})"
+    taking = f"kq_update_subset_{T}({filter_}, &model_sensor, {taken}, present);"
     if w.way == "sizes":
         fixed_sizes = f'#include "kq_fixed_{T}.h" /* in src/fixed_size of the library */\n\n'
         upper = "0" if np.any(np.tril(w.model.A, -1)) else "KQ_FIXED_UPPER"
         predict = f"kq_fixed_predict_{T}({filter_}, &model_process, {u}, {n}, {l}, {upper})"
         at_once = f"    if (present == {w.upper}_ALL)\n" \
                   f"        return kq_fixed_update_{T}({filter_}, &model_sensor, {taken}, {n}, {m}, 0);\n"
+    if w.robust:
+        at_once, taking = _robust(w, f"kq_update_robust_{T}({filter_}, &model_sensor, {taken}, present, &model_loss);", taking)
     start = [f"KQ_DIFFUSE_{T.upper()}(model_start, {n}, 0);"] if w.unknown else []
     start += w.replay.objects() if w.replay else \
         [f"KQ_DELAY_{T.upper()}(model_past, {n}, {m}, {w.latest});"] if w.latest else []
     return TEXT.substitute(
         name=w.name, T=T, upper_T=T.upper(), n=n, u=w.u or "void", z=w.z, both=f"{w.u}, {w.z}" if w.u else w.z,
-        given=w.given, fixed_sizes=fixed_sizes, predict=predict, update=at_once, filter=filter_, predict_head=_head(w, "predict", w.u), update_head=_head(w, "update", w.z),
+        given=w.given, fixed_sizes=fixed_sizes, predict=predict, update=at_once, taking=taking, filter=filter_, predict_head=_head(w, "predict", w.u), update_head=_head(w, "update", w.z),
         replay=_replay(w), init=_init(w), sensors=_sensor_functions(w),
-        pushes=_pushes(w), taken=taken, rest=_rest(w), less=LESS if w.is_fixed and w.model.d is not None else "",
+        pushes=_pushes(w), rest=_rest(w), less=LESS if w.is_fixed and w.model.d is not None else "",
         moving=MOVING.replace("$control", "rates_of_control" if l else "NULL") if w.any_dt else "", moved=MOVED if w.any_dt else f"    if (steps < 1 || steps > {len(w.longer) + 1}) return KQ_ERR_SIZE;\n" if w.longer else "",
         tables="\n".join((_tables_fixed if w.is_fixed else _tables_float)(w)),
-        objects="\n".join([*start, *(_objects_constant if w.is_constant else _objects)(w)]))
+        objects="\n".join([*start, *_loss(w), *(_objects_constant if w.is_constant else _objects)(w)]))
 
 
 def _head(w: Writer, which: str, arguments: str) -> str:
@@ -418,9 +423,9 @@ def _pushes(w: Writer) -> str:
     """The controls, and the 1 of the offset"""
     if w.model.c is None:
         return ""
-    one = f"INT32_C({1 << w.parts.fractions('controls')[-1]})" if w.is_fixed else "1.0f"
+    one = f"INT32_C({1 << w.parts.fractions('controls')[-1]})" if w.is_fixed else _float(w, 1)
     given = [*(f"u[{k}]" for k in range(len(w.model.inputs))), one]
-    return f"    const {'int32_t' if w.is_fixed else 'float'} all[{w.model.l}] = {{{', '.join(given)}}};\n"
+    return f"    const {w.word} all[{w.model.l}] = {{{', '.join(given)}}};\n"
 
 
 def _rest(w: Writer, z: str = "z") -> str:
@@ -431,8 +436,8 @@ def _rest(w: Writer, z: str = "z") -> str:
         words = nearest(np.ldexp(w.model.d, w.parts.fractions("measurements")))
         cells = [f"less({z}[{k}], INT32_C({int(one)}))" for k, one in enumerate(words)]
     else:
-        cells = [f"{z}[{k}] - {_float(one)}" if one >= 0 else f"{z}[{k}] + {_float(-one)}" for k, one in enumerate(w.model.d)]
-    return f"    const {'int32_t' if w.is_fixed else 'float'} rest[{w.model.m}] = {{{', '.join(cells)}}};\n"
+        cells = [f"{z}[{k}] - {_float(w, one)}" if one >= 0 else f"{z}[{k}] + {_float(w, -one)}" for k, one in enumerate(w.model.d)]
+    return f"    const {w.word} rest[{w.model.m}] = {{{', '.join(cells)}}};\n"
 
 
 def _array(kind: str, name: str, cells: Sequence[str], columns: int, remark: str = "") -> list[str]:
@@ -445,48 +450,48 @@ def _array(kind: str, name: str, cells: Sequence[str], columns: int, remark: str
     return [*head, f"static const {kind} {name}[{len(cells)}] = {{", *(f"    {row}," for row in rows), "};"]
 
 
-# ------ f32
+# ------ f32, f64
 
 
-def _float(value: float) -> str:
-    return f"{np.float32(value)!s}f"  # the shortest decimal that is this float
+def _float(w: Writer, value: float) -> str:
+    return f"{np.float32(value)!s}f" if w.T == "f32" else repr(float(value))  # the shortest decimal that is this number
 
 
-def _floats(name: str, values: Iterable[float], columns: int, remark: str = "") -> list[str]:
-    return _array("float", name, [_float(value) for value in np.ravel(values)], columns, remark)
+def _floats(w: Writer, name: str, values: Iterable[float], columns: int, remark: str = "") -> list[str]:
+    return _array(w.word, name, [_float(w, value) for value in np.ravel(values)], columns, remark)
 
 
 def _tables_float(w: Writer) -> list[str]:
     model, n = w.model, w.model.n
     lines = _tables_continuous(w) if w.any_dt else _tables_of_steps(w)
-    lines += _floats("measurement", model.H, n, "H, m x n")
-    lines += _floats("variance", np.diag(model.R), 6, "R: the noises are independent") if w.is_diagonal else \
-        _floats("covariance", model.R, model.m, "R, m x m")
-    lines += _floats("first_mean", model.x0, 6, "x0 and P0: before the first sample")
+    lines += _floats(w, "measurement", model.H, n, "H, m x n")
+    lines += _floats(w, "variance", np.diag(model.R), 6, "R: the noises are independent") if w.is_diagonal else \
+        _floats(w, "covariance", model.R, model.m, "R, m x m")
+    lines += _floats(w, "first_mean", model.x0, 6, "x0 and P0: before the first sample")
     if w.unknown or not w.is_constant:
-        return lines + _floats("first_covariance", known_prior(model), n)
-    return lines + _floats("first_root", Filter(model, w.T, parts=w.parts).memory[-(n * (n + 1) // 2):], 6)
+        return lines + _floats(w, "first_covariance", known_prior(model), n)
+    return lines + _floats(w, "first_root", Filter(model, w.T, parts=w.parts).memory[-(n * (n + 1) // 2):], 6)
 
 
 def _tables_continuous(w: Writer) -> list[str]:
     of, n = w.model.continuous, w.model.n
-    lines = _floats("rates", of.F, n, "F, n x n")
-    lines += [] if of.B is None else _floats("rates_of_control", of.B, w.model.l, "B of continuous time, n x l")
-    return lines + _floats("density", of.Qc, n, "Qc, n x n")
+    lines = _floats(w, "rates", of.F, n, "F, n x n")
+    lines += [] if of.B is None else _floats(w, "rates_of_control", of.B, w.model.l, "B of continuous time, n x l")
+    return lines + _floats(w, "density", of.Qc, n, "Qc, n x n")
 
 
 def _tables_of_steps(w: Writer) -> list[str]:
     model, n = w.model, w.model.n
-    lines = _floats("transition", model.A, n, "A, n x n")
-    lines += [] if model.B is None else _floats("control", model.B, model.l, "B, n x l")
+    lines = _floats(w, "transition", model.A, n, "A, n x n")
+    lines += [] if model.B is None else _floats(w, "control", model.B, model.l, "B, n x l")
     if w.is_constant:
         root = w.parts.process.noise_root
-        lines += _floats("noise_root", [float(root[k]) for k in range(n * (n + 1) // 2)], 6,
+        lines += _floats(w, "noise_root", [float(root[k]) for k in range(n * (n + 1) // 2)], 6,
                          "G, upper triangle by columns: Q = G G'")
     elif model.G is not None:
-        lines += _floats("noise_factor", model.G, model.G.shape[1], "G: Q = G G'")
+        lines += _floats(w, "noise_factor", model.G, model.G.shape[1], "G: Q = G G'")
     else:
-        lines += _floats("noise_covariance", model.Q, n, "Q, n x n")
+        lines += _floats(w, "noise_covariance", model.Q, n, "Q, n x n")
     return lines
 
 
@@ -551,6 +556,30 @@ def _tables_to_init(w: Writer) -> list[str]:
 # ------ objects and their init
 
 
+def _loss(w: Writer) -> list[str]:
+    """Of robust updates; a gate has the limit of as many measurements as are present"""
+    if w.robust is None:
+        return []
+    declared = f"static kq_loss_{w.T} model_loss = {{.kind = &kq_loss_{w.robust.way}_{w.T}"
+    if w.robust.way == "gate":
+        limits = w.robust.limits(w.parts.arithmetic, w.model.m)
+        cells = [f"INT64_C({one})" if w.is_fixed else _float(w, one) for one in limits]
+        return [*_array("int64_t" if w.is_fixed else w.word, "gate_limit", cells, 4, "of NIS, of 1 measurement, of 2, ..."), f"{declared}}};"]
+    value = w.parts.arithmetic.parameter(w.robust.value)
+    return [f"{declared}, .parameter = {'{{{mantissa}, {exponent}}}'.format(**value) if w.is_fixed else _float(w, value)}}};"]
+
+
+def _robust(w: Writer, call: str, plain: str) -> tuple[str, str]:
+    """What comes before, and what an update returns"""
+    before = "" if w.robust.way != "gate" else "    unsigned count = 0;\n" \
+        f"    for (unsigned j = 0; j < {w.model.m}u; j++) count += present >> j & 1u;\n" \
+        "    model_loss.limit = gate_limit[count ? count - 1u : 0];\n"
+    if not w.unknown:
+        return before, call
+    return f"{before}    const kq_status status = {call}\n" \
+           f"    if (status == KQ_ERR_NOT_READY) /* a state is not known so far */\n        return {plain}\n", "status;"
+
+
 def _objects_constant(w: Writer) -> list[str]:
     n, m, l = w.model.n, w.model.m, w.model.l
     control, kind = ("control" if l else "NULL"), ("SENSOR_LEAN_TABLE" if w.way == "lean" else "SENSOR_TABLE")
@@ -563,17 +592,17 @@ def _objects_constant(w: Writer) -> list[str]:
                 *_processes(w, "const "),
                 f"static const kq_sensor_q31 model_sensor = KQ_{kind}_Q31(\n    {n}, {m}, state_format, measurement_format, "
                 f"measurement, variance, {of_H});"]
-    return [f"static const kq_process_f32 model_process = KQ_PROCESS_TABLE({n}, {l}, transition, {control}, "
+    return [f"static const kq_process_{w.T} model_process = KQ_PROCESS_TABLE({n}, {l}, transition, {control}, "
             f"noise_root,\n    {of_A});",
-            f"static const kq_sensor_f32 model_sensor = KQ_{kind}_F32({n}, {m}, measurement, variance, {of_H});"]
+            f"static const kq_sensor_{w.T} model_sensor = KQ_{kind}_{w.T.upper()}({n}, {m}, measurement, variance, {of_H});"]
 
 
 def _objects(w: Writer) -> list[str]:
     if w.is_fixed:
         return [*(f"static kq_process_q31 model_process{end};" for end in _ends(w)), *_processes(w, ""), "static kq_sensor_q31 model_sensor;"]
-    kind = "KQ_SENSOR_DIAGONAL_F32" if w.is_diagonal else "KQ_SENSOR_F32"
+    kind = f"KQ_SENSOR_{'DIAGONAL_' if w.is_diagonal else ''}{w.T.upper()}"
     moved = [f"static float model_memory[KQ_CONTINUOUS_LEN({w.model.n}, {w.model.l})], model_dt;"] if w.any_dt else []
-    return [f"KQ_PROCESS_F32(model_process, {w.model.n}, {w.model.l});", *moved,
+    return [f"KQ_PROCESS_{w.T.upper()}(model_process, {w.model.n}, {w.model.l});", *moved,
             f"{kind}(model_sensor, {w.model.n}, {w.model.m});"]
 
 
@@ -581,20 +610,21 @@ def _init(w: Writer) -> str:
     calls = [] if w.is_constant else _init_fixed(w) if w.is_fixed else _init_float(w)
     calls.append(_init_filter(w))
     calls += w.replay.start() if w.replay else [f"kq_attach_{w.T}(&model_filter, &model_past.attached)"] if w.latest else []
-    begin = ["    model_steps[0].present = 0;", "    model_newest = 0;", "    model_count = 1;"] if w.replay else []
+    begin = ["    model_loss.rejected = 0;"] if w.robust and w.robust.way == "gate" else []
+    begin += ["    model_steps[0].present = 0;", "    model_newest = 0;", "    model_count = 1;"] if w.replay else []
     if len(calls) == 1:
-        return f"    return {calls[0]};"
+        return "\n".join([*begin, f"    return {calls[0]};"])
     others = [f"    if (!status) status = {call};" for call in calls[1:]]
     return "\n".join([*begin, f"    kq_status status = {calls[0]};", *others, "    return status;"])
 
 
 def _init_float(w: Writer) -> list[str]:
     control = "control" if w.model.l else "NULL"
-    process = (f"kq_process_init_factor_f32(&model_process, transition, {control}, noise_factor, {w.model.G.shape[1]})"
+    process = (f"kq_process_init_factor_{w.T}(&model_process, transition, {control}, noise_factor, {w.model.G.shape[1]})"
                if w.model.G is not None else
-               f"kq_process_init_f32(&model_process, transition, {control}, noise_covariance)")
-    sensor = ("kq_sensor_init_diagonal_f32(&model_sensor, measurement, variance)" if w.is_diagonal else
-              "kq_sensor_init_f32(&model_sensor, measurement, covariance)")
+               f"kq_process_init_{w.T}(&model_process, transition, {control}, noise_covariance)")
+    sensor = (f"kq_sensor_init_diagonal_{w.T}(&model_sensor, measurement, variance)" if w.is_diagonal else
+              f"kq_sensor_init_{w.T}(&model_sensor, measurement, covariance)")
     return [sensor] if w.any_dt else [process, sensor]  # the first predict makes the process
 
 
@@ -610,5 +640,5 @@ def _init_filter(w: Writer) -> str:
     if w.unknown:
         return f"{start}first_mean, first_covariance, {unknown})"
     if w.is_constant:
-        return "kq_filter_init_root_f32(&model_filter, first_mean, first_root)"
-    return "kq_filter_init_f32(&model_filter, first_mean, first_covariance)"
+        return f"kq_filter_init_root_{w.T}(&model_filter, first_mean, first_root)"
+    return f"kq_filter_init_{w.T}(&model_filter, first_mean, first_covariance)"

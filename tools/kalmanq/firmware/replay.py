@@ -23,13 +23,14 @@ class Replay:
 
     @property
     def word(self) -> str:
-        return "int32_t" if self.T == "q31" else "float"
+        return {"f32": "float", "f64": "double", "q31": "int32_t"}[self.T]
 
     @property
     def ram(self) -> int:
         """Bytes, at most: the filter and the steps"""
-        step = 4 * (self.counts + self.m + self.has_steps + 1)
-        return 4 * arithmetic_of(self.T).length("filter", self.n) + ffi.sizeof(f"kq_filter_{self.T}") + self.kept * step + 8
+        size = 8 if self.T == "f64" else 4
+        step = size * (self.counts + self.m + 1) + 4 * self.has_steps
+        return size * arithmetic_of(self.T).length("filter", self.n) + ffi.sizeof(f"kq_filter_{self.T}") + self.kept * step + 8
 
     def objects(self) -> list[str]:
         return self._filled(OBJECTS)

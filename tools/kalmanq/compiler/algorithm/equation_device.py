@@ -17,18 +17,12 @@ import numpy as np
 from kalmanq.compiler.algorithm import equation_rounding
 from kalmanq.compiler.algorithm.arithmetic import Arithmetic
 from kalmanq.compiler.algorithm.equations import Equations, equations, reads
-from kalmanq.compiler.given.request import Options, Request
-from kalmanq.errors import KalmanqError
+from kalmanq.compiler.given.request import Options, Request, refuse_over_library
 from kalmanq.formulas.calculus import jacobian, substituted
 from kalmanq.formulas.graph import Node, needed, node
 from kalmanq.formulas.printing import Floats
 from kalmanq.nonlinear import NonlinearModel
 from kalmanq.nonlinear.model import Sensor
-
-INSTEAD = (("--robust gate", "gate", "kq_update_robust with kq_loss_gate (kalmanq/robust.h)"),
-           ("--robust student", "student", "kq_update_robust with kq_loss_student (kalmanq/robust.h)"),
-           ("--nis", "nis", "kq_nis and kq_log_likelihood of NAME_filter (kalmanq/filter.h)"),
-           ("--smooth", "smooth", "kq_smooth of a history (kalmanq/smoother.h)"))
 
 
 @dataclass(frozen=True)
@@ -39,9 +33,7 @@ class DeviceRequest(Request):
 
 
 def refuse_options(options: Options) -> None:
-    for option, field, instead in INSTEAD:
-        if getattr(options, field) != getattr(Options(), field):
-            raise KalmanqError(f"{option}: is an option of the C without the library; over the library it is {instead}")
+    refuse_over_library(options, ("gate", "student", "nis", "smooth"))
 
 
 def device(model: NonlinearModel, name: str, options: Options) -> Device:
