@@ -57,7 +57,7 @@ def accurate(model: Model, arithmetic: str, rows: int, seeds: tuple, folder: Pat
     product = compiled(model, model.name, Options(arithmetic))
     with Host(product) as host:
         made = [tried(product.given, host, rows, seed, 10 * max(model.gaps.max_gap, GAP)) for seed in seeds]
-        texts = report.files(product, host, report.Findings(0, 0, 1, 0), "")
+        texts = report.files(product, trial(product, host), report.Findings(0, 0, 1, 0), "")
     written(folder, texts)
     built(folder, model.name, "gcc", "-O1", "-ffp-contract=off", "-lm", "-o", "trial")
     done = subprocess.run([str(folder / "trial")], capture_output=True, text=True)
@@ -94,7 +94,7 @@ def test_a_measurement_that_is_known_far_better_than_the_start(make: Callable[[]
         made, found = [tried(product.given, host, 1500, seed) for seed in (1, 2)], report.findings(product, host)
     mean, covariance = max(one.mean for one in made), max(one.covariance for one in made)
     if make is gps:  # after second updates a float knows the velocity less well; compile says so
-        assert report.warned(found, "f32") and mean < 3 * found.mean and covariance < 3 * found.covariance
+        assert report.warned(product, found) and mean < 3 * found.mean and covariance < 3 * found.covariance
     else:
         assert mean < 1e-2 and covariance < 7e-4
 
@@ -401,7 +401,7 @@ def test_nothing_is_undefined(what: str, tmp_path: Path) -> None:
     model = TROUBLE[what]()
     product = compiled(model, "flt", Options(gate=3.0, nis=True))
     with Host(product) as host:
-        texts = report.files(product, host, report.Findings(0, 0, 1, 0), "")
+        texts = report.files(product, trial(product, host), report.Findings(0, 0, 1, 0), "")
     written(tmp_path, texts)
     built(tmp_path, "flt", "gcc", "-O1", "-fsanitize=undefined,address", "-fno-sanitize-recover", "-lm", "-o", "trial")
     done = subprocess.run([str(tmp_path / "trial")], capture_output=True, text=True)

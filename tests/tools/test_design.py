@@ -110,7 +110,7 @@ def test_a_predict_of_any_dt_is_the_host_s_at_its_times(seed, tmp_path):
                     "P0 = [4.0, 1.0]\n[states]\nranges = [100, 10]\n[measurements]\nranges = [100]\n[controls]\nranges = [9]\n")
     done = kalmanq("design", path, "--core", "m4f", "--any-dt", "--out", tmp_path)
     assert done.returncode == 0, done.stderr
-    firmware = Firmware(tmp_path, path, "f32", any_dt=True)
+    firmware = Firmware.designed(tmp_path, path, "f32", any_dt=True)
     dt, u, z = 10.0 ** draws.uniform(-3, 0, 60), draws.normal(size=(60, 1)), draws.normal(size=(60, 1))
     dt[20:30] = dt[20]
     times = np.concatenate([[0], np.cumsum(dt[1:])])
@@ -570,7 +570,7 @@ def test_what_does_not_fit_is_said(tmp_path):
 
 @pytest.mark.parametrize("arguments, said", [
     (["nowhere.toml", "--core", "m0"], "nowhere.toml: no such file"),
-    ([EXAMPLES / "level.toml", "--core", "m0"], "its states wander; give ranges, or --data"),
+    ([EXAMPLES / "level.toml", "--core", "m0"], "its states wander; give ranges, or `kalmanq design --data`"),
     ([EXAMPLES / "track.toml", "--core", "m0", "--data", "no.csv"], "no.csv: no such file"),
     ([EXAMPLES / "track.toml", "--core", "m0", "-o", "nowhere"], "nowhere: there is no such folder"),
 ])

@@ -4,8 +4,6 @@ from __future__ import annotations
 
 import decimal
 import math
-import textwrap
-from contextlib import ExitStack
 from dataclasses import asdict, dataclass, replace
 from pathlib import Path
 from typing import Optional, Sequence
@@ -15,16 +13,16 @@ from rich.console import Console
 
 from kalmanq.commands.messages import print_json, table, tell_written
 from kalmanq.commands.options import JSON, MODEL, ChipArithmetic, choices, command_of
+from kalmanq.commands.writing import alone, in_lines, over_library, remarks_of, write
+from kalmanq.compiler.given.names import identifier
+from kalmanq.compiler.report import offers as compiled_offers
 from kalmanq.compiler.report.costs import NOT_ESTIMATED
 from kalmanq.compiler.report.offers import COLUMNS, Offer, add_ways, offers
-from kalmanq.compiler.report import offers as compiled_offers, report as compiled_report
-from kalmanq.compiler.run.host import Host
 from kalmanq.compiler.text.product import fingerprint, remarked
 from kalmanq.data import joining, rows as given_rows
-from kalmanq.data.files import require_folder, whole
+from kalmanq.data.files import require_folder
 from kalmanq.errors import KalmanqError
-from kalmanq.compiler.given.names import identifier
-from kalmanq.firmware.c_source import bytes_of_delays, source
+from kalmanq.firmware.c_source import bytes_of_delays
 from kalmanq.firmware.costs import COMPACT, CORES, flags, include_path
 from kalmanq.firmware.designs import PARTS, Designs, Part, Trial, Way, design
 from kalmanq.firmware.ranges import with_ranges
@@ -48,7 +46,7 @@ class Options:
     flash: Optional[float] = typer.Option(None, "--flash", metavar="KB", min=0, help="Flash of the part, in kB.")
     ram: Optional[float] = typer.Option(None, "--ram", metavar="KB", min=0, help="RAM of the part, in kB.")
     name: str = typer.Option("", "--name", metavar="NAME", help="Name of the files and functions; the model's by default.")
-    out: Optional[Path] = typer.Option(None, "--out", "-o", metavar="FOLDER", help="Write NAME.c and NAME.h to this folder, which must exist.")
+    out: Optional[Path] = typer.Option(None, "--out", "-o", metavar="FOLDER", help="Write NAME.c and NAME.h to this folder, which must exist, as compile --library does.")
     any_dt: bool = typer.Option(False, "--any-dt", help="Model with F, Qc and dt: predict in the C file takes dt as an argument (f32, form init).")
     steps: int = typer.Option(1, "--steps", metavar="N", min=1, max=64, help="Model with F, Qc and dt: predict in the C file goes 1 to N dt (q31).")
     json: bool = JSON
@@ -141,35 +139,25 @@ def _no_such_way(options: Options, made: Designs) -> str:
 
 def _write(options: Options, made: Designs, chosen: Way, compiled: Sequence[Offer]) -> list[Path]:
     if chosen.way == COMPILED:
-        return _write_compiled(options, made, next(one for one in compiled if one.arithmetic == chosen.arithmetic))
-    text = source(Parts(made.model, chosen.arithmetic), chosen.way, options.name or identifier(made.model.name),
-                  _remarks(made, chosen, options.any_dt), options.any_dt, options.steps)
-    return _written(options, {f"{text.name}.h": text.header, f"{text.name}.c": text.text})
+        texts = _compiled(options, made, next(one for one in compiled if one.arithmetic == chosen.arithmetic))
+    else:
+        texts = over_library(made.model, chosen.arithmetic, chosen.way, options.name or identifier(made.model.name),
+                             _remarks(made, chosen, options.any_dt), any_dt=options.any_dt, steps=options.steps)
+    return write(options.out, texts, options.model)
 
 
-def _write_compiled(options: Options, made: Designs, one: Offer) -> list[Path]:
+def _compiled(options: Options, made: Designs, one: Offer) -> dict[str, str]:
     """What kalmanq compile writes; of q31 the report says which ranges were chosen"""
     said = fingerprint(options.model)
-    product = remarked(one.product, said)
-    notes = [line for note in made.notes for line in _in_lines(f"{note}.")] if one.arithmetic == "q31" else []
-    with Host(product) as host:
-        files = compiled_report.files(product, host, compiled_report.findings(product, host), "\n".join([said, *notes]))
-    return _written(options, files)
-
-
-def _written(options: Options, texts: dict[str, str]) -> list[Path]:
-    files = [(options.out / name, text) for name, text in texts.items()]
-    with ExitStack() as stack:
-        for path, content in files:
-            stack.enter_context(whole(path, [options.model])).write_text(content, encoding="utf-8")
-    return [path for path, _ in files]
+    notes = remarks_of(made.notes) if one.arithmetic == "q31" else []
+    return alone(remarked(one.product, said), "\n".join([said, *notes]))[1]
 
 
 def _remarks(made: Designs, chosen: Way, any_dt: bool) -> list[str]:
     cost, late = chosen.cost, _late(made.model, chosen.arithmetic, any_dt)
     return [f"Expected on {CORES[made.part.core]}: {cost.instructions} instructions a step, {cost.flash} bytes of",
             f"flash and {cost.ram} of RAM beside a program without a filter, {cost.stack} of stack.",
-            *(_in_lines(ANY_DT) if any_dt else []), *(_in_lines(late) if late else []), *_in_lines(_accuracy(chosen)), *(line for one in made.notes for line in _in_lines(f"{one}.")),
+            *(in_lines(ANY_DT) if any_dt else []), *(in_lines(late) if late else []), *in_lines(_accuracy(chosen)), *remarks_of(made.notes),
             *_built(made.part.core, chosen.way)]
 
 
@@ -196,12 +184,8 @@ def no_less(value: float) -> str:
 
 def _built(core: str, way: str) -> list[str]:
     """What a cost was measured with, in lines for a comment"""
-    return _in_lines(f"That is with gcc {flags(core)} (the library's files: {COMPACT}, too) and the include path "
+    return in_lines(f"That is with gcc {flags(core)} (the library's files: {COMPACT}, too) and the include path "
                      f"{include_path(core, way)} in this order. Other flags, or another path, cost more.")
-
-
-def _in_lines(text: str) -> list[str]:
-    return textwrap.wrap(text, 100, break_on_hyphens=False, break_long_words=False)
 
 
 # ------------------------------------------------------------------------------ what is told

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import re
 from dataclasses import dataclass
-from typing import Any, Iterable, Iterator, Sequence
+from typing import Any, Iterable, Iterator, Optional, Sequence
 
 import numpy as np
 
@@ -17,7 +17,9 @@ from kalmanq.firmware.steps_kept import latest_of, steps_late
 from kalmanq.model import Model, Quantity
 from kalmanq.run.filters import Filter
 from kalmanq.run.parts import CONSTANT, Parts, is_diagonal, known_prior, not_lean, ways_of
+from kalmanq.run.robust import Robust
 
+WORD = {"f32": "float", "f64": "double", "q31": "int32_t"}
 KINDS = ("states", "measurements", "controls")
 SUFFIXES = ("", "_FRACTION", "_RANGE", "_RAW", "_VALUE")  # of what the header defines of a quantity
 
@@ -46,14 +48,14 @@ class SensorCall:
 class Writer:
     """What both texts are made from.  names: of enumerators, by kind; u, z: arguments of functions."""
 
-    def __init__(self, parts: Parts, way: str, name: str, any_dt: bool, steps: int = 1):
-        self.parts, self.way, self.name, self.any_dt = parts, way, name, any_dt
+    def __init__(self, parts: Parts, way: str, name: str, any_dt: bool, steps: int = 1, robust: Optional[Robust] = None):
+        self.parts, self.way, self.name, self.any_dt, self.robust = parts, way, name, any_dt, robust
         self.longer = _longer(parts, steps)
         self.model, self.T, self.is_fixed = parts.model, parts.arithmetic.name, parts.arithmetic.is_fixed
         self.upper, self.is_constant = name.upper(), way in CONSTANT
         self.unknown = sum(1 << int(i) for i in np.flatnonzero(self.model.unknown))
         self.is_diagonal = is_diagonal(self.model.R)
-        word = self.word = "int32_t" if self.is_fixed else "float"
+        word = self.word = WORD[self.T]
         moved = [(f"const {word} u[{len(self.model.inputs)}]", "u")] if self.model.inputs else []
         moved += [("float dt", "dt")] if any_dt else [("uint32_t steps", "steps")] if self.longer else []
         self.u, self.given = (", ".join(texts) for texts in zip(*moved)) if moved else ("", "")
@@ -62,6 +64,13 @@ class Writer:
         self.sensors = self._sensors()
         self.latest = latest_of(self.model)
         self.replays = bool(self.latest) and not any_dt
+
+    def number(self, value: float) -> str:
+        """The shortest decimal that is this number"""
+        return f"{np.float32(value)!s}f" if self.T == "f32" else repr(float(value))
+
+    def numbers(self, values: Iterable[float]) -> list[str]:
+        return [self.number(value) for value in np.ravel(values)]
 
     def _sensors(self) -> list[SensorCall]:
         """Of a model file that names them"""
@@ -116,12 +125,14 @@ def bytes_of_delays(model: Model, arithmetic: str, any_dt: bool = False) -> int:
         return 0
     if any_dt:
         return 4 * arithmetic_of(arithmetic).length("lag", n, m, latest)
-    step = 4 * (len(model.inputs) + m + 1)
-    return 4 * arithmetic_of(arithmetic).length("filter", n) + ffi.sizeof(f"kq_filter_{arithmetic}") + (latest + 1) * step + 8
+    size = 8 if arithmetic == "f64" else 4
+    step = size * (len(model.inputs) + m + 1)
+    return size * arithmetic_of(arithmetic).length("filter", n) + ffi.sizeof(f"kq_filter_{arithmetic}") + (latest + 1) * step + 8
 
 
-def source(parts: Parts, way: str, name: str = "", remarks: Sequence[str] = (), any_dt: bool = False, steps: int = 1) -> Source:
-    """The filter of a model in f32 or q31; remarks go to the top of the header.
+def source(parts: Parts, way: str, name: str = "", remarks: Sequence[str] = (), any_dt: bool = False, steps: int = 1,
+           robust: Optional[Robust] = None) -> Source:
+    """The filter of a model; remarks go to the top of the header.
 
     any_dt   of a model in continuous time, in f32 as init: a predict is told the length of its step
     steps    of a model in continuous time, in q31: a predict is told how many dt it goes, so many at most
@@ -130,13 +141,13 @@ def source(parts: Parts, way: str, name: str = "", remarks: Sequence[str] = (), 
         raise KalmanqError("--steps: of a model with F, Qc and dt, in q31, and not as sizes; f32 has --any-dt")
     if any_dt and (parts.model.continuous is None or parts.arithmetic.name != "f32" or way != "init"):
         raise KalmanqError("steps of any length are of a model with F, Qc and dt, in f32 and prepared at the start (init)")
-    if parts.arithmetic.name == "f64":
-        raise KalmanqError("a design is in f32 or q31")
+    if robust and latest_of(parts.model):
+        raise KalmanqError("--robust: and a sensor with a delay, whose steps are worked out again: leave --robust out")
     if any(one.delay for one in parts.model.sensors) and np.any(parts.model.unknown):
         raise KalmanqError("sensors: a delay, and a start that is unknown: give P0")
     if way not in ways_of(parts.model):
         raise KalmanqError(f"{parts.model.name} cannot be written as {way}: {not_lean(parts.model)}")
-    writer = Writer(parts, way, identifier(name or parts.model.name), any_dt, steps)
+    writer = Writer(parts, way, identifier(name or parts.model.name), any_dt, steps, robust)
     made = given(writer)
     return Source(writer.name, rendered("library.h.j2", {**made, **_of_header(writer, remarks)}), rendered("library.c.j2", {**made, **_of_code(writer)}))
 
@@ -159,7 +170,7 @@ def _sensor(w: Writer, one: SensorCall) -> dict[str, Any]:
 
 
 def _of_header(w: Writer, remarks: Sequence[str]) -> dict[str, Any]:
-    quantities = [{"name": name, "fraction": fraction, "range": (repr(float(one.range)) if w.is_fixed else _float(one.range)) if one.range else ""}
+    quantities = [{"name": name, "fraction": fraction, "range": (repr(float(one.range)) if w.is_fixed else w.number(one.range)) if one.range else ""}
                   for _, one, name, fraction in w.quantities()]
     return {"names": w.names, "quantities": quantities, "table": _table(w), "remarks": remarks, "missing": "KQ_NOT_A_VALUE_Q31",
             "control": "refuses such a control", "unit": w.model.continuous.unit if w.any_dt else ""}
@@ -180,7 +191,7 @@ def _table(w: Writer) -> list[str]:
 def _of_code(w: Writer) -> dict[str, Any]:
     model = w.model
     zeros = [", ".join(map(str, one)) for one in w.parts.zeros] if w.is_constant else ["", ""]
-    made = {"array": array, "unknown": f"UINT32_C(0x{w.unknown:x})" if w.unknown else "", "is_diagonal": w.is_diagonal, "offsets": _offsets(w),
+    made = {"array": array, "loss": _loss(w), "unknown": f"UINT32_C(0x{w.unknown:x})" if w.unknown else "", "is_diagonal": w.is_diagonal, "offsets": _offsets(w),
             "pushes": _pushes(w), "pushed": "NULL" if not model.l else "all" if model.c is not None else "u", "is_upper": not np.any(np.tril(model.A, -1)),
             "zeros_of_H": zeros[1], "processes": [{"end": "", "zeros": zeros[0]}]}
     return {**made, **(_words_of(w) if w.is_fixed else _floats_of(w))}
@@ -190,7 +201,7 @@ def _pushes(w: Writer) -> list[str]:
     """The controls, and the 1 of the offset"""
     if w.model.c is None:
         return []
-    one = f"INT32_C({1 << w.parts.fractions('controls')[-1]})" if w.is_fixed else "1.0f"
+    one = f"INT32_C({1 << w.parts.fractions('controls')[-1]})" if w.is_fixed else w.number(1)
     return [*(f"u[{k}]" for k in range(len(w.model.inputs))), one]
 
 
@@ -202,19 +213,22 @@ def _offsets(w: Writer) -> list[str]:
     if w.is_fixed:
         words = nearest(np.ldexp(d, w.parts.fractions("measurements")))
         return [f"less($z[{k}], INT32_C({int(one)}))" for k, one in enumerate(words)]
-    return [f"$z[{k}] - {_float(one)}" if one >= 0 else f"$z[{k}] + {_float(-one)}" for k, one in enumerate(d)]
+    return [f"$z[{k}] - {w.number(one)}" if one >= 0 else f"$z[{k}] + {w.number(-one)}" for k, one in enumerate(d)]
 
 
-def _float(value: float) -> str:
-    return f"{np.float32(value)!s}f"  # the shortest decimal that is this float
-
-
-def _floats(values: Iterable[float]) -> list[str]:
-    return [_float(value) for value in np.ravel(values)]
+def _loss(w: Writer) -> dict[str, Any]:
+    """Of robust updates; a gate has the limit of as many measurements as are present"""
+    if w.robust is None:
+        return {"way": ""}
+    made, of = {"way": w.robust.way}, w.parts.arithmetic
+    if w.robust.way == "gate":
+        return {**made, "limits": [f"INT64_C({one})" if w.is_fixed else w.number(one) for one in w.robust.limits(of, w.model.m)]}
+    value = of.parameter(w.robust.value)
+    return {**made, "parameter": "{{{mantissa}, {exponent}}}".format(**value) if w.is_fixed else w.number(value)}
 
 
 def _floats_of(w: Writer) -> dict[str, Any]:
-    """Tables of f32"""
+    """Tables of f32 and f64"""
     model, of, size = w.model, w.model.continuous if w.any_dt else None, w.model.n * (w.model.n + 1) // 2
     made = {"A": model.A, "B": model.B, "G": model.G, "Q": model.Q, "H": model.H, "R": np.diag(model.R) if w.is_diagonal else model.R,
             "x0": model.x0, "P0": known_prior(model)}
@@ -223,7 +237,7 @@ def _floats_of(w: Writer) -> dict[str, Any]:
     if w.is_constant:
         root = w.parts.process.noise_root
         made.update(root=[float(root[k]) for k in range(size)], first_root=Filter(model, w.T, parts=w.parts).memory[-size:])
-    return {"columns": 0 if model.G is None else model.G.shape[1], **{name: [] if one is None else _floats(one) for name, one in made.items()}}
+    return {"columns": 0 if model.G is None else model.G.shape[1], **{name: [] if one is None else w.numbers(one) for name, one in made.items()}}
 
 
 def _words_of(w: Writer) -> dict[str, Any]:

@@ -16,18 +16,12 @@ import numpy as np
 from kalmanq.compiler.algorithm import equation_rounding
 from kalmanq.compiler.algorithm.arithmetic import Arithmetic
 from kalmanq.compiler.algorithm.equations import Equations, equations, reads
-from kalmanq.compiler.given.request import Options, Request
-from kalmanq.errors import KalmanqError
+from kalmanq.compiler.given.request import Options, Request, refuse_over_library
 from kalmanq.formulas.calculus import jacobian, substituted
 from kalmanq.formulas.graph import Node, needed, node
 from kalmanq.formulas.printing import Floats
 from kalmanq.nonlinear import NonlinearModel
 from kalmanq.nonlinear.model import Sensor
-
-INSTEAD = (("--robust gate", "gate", "kq_update_robust with kq_loss_gate (kalmanq/robust.h)"),
-           ("--robust student", "student", "kq_update_robust with kq_loss_student (kalmanq/robust.h)"),
-           ("--nis", "nis", "kq_nis and kq_log_likelihood of NAME_filter (kalmanq/filter.h)"),
-           ("--smooth", "smooth", "kq_smooth of a history (kalmanq/smoother.h)"))
 
 
 @dataclass(frozen=True)
@@ -38,9 +32,7 @@ class DeviceRequest(Request):
 
 
 def refuse_options(options: Options) -> None:
-    for option, field, instead in INSTEAD:
-        if getattr(options, field) != getattr(Options(), field):
-            raise KalmanqError(f"{option}: is an option of the C without the library; over the library it is {instead}")
+    refuse_over_library(options, ("gate", "student", "nis", "smooth"))
 
 
 def device(model: NonlinearModel, name: str, options: Options) -> Device:
@@ -194,19 +186,6 @@ class Device(Arithmetic):
         if isinstance(one, Node):
             return self.number(one.value) if one.is_constant else self.zero
         return self.number(float(one))  # type: ignore[arg-type]
-
-    def told(self) -> list[str]:
-        """What the C does"""
-        def written(entries: Sequence[Node]) -> str:
-            return f"{sum(not one.is_constant for one in entries)} of {len(entries)} entries"
-
-        name, times = self.given.name, f", linearised {self.given.options.iterate} times" if self.iterates else ""
-        made = [f"{name}: {self.T}, a device over the library (kalmanq/extended.h)",
-                f"  {name}_predict: kq_predict, A and B are constant" if self.B is not None else
-                f"  {name}_predict: kq_predict_extended, writes {written(self.transition)} of A"]
-        return made + [f"  {name}_update{one.suffix}: kq_update of z, H is constant" if one in self.plain else
-                       f"  {name}_update{one.suffix}: kq_update of innovations{times}, writes {written(self.rows_of(one))} of H"
-                       for one in self.sensors]
 
 
 def field(sensor: Sensor) -> str:

@@ -77,11 +77,7 @@ def estimates(product: Product) -> Optional[dict[str, dict[str, Any]]]:
                    "rms": factor["rms"], "off": factor["off"]} for core, factor in factors().items()}
 
 
-def lines(product: Product) -> list[str]:
+def told(product: Product) -> list[tuple[str, dict[str, Any]]]:
     """For the report"""
-    made = estimates(product)
-    if made is None:
-        return []
-    told = [f"    {core:<5} {', '.join(f'{call} {count}' for call, count in of.items() if call not in ('rms', 'off'))} "
-            f"±{100 * of['rms']:.0f} % (at most {100 * of['off']:.0f} %)" for core, of in made.items()]
-    return ["  Instructions of a call at -O2, the math library included, estimated from the operations:", *told]
+    return [(core, {"calls": ", ".join(f"{call} {count}" for call, count in of.items() if call not in ("rms", "off")), **of})
+            for core, of in (estimates(product) or {}).items()]

@@ -42,7 +42,7 @@ def _environment() -> Environment:
     made = Environment(loader=FileSystemLoader(Path(__file__).parent, encoding="utf-8"), undefined=StrictUndefined, trim_blocks=True,
                        lstrip_blocks=True, keep_trailing_newline=True, variable_start_string="${", variable_end_string="}",
                        finalize=_marked, extensions=[Guards])
-    made.filters.update(lines=_lines, aligned=_aligned, chained=_chained, counted=counted)
+    made.filters.update(lines=_lines, aligned=_aligned, chained=_chained, counted=counted, wrapped=textwrap.wrap)
     return made
 
 
