@@ -16,6 +16,7 @@ from kalmanq.commands.messages import print_json, tell_written
 from kalmanq.commands.options import ANY_MODEL, JSON, choices, command_of
 from kalmanq.compiler.given.request import ARITHMETICS, MOST_STEPS, Options as Wanted
 from kalmanq.compiler.report import costs, report
+from kalmanq.compiler.report.described import described
 from kalmanq.compiler.run.host import Host
 from kalmanq.compiler.text.product import Product, compiled, fingerprint
 from kalmanq.data.files import whole
@@ -123,13 +124,11 @@ def write(options: Options, texts: dict[str, str]) -> list[Path]:
 
 def _told(product: Product, found: report.Findings, written: list[Path]) -> dict:
     given, steady = product.given, product.steady
-    return {"name": given.name, "arithmetic": given.options.arithmetic, "form": "factor", "n": given.of.n,
-            "m": given.of.m, "l": given.of.l, "ram": product.ram, "ram_delayed": product.ram_delayed, "calls": product.calls, "entries": len(product.arithmetic.live),
+    return {**described(product),
             "unresolved": {given.model.states[i].name: rows for i, rows in product.arithmetic.unresolved.items()},
             "settles": None if steady is None else {
                 "samples": steady.samples, "after_gap": list(steady.after_gap), "tolerance": steady.tolerance},
-            "costs": {f"{core} O2": asdict(cost) for core, cost in costs.estimates(product).items()},
-            "observed": asdict(found), "resolution": report.resolution_of(product), "files": written}
+            **costs.told(product), "observed": asdict(found), "resolution": report.resolution_of(product), "files": written}
 
 
 command = command_of(Options, compile_file)

@@ -2,16 +2,16 @@
 
 from __future__ import annotations
 
-import re
 from dataclasses import asdict, replace
 from pathlib import Path
-from typing import Any, Callable
+from typing import Callable
 
 from rich.console import Console
 
 from kalmanq.commands.messages import print_json, tell_written
 from kalmanq.compiler.given.request import Options
-from kalmanq.compiler.report import equation_costs, equation_report, fixed_report
+from kalmanq.compiler.report import costs, equation_report, fixed_report
+from kalmanq.compiler.report.described import described
 from kalmanq.compiler.run.equation_records import drawn
 from kalmanq.compiler.run.fixed_records import simulated
 from kalmanq.compiler.run.fixed_run import FixedRun
@@ -36,10 +36,10 @@ def compile_file(path: Path, name: str, wanted: Options, write: Callable[[dict[s
             found = equation_report.findings(model, product, host)
             record, _ = drawn(model, ROWS, equation_report.SEEDS[0])
             texts = {**product.sources(), f"{name}_test.c": trial(product, host, record, found.first)}
-    lines = equation_report.lines(product, found)
+    lines = equation_report.lines(product, found, texts[f"{name}_test.c"])
     written = write({**texts, f"{name}_report.txt": "\n".join([source, "", *lines]) + "\n"})
     if as_json:
-        print_json({**described(product), "observed": asdict(found), "instructions": equation_costs.estimates(product), "files": written})
+        print_json({**described(product), **costs.told(product, texts[f"{name}_test.c"]), "observed": asdict(found), "files": written})
     else:
         for line in lines:
             console.print(line)
@@ -82,18 +82,3 @@ def _device_tried(model: NonlinearModel, product: Product, record: Record) -> tu
 def _fixed_tried(model: NonlinearModel, product: Product, record: Record) -> tuple[Ran, list[str]]:
     found = fixed_report.tried(model, product)
     return FixedRun(product.arithmetic).run(record), fixed_report.lines(product, found)
-
-
-def described(product: Any) -> dict[str, Any]:
-    """What there is to call"""
-    given, text = product.given, product.text
-    smooths = {"step": text.smoother.record_size, "history": text.smoother.history_size} if text.smoother else None
-    sensors = [{"name": one.name, "m": one.m, "arguments": _arguments(text.update_arguments(one))} for one in product.arithmetic.sensors]
-    return {"name": given.name, "arithmetic": given.options.arithmetic, "form": "equations", "n": given.of.n, "m": given.of.m,
-            "l": given.of.l, "ram": product.ram, "ram_delayed": product.ram_delayed, "smooth": smooths, "entries": len(product.arithmetic.live),
-            "predict": _arguments(text.predict_arguments()), "sensors": sensors}
-
-
-def _arguments(text: str) -> list[str]:
-    """z, u, t and dt, as far as they are there"""
-    return re.findall(r"\b(?:[zut]|dt)\b", text)

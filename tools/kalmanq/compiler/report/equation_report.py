@@ -8,7 +8,7 @@ from typing import Sequence
 import numpy as np
 
 from kalmanq.compiler.given.request import Options
-from kalmanq.compiler.report import equation_costs
+from kalmanq.compiler.report import costs
 from kalmanq.compiler.run import trial
 from kalmanq.compiler.run.equation_records import MISSING, drawn, irregular
 from kalmanq.compiler.run.host import Host, Ran
@@ -118,12 +118,13 @@ def refuse_wrong(model: NonlinearModel) -> None:
         raise KalmanqError(f"{one}: correct it, or leave {one.which} out, and it is derived")
 
 
-def lines(product: Product, found: Findings) -> list[str]:
+def lines(product: Product, found: Findings, test: str) -> list[str]:
+    """test: NAME_test.c"""
     given, arithmetic = product.given, product.given.options.arithmetic
     sensors = ", ".join(f"{given.name}_update{one.suffix}" for one in product.arithmetic.sensors)
     made = [f"{given.name}: {arithmetic}, {product.ram} bytes of RAM, {product.arithmetic.operations} operations of the covariance",
             f"  {given.name}_predict; {sensors}. The covariance is carried as a factor, so it cannot lose positive definiteness.",
-            *(product.text.smoother.told() if product.text.smoother else []), *equation_costs.lines(product),
+            *(product.text.smoother.told() if product.text.smoother else []), *costs.lines(product, test),
             *product.told_late, *_watched(product)]
     if found.why_not:
         return [*made, f"  Not tried, because no rows can be simulated: {found.why_not}"]

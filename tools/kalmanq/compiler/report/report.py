@@ -9,6 +9,7 @@ from typing import Sequence
 import numpy as np
 
 from kalmanq.compiler.given.request import GAP
+from kalmanq.compiler.report import costs
 from kalmanq.compiler.run.host import Host
 from kalmanq.compiler.run.record import Accuracy, tried
 from kalmanq.compiler.run.trial import trial
@@ -45,7 +46,7 @@ def files(product: Product, host: Host, found: Findings, source: str) -> dict[st
 
 
 def lines(product: Product, found: Findings) -> list[str]:
-    return [*_what(product), *_settles(product), *_accuracy(found), *_coarse(found, product.given.options.arithmetic), *_resolution(product),
+    return [*_what(product), *_settles(product), *costs.lines(product), *_accuracy(found), *_coarse(found, product.given.options.arithmetic), *_resolution(product),
             *_unresolved(product), *_chosen(product), *_unknown(product), *_correlated(product),
             *product.told_late]
 
