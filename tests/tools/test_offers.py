@@ -23,7 +23,6 @@ from kalmanq.run.filters import Filter
 from kalmanq.run.simulation import simulate
 
 
-
 def called(*arguments: object) -> str:
     done = CliRunner().invoke(command_line.app, [str(one) for one in arguments])
     assert done.exit_code == 0, done.output

@@ -310,8 +310,9 @@ def _tell_compiled(made: Designs, compiled: Sequence[Offer], console: Console) -
     for one in compiled:
         if one.remark:
             console.print(f"  compiled in {one.arithmetic}: {one.remark}")
-    core, costs = made.part.core, next((one.costs for one in compiled if one.product), {})
-    for line in (reasons(costs) or [f"compiled by {built([core])}"]) if costs else []:
+    core, costs = made.part.core, [one.costs for one in compiled if one.product]
+    counted = [f"compiled by {built([core])}"] if any(one[core].of for one in costs) else []
+    for line in dict.fromkeys([*counted, *(line for one in costs for line in reasons(one))]):
         console.print(f"  {line}")
 
 

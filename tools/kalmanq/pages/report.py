@@ -270,7 +270,7 @@ def _costs(model: Model) -> str:
 def _compiled(model: Model) -> list[str]:
     """What kalmanq compile would write, on the cores where it is measured here; of what is refused, why"""
     made = offers(model)
-    counted_on = [core for core, cost in next((one.costs for one in made if one.product), {}).items() if cost.of]
+    counted_on = list(dict.fromkeys(core for one in made for core, cost in one.costs.items() if cost.of))
     rows = [[costs.CORES.get(core, UNKNOWN), *offer.cells(core)] for offer in made if offer.product for core in counted_on or [""]]
     why = dict.fromkeys(line for offer in made for line in reasons(offer.costs))
     table = [page.table("Compiled for this model alone", ["core", *COLUMNS], rows, text_columns=(1,))] if rows else []

@@ -18,6 +18,7 @@ from kalmanq.compiler.run.equation_run import CompiledEquations, EquationRun
 from kalmanq.compiler.run.host import Host
 from kalmanq.compiler.run.trial import ROWS, trial
 from kalmanq.compiler.text.equation_product import compiled_equations
+from kalmanq.errors import KalmanqError
 from kalmanq.firmware.c_source import WORDS
 from kalmanq.firmware.costs import CORES
 from kalmanq.formulas.graph import needed
@@ -135,9 +136,12 @@ def _plain_rows(model: NonlinearModel) -> tuple[np.ndarray, np.ndarray]:
 def _costs(model: NonlinearModel, name: str) -> dict[str, Any]:
     """By core and call: instructions, as `kalmanq compile` has them; and why there are none"""
     product = compiled_equations(model, name, Options("f32"))
-    record, _ = drawn(model, ROWS, equation_report.SEEDS[0])
-    with Host(product) as host:
-        found = costs_of(product, test=trial(product, host, record))
+    try:
+        record, _ = drawn(model, ROWS, equation_report.SEEDS[0])
+        with Host(product) as host:
+            found = costs_of(product, test=trial(product, host, record))
+    except KalmanqError as problem:  # no rows can be simulated
+        return {"costs": {}, "no_costs": str(problem)}
     calls = ["predict", *(f"update{one.suffix}" for one in product.arithmetic.sensors)]
     return {"costs": {core: {"f32": {call: [one.of[call]] for call in calls if one.of[call] is not None}} for core, one in found.items() if one.of},
             "no_costs": " ".join(reasons(found))}
