@@ -20,7 +20,7 @@ import kalmanq as kalmanq_package
 from kalmanq.compiler.algorithm.fixed.device import EVENTS
 from kalmanq.compiler.algorithm.fixed.python import Far
 from kalmanq.compiler.given.request import Options
-from kalmanq.compiler.report import equation_report, fixed_costs, fixed_report, report
+from kalmanq.compiler.report import fixed_costs, fixed_report, report
 from kalmanq.compiler.run.equation_records import drawn, recorded
 from kalmanq.compiler.run.equation_run import FixedEquations, compiled_equations_run
 from kalmanq.compiler.run.fixed_records import simulated

@@ -17,6 +17,7 @@ from kalmanq.commands.writing import alone, over_library, remarks_of, write
 from kalmanq.compiler.given.names import WORDS, identifier
 from kalmanq.compiler.given.request import ARITHMETICS, MOST_STEPS, Options as Wanted, refuse_over_library
 from kalmanq.compiler.report import costs, report
+from kalmanq.compiler.report.described import described
 from kalmanq.compiler.text.product import Product, compiled, fingerprint
 from kalmanq.errors import KalmanqError
 from kalmanq.firmware.ranges import with_ranges
@@ -71,12 +72,12 @@ def _compile_alone(options: Options, name: str, wanted: Wanted, console: Console
     model, source = model_file.read(options.model), fingerprint(options.model)
     with console.status("compiling", spinner="line"):
         product = compiled(model, name, wanted, source)
-        found, texts = alone(product, source)
+        found, told, texts = alone(product, source)
     written = _write(options, texts)
     if options.json:
         print_json(_told(product, found, written))
     else:
-        for line in report.lines(product, found):
+        for line in told:
             console.print(line)
         tell_written(written, console)
 
@@ -130,13 +131,11 @@ def _write(options: Options, texts: dict[str, str]) -> list[Path]:
 
 def _told(product: Product, found: report.Findings, written: list[Path]) -> dict:
     given, steady = product.given, product.steady
-    return {"name": given.name, "arithmetic": given.options.arithmetic, "form": "factor", "n": given.of.n,
-            "m": given.of.m, "l": given.of.l, "ram": product.ram, "ram_delayed": product.ram_delayed, "calls": product.calls, "entries": len(product.arithmetic.live),
+    return {**described(product),
             "unresolved": {given.model.states[i].name: rows for i, rows in product.arithmetic.unresolved.items()},
             "settles": None if steady is None else {
                 "samples": steady.samples, "after_gap": list(steady.after_gap), "tolerance": steady.tolerance},
-            "costs": {f"{core} O2": asdict(cost) for core, cost in costs.estimates(product).items()},
-            "observed": asdict(found), "resolution": report.resolution_of(product), "files": written}
+            **costs.told(product), "observed": asdict(found), "resolution": report.resolution_of(product), "files": written}
 
 
 command = command_of(Options, compile_file)

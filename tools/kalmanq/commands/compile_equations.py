@@ -2,16 +2,16 @@
 
 from __future__ import annotations
 
-import re
 from dataclasses import asdict, replace
 from pathlib import Path
-from typing import Any, Callable
+from typing import Callable
 
 from rich.console import Console
 
 from kalmanq.commands.messages import print_json, tell_written
 from kalmanq.compiler.given.request import Options
-from kalmanq.compiler.report import equation_costs, equation_report, fixed_report, report
+from kalmanq.compiler.report import costs, equation_report, fixed_report, report
+from kalmanq.compiler.report.described import described
 from kalmanq.compiler.run.equation_records import drawn
 from kalmanq.compiler.run.fixed_records import simulated
 from kalmanq.compiler.run.fixed_run import FixedRun
@@ -35,11 +35,13 @@ def compile_file(path: Path, name: str, wanted: Options, write: Callable[[dict[s
         with Host(product) as host:
             found = equation_report.findings(model, product, host)
             record, _ = drawn(model, ROWS, equation_report.SEEDS[0])
-            written = write(report.files(product, trial(product, host, record, found.first), found, source))
+            test = trial(product, host, record, found.first)
+    told = report.lines(product, found, test)
+    written = write(report.files(product, test, told, source))
     if as_json:
-        print_json({**described(product), "observed": asdict(found), "instructions": equation_costs.estimates(product), "files": written})
+        print_json({**described(product), **costs.told(product, test), "observed": asdict(found), "files": written})
     else:
-        for line in report.lines(product, found):
+        for line in told:
             console.print(line)
         tell_written(written, console)
 
@@ -56,12 +58,13 @@ def compile_device(path: Path, name: str, wanted: Options, write: Callable[[dict
         equation_report.refuse_wrong(model)
         record = in_whole_groups(drawn(model, ROWS, equation_report.SEEDS[0])[0], product.given.together)
         ran, found = tried(model, product, record)
-        written = write(report.files(product, device_trial(product, record, ran), found, source))
+        told = report.lines(product, found)
+        written = write(report.files(product, device_trial(product, record, ran), told, source))
     if as_json:
         print_json({"name": name, "arithmetic": wanted.arithmetic, "form": "library", "n": model.n, "m": model.m, "l": model.l,
                     "files": written})
     else:
-        for line in report.lines(product, found):
+        for line in told:
             console.print(line)
         tell_written(written, console)
 
@@ -79,18 +82,3 @@ def _device_tried(model: NonlinearModel, product: Product, record: Record) -> tu
 def _fixed_tried(model: NonlinearModel, product: Product, record: Record) -> tuple[Ran, report.Found]:
     found = fixed_report.tried(model, product)
     return FixedRun(product.arithmetic).run(record), found
-
-
-def described(product: Any) -> dict[str, Any]:
-    """What there is to call"""
-    given, text = product.given, product.text
-    smooths = {"step": text.smoother.record_size, "history": text.smoother.history_size} if text.smoother else None
-    sensors = [{"name": one.name, "m": one.m, "arguments": _arguments(text.update_arguments(one))} for one in product.arithmetic.sensors]
-    return {"name": given.name, "arithmetic": given.options.arithmetic, "form": "equations", "n": given.of.n, "m": given.of.m,
-            "l": given.of.l, "ram": product.ram, "ram_delayed": product.ram_delayed, "smooth": smooths, "entries": len(product.arithmetic.live),
-            "predict": _arguments(text.predict_arguments()), "sensors": sensors}
-
-
-def _arguments(text: str) -> list[str]:
-    """z, u, t and dt, as far as they are there"""
-    return re.findall(r"\b(?:[zut]|dt)\b", text)

@@ -18,11 +18,12 @@ from kalmanq.model import Model
 from kalmanq.run.parts import Parts
 
 
-def alone(product: Product, said: str) -> tuple[report.Findings, dict[str, str]]:
-    """C of one model: what was found, and texts by file; said: lines about the model's file"""
+def alone(product: Product, said: str) -> tuple[report.Findings, list[str], dict[str, str]]:
+    """C of one model: what was found, the report's lines, and texts by file; said: lines about the model's file"""
     with Host(product) as host:
         found = report.findings(product, host)
-        return found, report.files(product, trial(product, host), found, said)
+        told = report.lines(product, found)
+        return found, told, report.files(product, trial(product, host), told, said)
 
 
 def over_library(model: Model, arithmetic: str, way: str, name: str, remarks: Sequence[str], **more: Any) -> dict[str, str]:

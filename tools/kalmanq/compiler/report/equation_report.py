@@ -9,7 +9,6 @@ import numpy as np
 
 from kalmanq.compiler.algorithm.equation_device import Device
 from kalmanq.compiler.given.request import Options
-from kalmanq.compiler.report import equation_costs
 from kalmanq.compiler.run import trial
 from kalmanq.compiler.run.equation_records import MISSING, drawn, irregular
 from kalmanq.compiler.run.host import Host, Ran
@@ -59,8 +58,7 @@ class Findings:
         if isinstance(a, Device):
             return {"kind": "device", "rows": ROWS, "seeds": len(SEEDS), "missing": MISSING}
         return {"kind": "equations", "rows": ROWS, "seeds": len(SEEDS), "missing": MISSING, "smoother": product.text.smoother,
-                "calls": [f"{given.name}_update{one.suffix}" for one in a.sensors], "watched": [given.measurements[j] for j in a.watched],
-                "instructions": equation_costs.told(product)}
+                "calls": [f"{given.name}_update{one.suffix}" for one in a.sensors], "watched": [given.measurements[j] for j in a.watched]}
 
 
 def findings(model: NonlinearModel, product: Product, host: Host) -> Findings:

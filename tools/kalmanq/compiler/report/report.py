@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any, Protocol
+from typing import Any, Protocol, Sequence
 
 import numpy as np
 
 from kalmanq.compiler.given.request import GAP
+from kalmanq.compiler.report import costs
 from kalmanq.compiler.run.host import Host
 from kalmanq.compiler.run.record import Accuracy, tried
 from kalmanq.compiler.templates.engine import rendered
@@ -18,6 +19,7 @@ from kalmanq.run.resolution import told_of
 ROWS = 2000
 SEEDS = (1, 2, 3)
 COARSE = 1e-3  # sigma: an error above is said first
+WITH_COSTS = ("constant", "equations")  # kinds; what is over the library has its costs from kalmanq design
 
 
 class Found(Protocol):
@@ -27,8 +29,10 @@ class Found(Protocol):
         """What report.txt.j2 is given: `kind`, and numbers and names beside what all have"""
 
 
-def lines(product: Product, found: Found) -> list[str]:
-    return rendered("report.txt.j2", _names(product, found)).splitlines()
+def lines(product: Product, found: Found, test: str = "") -> list[str]:
+    """test: NAME_test.c, whose rows the costs of a nonlinear filter are of"""
+    names = _names(product, found)
+    return rendered("report.txt.j2", {**names, "costs": costs.lines(product, test) if names["kind"] in WITH_COSTS else []}).splitlines()
 
 
 def warned(product: Product, found: Found) -> list[str]:
@@ -36,10 +40,10 @@ def warned(product: Product, found: Found) -> list[str]:
     return rendered("report.txt.j2", _names(product, found), "warned").strip().splitlines()
 
 
-def files(product: Product, trial: str, found: Found, source: str) -> dict[str, str]:
-    """trial: NAME_test.c; source: lines about the model's file"""
+def files(product: Product, test: str, told: Sequence[str], source: str) -> dict[str, str]:
+    """test: NAME_test.c; told: the lines of the report; source: those about the model's file"""
     name = product.given.name
-    return {**product.sources(), f"{name}_test.c": trial, f"{name}_report.txt": "\n".join([source, "", *lines(product, found)]) + "\n"}
+    return {**product.sources(), f"{name}_test.c": test, f"{name}_report.txt": "\n".join([source, "", *told]) + "\n"}
 
 
 def _names(product: Product, found: Found) -> dict[str, Any]:
