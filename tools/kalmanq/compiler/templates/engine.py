@@ -1,4 +1,4 @@
-"""C from the templates beside this: each reads as the C that comes of it.
+"""C and reports from the templates beside this: each reads as what comes of it.
 
 A template has `${name}` for a text, and for lines alone in a line, which are all written with what stands before them there
 (an indent, or ` * `).  A line that ends with `//? CONDITION` is written where that holds, one with `//* NAME in LIST` for each, up
@@ -46,8 +46,10 @@ def _environment() -> Environment:
     return made
 
 
-def rendered(template: str, given: dict[str, Any]) -> str:
-    return _placed(_environment().get_template(template).render(given)).rstrip("\n") + "\n"
+def rendered(template: str, given: dict[str, Any], block: str = "") -> str:
+    """block: that alone"""
+    of = _environment().get_template(template)
+    return _placed("".join(of.blocks[block](of.new_context(given))) if block else of.render(given)).rstrip("\n") + "\n"
 
 
 def rendered_c(template: str, given: dict[str, Any], routines: Callable[[str], str]) -> str:
