@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import ctypes
-from dataclasses import replace
 from pathlib import Path
 from typing import Any, Optional, Sequence
 
@@ -12,7 +11,7 @@ from library import written
 
 from kalmanq import Model
 from kalmanq.compiler.given.request import Options
-from kalmanq.compiler.run import record
+
 from kalmanq.compiler.run.host import build
 from kalmanq.compiler.text.product import Product, compiled
 
@@ -145,15 +144,3 @@ class Driven(Called):
 def doubles(values: Sequence[float]) -> ctypes.Array:
     made = np.atleast_1d(np.asarray(values, float))
     return (ctypes.c_double * len(made))(*made)
-
-
-def in_words(product: Product, given: record.Record) -> record.Record:
-    """What the filter is given of it: in fixed point rounded to words"""
-    a = product.arithmetic
-    if product.given.options.arithmetic != "q31":
-        return given
-
-    def rounded(which: str, values: np.ndarray) -> np.ndarray:
-        words = [[np.ldexp(a.raw(which, k, value), -a.fraction(which, k)) for k, value in enumerate(row)] for row in values]
-        return np.array(words).reshape(values.shape)
-    return replace(given, z=rounded("measurements", given.z), u=rounded("controls", given.u))

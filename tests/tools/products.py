@@ -1,4 +1,4 @@
-"""Products as their makers would write them: sixteen ordinary ones for design and compile, and eight for compile alone."""
+"""Products as their makers would write them: sixteen ordinary ones for design and compile, and twelve for compile alone."""
 
 from __future__ import annotations
 
@@ -180,7 +180,41 @@ def well() -> Model:
                  measurements=[Quantity("pressure", "m", 200), Quantity("tape", "m", 200)])
 
 
+def pll() -> Model:
+    """A phase-locked loop at 10 kHz: phase beside an oscillator that is driven, by a detector good to a thousandth of a radian"""
+    A, G = _velocity(1e-4, 200.0)
+    return Model(A, H=[1, 0], R=1e-6, G=G, B=[-1e-4, 0], P0=[10, 1e6], name="pll", gaps=Gaps(3),
+                 states=[Quantity("phase", "rad", 6.4), Quantity("frequency", "rad/s", 5000)],
+                 measurements=[Quantity("detector", "rad", 6.4)], controls=[Quantity("oscillator", "rad/s", 5000)])
+
+
+def gnss_odo() -> Model:
+    """Along a track: GNSS once a second, and an odometer with a bias that drifts"""
+    G = [[0.25, 0], [0.5, 0], [0, 1e-3]]
+    return Model([[1, 1, 0], [0, 1, 0], [0, 0, 1]], H=[[1, 0, 0], [0, 1, 1]], R=[9, 0.01], G=G, P0=[1e8, 400, 0.25], name="gnss_odo", gaps=Gaps(60),
+                 states=[Quantity("position", "m", 5e4), Quantity("speed", "m/s", 60), Quantity("bias", "m/s", 2)],
+                 measurements=[Quantity("gnss", "m", 5e4), Quantity("odometer", "m/s", 65)])
+
+
+def bldc() -> Model:
+    """Angle, speed and load of a brushless motor at 10 kHz, and the bias of its current sensor"""
+    return Model([[1, 1e-4, 0, 0], [0, 0.9998, -0.02, 0.05], [0, 0, 1, 0], [0, 0, 0, 1]], H=[[1, 0, 0, 0], [0, 0, 0, 1]], R=[4e-6, 0.04],
+                 Q=[0, 1e-4, 1e-8, 1e-10], B=[0, 0.05, 0, 0], P0=[10, 1e4, 1, 0.25], name="bldc",
+                 states=[Quantity("angle", "rad", 400), Quantity("speed", "rad/s", 1000), Quantity("load", "Nm", 5), Quantity("bias", "A", 2)],
+                 measurements=[Quantity("resolver", "rad", 400), Quantity("idle", "A", 5)], controls=[Quantity("current", "A", 20)])
+
+
+def thermistors() -> Model:
+    """Four temperatures of a cabinet, once a second, that follow each other in hours"""
+    tau = np.array([[0, 3600, 0, 0], [3600, 0, 7200, 7200], [0, 7200, 0, 0], [0, 7200, 0, 0]], float)
+    rate = np.where(tau > 0, 1 / np.where(tau > 0, tau, 1), 0)
+    A = np.eye(4) + rate - np.diag(rate.sum(axis=1))
+    return Model(A, H=np.eye(4), R=[0.01] * 4, Q=[1e-8, 1e-9, 1e-8, 1e-9], P0=[100] * 4, x0=[20] * 4, name="thermistors",
+                 states=[Quantity(one, "C", 150) for one in ("heatsink", "air", "board", "wall")],
+                 measurements=[Quantity(f"ntc {k}", "C", 160) for k in range(4)])
+
+
 PRODUCTS = (fridge, press, tilt, battery, barometer, load_cell, gps, clock, motor, tank, anemometer, heart, spring,
             meter, ultrasound, oven)
-OTHERS = (drone, calendar, interferometer, borehole, scale, quartz, rover, well)
+OTHERS = (drone, calendar, interferometer, borehole, scale, quartz, rover, well, pll, gnss_odo, bldc, thermistors)
 ALL = (*PRODUCTS, *OTHERS)

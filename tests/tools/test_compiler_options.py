@@ -7,7 +7,7 @@ from itertools import product
 import numpy as np
 import pytest
 from compiled_models import kinematic
-from driven import Driven, doubles, in_words, library
+from driven import Driven, doubles, library
 from library import cc, written
 from products import anemometer, calendar, drone, fridge, gps, heart, motor, oven, press, rover, spring, tank, ultrasound, well
 from test_words import TRAPS
@@ -86,7 +86,7 @@ def test_the_lagged_mean_is_that_of_the_augmented_filter(make, arithmetic, most,
                                                 given=" ".join(given), read=" ".join(read)), TRAPS)
     x, readings = (a.formats.x, a.formats.read) if arithmetic == "q31" else (np.zeros(of.n, int),) * 2
     for seed in (1, 2, 3):
-        drawn = in_words(made, record.drawn(made.given, rows, seed))
+        drawn = record.as_taken(made, record.drawn(made.given, rows, seed))
         lagged, reading, is_there = np.zeros((rows, of.n)), np.zeros((rows, of.n)), np.zeros(rows, np.int32)
         called.run(rows, doubles(drawn.z.ravel()), doubles(drawn.u.ravel()),
                    *(one.ctypes.data_as(ctypes.c_void_p) for one in (lagged, reading, is_there)))
@@ -156,10 +156,10 @@ def test_a_cycle_of_rows_settles(arithmetic, make, every):
     rows = min(length * (cycles + 4), 20_000)
     with Host(made, TRAPS) as host:
         for seed in (1, 2, 3):  # with gaps, samples in part and second updates, it never settles for long
-            drawn = in_words(made, record.drawn(made.given, 1000, seed))
+            drawn = record.as_taken(made, record.drawn(made.given, 1000, seed))
             found = record.accuracy(made.given, drawn, host.run_record(drawn))
             assert found.mean < of_any[0] and found.covariance < of_any[1] and (arithmetic == "q31" or not found.events)
-        drawn = in_words(made, regular(made, rows))
+        drawn = record.as_taken(made, regular(made, rows))
         ran = host.run_record(drawn)
     found = record.accuracy(made.given, drawn, ran)
     assert found.mean < of_settled[0] and found.covariance < of_settled[1] and not found.events
@@ -205,7 +205,7 @@ def test_student_in_words_is_that_of_doubles(make, nu):
             drawn, draws = record.drawn(made.given, 1000, seed), np.random.default_rng(seed)
             far = 10.0 ** draws.uniform(0.5, 2.5, drawn.z.shape) * draws.choice([-1, 1], drawn.z.shape)
             drawn.z[:] += far * (draws.random(drawn.z.shape) < 0.03) * np.sqrt(made.given.of.doubles().R)
-            drawn = in_words(made, drawn)
+            drawn = record.as_taken(made, drawn)
             ran = host.run_record(drawn)
             for t, (mean, P) in enumerate(reweighted(made.given, drawn, ran.taken, nu)):
                 sigma = np.sqrt(np.diag(P))
@@ -218,7 +218,7 @@ def test_the_report_compares_student_with_itself(arithmetic, most):
     """It was compared with the plain filter: sigmas apart, of which the report said that R is very small"""
     made = compiled(tank(), "flt", Options(arithmetic, student=4.0))
     with Host(made) as host:
-        tried = record.tried(made.given, host, 500, 1)
+        tried, = record.tried(made, host, 500, (1,))
     assert tried.mean < most and tried.covariance < most
 
 
@@ -300,7 +300,7 @@ def test_loops_come_to_what_straight_lines_come_to(arithmetic, make, more):
     for loops in (True, False):
         made = compiled(make(), "flt", Options(arithmetic, loops=loops, **more))
         with Host(made, TRAPS) as host:
-            ran.append([host.run_record(in_words(made, record.drawn(made.given, 1000, seed))) for seed in (1, 2, 3)])
+            ran.append([host.run_record(record.as_taken(made, record.drawn(made.given, 1000, seed))) for seed in (1, 2, 3)])
     for looped, straight in zip(*ran):
         sigma = np.sqrt(np.diagonal(straight.covariance, axis1=1, axis2=2))
         assert np.array_equal(looped.taken, straight.taken) and np.array_equal(looped.events, straight.events)

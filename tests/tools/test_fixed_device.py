@@ -132,6 +132,40 @@ def test_what_is_not_near_is_told():
     assert not report.warned(product, fixed_report.tried(model, product))
 
 
+FLIGHT = """
+import numpy as np
+
+states = ["distance", "speed"]
+measurements = ["echo"]
+x0 = [1000.0, 0.0]
+P0 = [%s, 1e2]
+Q = [0, 1e-6]
+R = [%s]
+
+
+def f(x):
+    return [x[0] + 0.01 * x[1], x[1]]
+
+
+def h(x):
+    return [np.sqrt(x[0]**2 + 1.0)]
+"""
+
+
+@pytest.mark.parametrize("P0, R", [("1e6", "1e-10"), ("1e9", "1e-6")])
+def test_a_wrong_number_that_no_event_tells_is_refused_with_the_cure(P0, R, tmp_path):
+    """Its prior is far wider than what follows, so that sigma has few steps of the raw values"""
+    (tmp_path / "flight.py").write_text(FLIGHT % (P0, R))
+    done = kalmanq("compile", tmp_path / "flight.py", "--library", "--arith", "q31", "-o", tmp_path / "out.c")
+    said = " ".join(done.stderr.split())
+    assert done.returncode and "no event says so" in said and not list(tmp_path.glob("out*"))
+    assert "distance: a range of" in said and "echo: a range of" in said and "or use --arith f32" in said
+    assert not kalmanq("compile", tmp_path / "flight.py", "--library", "--arith", "f32", "-o", tmp_path / "out.c").returncode
+    (tmp_path / "flight.py").write_text(FLIGHT % ("1e2", "1e-2"))
+    done = kalmanq("compile", tmp_path / "flight.py", "--library", "--arith", "q31", "-o", tmp_path / "near.c")
+    assert not done.returncode and "coarse" not in done.stdout
+
+
 # ------------------------------------------------------------------------------ C
 
 

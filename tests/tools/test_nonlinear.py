@@ -770,7 +770,6 @@ def test_the_command_line_refuses_in_one_line(tmp_path):
         "--passes: of --smooth": ("run", TRACK, TRACK_DATA, "--passes", 3, *out),
         "sigma points are not in q31": ("run", TRACK, TRACK_DATA, "--arith", "q31", "--method", "central", *out),
         "--method: of a nonlinear model": ("run", nile, nile_data, "--method", "cubature", *out),
-        "a linear model is checked without data": ("check", nile, nile_data),
         "out.csv: is to be a .py file, as the model is": ("fit", TRACK, TRACK_DATA, *out),
         "--smooth: of a linear model": ("simulate", TRACK, "--runs", 3, "--smooth", *out),
     }.items():

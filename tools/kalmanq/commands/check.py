@@ -12,10 +12,10 @@ from rich.console import Console
 
 from kalmanq.commands.messages import REFUSED, print_json
 from kalmanq.commands.options import ANY_MODEL, JSON, Arithmetic, command_of, read_any
+from kalmanq.compiler.given.rates import rates_of
 from kalmanq.compiler.report import settling
 from kalmanq.compiler.templates.engine import counted
 from kalmanq.data import joining
-from kalmanq.errors import KalmanqError
 from kalmanq.model import Model
 from kalmanq.nonlinear import checks as nonlinear
 from kalmanq.run import checks as linear
@@ -24,17 +24,15 @@ from kalmanq.run import checks as linear
 @dataclass(frozen=True)
 class Options:
     model: Path = ANY_MODEL
-    data: Optional[Path] = typer.Argument(None, metavar="DATA.csv", help="Nonlinear model: data along which the Jacobians are checked.")
+    data: Optional[Path] = typer.Argument(None, metavar="DATA.csv", help="Data: rates of sensors are told from them, and a nonlinear model's Jacobians are checked along them.")
     arithmetic: Optional[Arithmetic] = typer.Option(None, "--arith", help="Judge the resolution of this arithmetic alone; by default f32, and q31 "
                                                     "where there are ranges.")
     json: bool = JSON
 
 
 def check(options: Options, console: Console) -> None:
-    if options.data is not None and options.model.suffix != ".py":
-        raise KalmanqError(f"{options.data}: a linear model is checked without data")
     model = read_any(options.model, options.data)
-    made = _of_linear(model, options.arithmetic) if isinstance(model, Model) else \
+    made = _of_linear(options, model) if isinstance(model, Model) else \
         nonlinear.findings(model, _rows(options, model), options.arithmetic)
     if options.json:
         print_json({one.subject: {"good": one.is_good, "said": one.said} for one in made})
@@ -46,8 +44,9 @@ def check(options: Options, console: Console) -> None:
         raise SystemExit(REFUSED)
 
 
-def _of_linear(model: Model, arithmetic: Optional[Arithmetic]) -> list[linear.Finding]:
-    made = [*linear.findings(model, arithmetic), settling.finding(model)]
+def _of_linear(options: Options, model: Model) -> list[linear.Finding]:
+    rates = () if options.data is None else rates_of(joining.record(options.data, model)[0])
+    made = [*linear.findings(model, options.arithmetic), settling.finding(model, rates)]
     return [*made, settling.formats(model)] if any(one.subject == "ranges" and one.is_good for one in made) else made
 
 

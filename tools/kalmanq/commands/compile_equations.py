@@ -81,4 +81,5 @@ def _device_tried(model: NonlinearModel, product: Product, record: Record) -> tu
 
 def _fixed_tried(model: NonlinearModel, product: Product, record: Record) -> tuple[Ran, report.Found]:
     found = fixed_report.tried(model, product)
+    fixed_report.refuse_wrong(product, found)
     return FixedRun(product.arithmetic).run(record), found

@@ -10,8 +10,10 @@ from typing import Optional, Union
 
 import numpy as np
 
+from kalmanq.compiler.given.rates import rates_of
 from kalmanq.compiler.report.costs import UNKNOWN, built, reasons
 from kalmanq.compiler.report.offers import COLUMNS, EXPLAINED, offers
+from kalmanq.compiler.report.settling import of_rates
 from kalmanq.compiler.run.equation_run import COMPILED, compiled_equations_run
 from kalmanq.compiler.run.simulation import NO_SMOOTHER, compiled_run
 from kalmanq.data.rows import controls_of
@@ -112,7 +114,7 @@ def page_of(study: Study, model_path: Path, data_name: str) -> str:
     facts = [data_name, counted(study.rows, "row"), f"{100 * np.mean(np.isnan(study.z)):.3g} % missing",
              f"arithmetic {run.arithmetic}{', compiled' if study.is_compiled else ''}", sizes, f"log-likelihood {number(float(np.sum(run.log_likelihood)), 8)}"]
     sections = [_verdict(study), _states(study), _residuals(study), _nis(study), _autocorrelation(study),
-                _sigmas(study), _arithmetics(study), _costs(model) if isinstance(model, Model) else "", _model(model, model_path)]
+                _sigmas(study), _arithmetics(study), _costs(model, study.z) if isinstance(model, Model) else "", _model(model, model_path)]
     return page.page(model.name, facts, [one for one in sections if one], f"kalmanq {versions()['kalmanq']}")
 
 
@@ -254,7 +256,7 @@ def _arithmetics(study: Study) -> str:
                    rows, text_columns=(2, 5)), name="arithmetics")
 
 
-def _costs(model: Model) -> str:
+def _costs(model: Model, z: np.ndarray) -> str:
     return page.section(
         "What it costs", page.paragraph("Estimated from designs that were measured on emulated cores; "
                                         "`kalmanq design` says which way to run it is best on one of them."),
@@ -264,10 +266,10 @@ def _costs(model: Model) -> str:
         page.table(
             f"The cost of a step of {counted(model.n, 'state')} and {counted(model.m, 'measurement')}, form {ways_of(model)[0]}",
             ["core", "arithmetic", "instructions", "flash, bytes", "stack, bytes"],
-            cost_rows(model), text_columns=(1,)), *_compiled(model), name="costs")
+            cost_rows(model), text_columns=(1,)), *_compiled(model, z), name="costs")
 
 
-def _compiled(model: Model) -> list[str]:
+def _compiled(model: Model, z: np.ndarray) -> list[str]:
     """What kalmanq compile would write, on the cores where it is measured here; of what is refused, why"""
     made = offers(model)
     counted_on = list(dict.fromkeys(core for one in made for core, cost in one.costs.items() if cost.of))
@@ -277,6 +279,7 @@ def _compiled(model: Model) -> list[str]:
     return [page.paragraph("`kalmanq compile` writes C for this model alone. Its errors were observed over "
                            "records with gaps. Costs were counted when this page was made, on emulated cores"
                            f"{f': {built(counted_on)}' if counted_on else ''}. Columns: {EXPLAINED}."), *table, *map(page.paragraph, why),
+            *([page.paragraph(f"Of these data: {of_rates(model, rates)}.")] if (rates := rates_of(z)) else []),
             *(page.paragraph(f"Compiled in {one.arithmetic}: {one.remark}.") for one in made if one.remark)]
 
 

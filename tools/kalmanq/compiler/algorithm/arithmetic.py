@@ -49,6 +49,14 @@ class Arithmetic:
         """Of a covariance: the entries of its factor that are carried"""
         raise NotImplementedError
 
+    def finer(self, times: float) -> str:
+        """A sentence of a report: what makes errors so many times smaller"""
+        raise NotImplementedError
+
+    def first_low(self) -> Sequence[str]:
+        """Lines: nothing is known below the factor's last bits"""
+        return ()
+
     # ---- a start that is given
 
     refused_start: str = ""  # what answers 0, and what it does then

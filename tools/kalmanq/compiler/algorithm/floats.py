@@ -23,6 +23,7 @@ from kalmanq.formulas.printing import Body, Floats, Target, indented
 
 MOST = {"float": 1e18, "double": 1e150}  # of what has no range: its square is a number, and what comes of it
 LEAST = {"float": ud.LEAST, "double": 1e-280}  # a D below this is 0: its inverse would overflow
+LATE = 8192  # samples until it has settled, above which roundings of a float add up
 SMALLEST, LARGEST = 1e-30, 1e37  # of a square that a float holds with all its digits
 Mean = list[tuple[Node, Node]]
 Place = tuple[str, str, str]
@@ -55,13 +56,14 @@ class FloatFilter(Arithmetic):
     def _choose_order(self) -> None:
         """The model's, or one in which predict adds to each entry that a float would lose from"""
         own, best = tuple(range(self.of.n)), None
-        may_be = self.type == "float" and self.may_be_slow and self.steady is None and not self.given.options.every
+        is_late = self.steady is None or self.steady.samples > LATE
+        may_be = self.type == "float" and self.may_be_slow and is_late and not self.given.options.every
         for order in self._orders() if may_be else ():
             lost = slow.slow_entries(self.given, order)
             self._take_order(order)
             lost = {key: one for key, one in lost.items() if self.facts[key] == key}
             carried = [key for key in lost if self._adds_to(key)]
-            left = {order[key[1]]: one.rows for key, one in lost.items() if key not in carried or not one.is_small}
+            left = {order[key[1]]: one.rows for key, one in lost.items() if one.counts and not (key in carried and one.is_small)}
             if best is None or len(left) < best[0]:
                 best = len(left), order, carried, left
             if not left:
@@ -155,11 +157,18 @@ class FloatFilter(Arithmetic):
 
     def start(self) -> list[str]:
         return [*(f"f->x[{i}] = {self.number(value)};" for i, value in enumerate(self.first_mean)),
-                *(f"f->low[{i}] = {self.number(0)};" for i in range(len(self.given.carried))),
+                *(f"f->low[{i}] = {self.number(self._low_of(value))};" for i, value in enumerate(self.first_mean)),
                 *(f"f->P[{slot}] = {self.number(self.first[key])};" for slot, key in enumerate(self.live)),
-                *self._first_low(), *self.coefficients.start]
+                *self.first_low(), *self.coefficients.start]
 
-    def _first_low(self) -> list[str]:
+    def finer(self, times: float) -> str:
+        return "--arith f64 is finer." if self.type == "float" else \
+            "Give states as what is left after a value that is known (an operating point), or a smaller P0 where more is known at first."
+
+    def _low_of(self, value: float) -> float:
+        return float(value) - self._rounded(float(value))
+
+    def first_low(self) -> list[str]:
         return [f"f->P_low[{slot}] = {self.number(0)};" for slot in range(len(self.slow))]
 
     def start_at(self) -> list[str]:
@@ -178,7 +187,7 @@ class FloatFilter(Arithmetic):
             for k in (self.order[one] for one in shared[1:]):
                 text = f"({text} > sigma[{k}] ? {text} : sigma[{k}])"
             lines.append(f"f->P[{slot}] = {f'{text} * {text}' if shared else text};")
-        return [*lines, *self._first_low(), *self.coefficients.start]
+        return [*lines, *self.first_low(), *self.coefficients.start]
 
     def number(self, value: float) -> str:
         return self.words.number(float(value))

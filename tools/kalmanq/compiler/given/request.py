@@ -125,23 +125,18 @@ def due(every: Sequence[int], row: int) -> int:
 
 def request(model: Model, name: str, options: Options) -> Request:
     _refuse(model, options)
-    single = options.arithmetic == "f32"
-    made = _independent(model, single)
+    made = _independent(model)
     start = model.P0 if not np.any(model.unknown) else _wide_start(model, made[0])
-    of = replace(made[0], P0=decimals(_rounded(start, single)))
+    of = replace(made[0], P0=decimals(np.asarray(start, float)))
     return Request(name, model, of, *made[1:], *named(model.states, model.measurements, model.controls), options)
 
 
-def _rounded(array: np.ndarray, single: bool) -> np.ndarray:
-    return array.astype(np.float32).astype(np.float64) if single else np.asarray(array, float)
-
-
-def _independent(model: Model, single: bool) -> tuple[Numbers, np.ndarray, list[int]]:
-    """The numbers of its C; measurements are mixed where their noises are correlated."""
+def _independent(model: Model) -> tuple[Numbers, np.ndarray, list[int]]:
+    """Its numbers, which the C has as its arithmetic rounds them; measurements are mixed where their noises are correlated."""
     B = np.zeros((model.n, 0)) if model.B is None else model.B
     lower, variances = _unit_lower(model.R)
     mixing = np.linalg.inv(lower)
-    made = [decimals(_rounded(one, single)) for one in
+    made = [decimals(np.asarray(one, float)) for one in
             (model.A, B, mixing @ model.H, model.Q, variances, model.x0, model.P0)]
     return Numbers(*made), mixing, groups(model.R)
 

@@ -27,6 +27,7 @@ WORD_TIMES = range(8, 28, 2)  # of words, whose last bit is the same however sma
 RESOLVED = 2.0**-18  # of a variance, what it changes by in a row: a float has a percent of it
 ROUNDED, ROUNDINGS = 2.0**-22, 4  # of an entry, in a row, which takes so many operations; of what it moves by it is one
 COUNTS = 2.0**-7  # of a variance, what is lost of it
+NOTICED = 2.0**-12  # the same of a float, where a second number may be carried
 TRIED = 1e-12  # of an entry, by which it is moved to see what is left of that a row later
 MOST_ORDERED = 3  # slow states, of which all orders are tried
 MOST_OF_U = 9  # states, of which U is looked at, too
@@ -35,10 +36,12 @@ Key = tuple[int, int]
 
 @dataclass(frozen=True)
 class Lost:
-    """rows: from how many on; is_small: what it moves by in a row is so small that two numbers keep it"""
+    """rows: from how many on; is_small: what it moves by in a row is so small that two numbers keep it; counts: more than 1 % of a
+    variance is lost"""
 
     rows: int
     is_small: bool
+    counts: bool
 
 
 def slow_entries(given: Request, order: Sequence[int]) -> dict[Key, Lost]:
@@ -47,10 +50,10 @@ def slow_entries(given: Request, order: Sequence[int]) -> dict[Key, Lost]:
     with decimal.localcontext(DIGITS):
         of = ordered(given.of, order)
         for gap in (0, min(max(given.model.gaps.max_gap, GAP), LONGEST_GAP)):
-            for rows, P in _after_long(of, gap):
-                for key, is_small in _lost(of, P, gap, rows):
-                    before = found.get(key, Lost(rows, True))
-                    found[key] = Lost(min(rows, before.rows), is_small and before.is_small)
+            for rows, P in after_long(of, gap):
+                for key, is_small, counts in _lost(of, P, gap, rows):
+                    before = found.get(key, Lost(rows, True, False))
+                    found[key] = Lost(min(rows, before.rows), is_small and before.is_small, counts or before.counts)
     return {key: found[key] for key in sorted(found, key=lambda key: (key[1], key[0]))}
 
 
@@ -58,7 +61,7 @@ def slow_words(given: Request, word: Sequence[float]) -> dict[int, int]:
     """States whose sigma moves by less than a word of it, and does not forget it; from how many rows on.  word: of each sigma"""
     found: dict[int, int] = {}
     with decimal.localcontext(DIGITS):
-        for rows, P in _after_long(given.of, 0, WORD_TIMES):
+        for rows, P in after_long(given.of, 0, WORD_TIMES):
             chain = list(_cycle(given.of, P, 0))
             for i, least in enumerate(map(Decimal, word)):
                 sigma = [one[i, i].sqrt() for one in chain]
@@ -76,7 +79,7 @@ def slow_words(given: Request, word: Sequence[float]) -> dict[int, int]:
 def slow_states(given: Request) -> list[int]:
     """Whose variance a predict hardly moves"""
     with decimal.localcontext(DIGITS):
-        pairs = [(np.diag(P), np.diag(predicted(given.of, P))) for _, P in _after_long(given.of, 0)]
+        pairs = [(np.diag(P), np.diag(predicted(given.of, P))) for _, P in after_long(given.of, 0)]
         return [i for i in range(given.of.n) if any(abs(after[i] - P[i]) <= Decimal(RESOLVED) * P[i] for P, after in pairs)]
 
 
@@ -93,7 +96,7 @@ def ordered(of: Numbers, order: Sequence[int]) -> Numbers:
     return Numbers(of.A[two], of.B[list(order)], of.H[:, list(order)], of.Q[two], of.R, of.x0[list(order)], of.P0[two])
 
 
-def _after_long(of: Numbers, gap: int, times: range = TIMES) -> Iterator[tuple[int, np.ndarray]]:
+def after_long(of: Numbers, gap: int, times: range = TIMES) -> Iterator[tuple[int, np.ndarray]]:
     """Rows, and P after so many, each with a full sample after a gap; up to where one grows beyond all digits"""
     predict, cycle = steps(of)
     for _ in range(gap):
@@ -108,7 +111,7 @@ def _after_long(of: Numbers, gap: int, times: range = TIMES) -> Iterator[tuple[i
             yield 2**doublings, P
 
 
-def _lost(of: Numbers, P: np.ndarray, gap: int, rows: int) -> Iterator[tuple[Key, bool]]:
+def _lost(of: Numbers, P: np.ndarray, gap: int, rows: int) -> Iterator[tuple[Key, bool, bool]]:
     chain = list(_cycle(of, P, gap))
     factors = [_factor(one) for one in chain]
     first, left = factors[0], {}
@@ -121,14 +124,15 @@ def _lost(of: Numbers, P: np.ndarray, gap: int, rows: int) -> Iterator[tuple[Key
         scale = value if i == k else (P[i, i] / first[k, k]).sqrt() if first[k, k] else abs(value)
         rows_of_H = () if i == k else [(h[i], h[k] + sum(h[c] * first[c, k] for c in range(k)), h @ P @ h + r) for h, r in zip(of.H, of.R)]
 
-        def is_lost(size: Decimal) -> bool:
+        def is_lost(size: Decimal, counts: float = NOTICED) -> bool:
             """Of what is rounded: itself, or D by what the rows of H U, wrong by it, seem to tell of D"""
             error = Decimal(ROUNDED) * size / forgotten
             told = sum(abs(h) * error * (2 * abs(f) + abs(h) * error) / s for h, f, s in rows_of_H) * first[k, k] / left.get((k, k), 1)
-            return error > Decimal(COUNTS) * scale or told > Decimal(COUNTS)
+            return error > Decimal(counts) * scale or told > Decimal(counts)
 
         if is_lost(abs(value)):
-            yield (i, k), not is_lost(moves / ROUNDINGS)
+            counts = is_lost(abs(value), COUNTS)
+            yield (i, k), not is_lost(moves / ROUNDINGS, COUNTS if counts else NOTICED), counts
 
 
 def _forgotten(of: Numbers, chain: Sequence[np.ndarray], moved: np.ndarray, gap: int, rows: int) -> Decimal:

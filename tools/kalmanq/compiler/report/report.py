@@ -10,15 +10,15 @@ import numpy as np
 from kalmanq.compiler.given.request import GAP
 from kalmanq.compiler.report import costs
 from kalmanq.compiler.run.host import Host
-from kalmanq.compiler.run.record import Accuracy, tried
+from kalmanq.compiler.run.record import tried
 from kalmanq.compiler.templates.engine import rendered
 from kalmanq.compiler.text.product import Product, settling
 from kalmanq.model import Model
 from kalmanq.run.resolution import told_of
 
-ROWS = 2000
+ROWS, LONGEST, WORK = 2000, 20_000, 500_000  # of a record: at least, at most, and over n^2
 SEEDS = (1, 2, 3)
-COARSE = 1e-3  # sigma: an error above is said first
+MEAN, COVARIANCE = 3e-4, {"f32": 1e-4, "f64": 1e-4, "q31": 2e-4}  # sigma, sigma_i sigma_j: an error above is told
 WITH_COSTS = ("constant", "equations")  # kinds; what is over the library has its costs from kalmanq design
 
 
@@ -57,34 +57,49 @@ def _names(product: Product, found: Found) -> dict[str, Any]:
 
 @dataclass(frozen=True)
 class Findings:
-    """Over records of so many rows with gaps, samples in part and second updates, compared with long double"""
+    """Over records with gaps, samples in part and second updates, compared with long double on the model's numbers.
+    rows: of a record from the start; settled: of one that begins settled, 0: there is none"""
 
     mean: float
     covariance: float
     taken: float
     longest_gap: int
+    rows: int = ROWS
+    settled: int = 0
 
-    limit = COARSE
-
-    @property
-    def is_coarse(self) -> bool:
-        return not (self.mean <= COARSE and self.covariance <= COARSE)
+    def coarse(self, product: Product) -> str:
+        """What errors above those that do no harm come of; empty: they are not"""
+        arithmetic = product.given.options.arithmetic
+        most = COVARIANCE[arithmetic]
+        times = max(self.mean / MEAN, self.covariance / most)
+        return f"{arithmetic} is coarse for this model: of these errors no more than {MEAN:g} sigma and {most:g} sigma_i sigma_j would do no " \
+               f"harm. {product.arithmetic.finer(times)}" if times > 1 else ""
 
     def names(self, product: Product) -> dict[str, Any]:
         given, model, a = product.given, product.given.model, product.arithmetic
         sigma, groups = np.sqrt(np.diag(given.of.P0).astype(float)), [group for group in set(given.together) if group & (group - 1)]
         unknown = [(one.name, f"{one.name} {sigma[i]:.3g}") for i, one in enumerate(model.states) if model.unknown[i]]
-        return {"kind": "constant", "rows": ROWS, "seeds": len(SEEDS), "settling": settling(given, product.steady, product.cycle),
+        return {"kind": "constant", "is_coarse": self.coarse(product), "seeds": len(SEEDS), "settling": settling(given, product.steady, product.cycle),
                 "coarse": resolution_of(product), "unresolved": [model.states[i].name for i in sorted(a.unresolved)], "chosen": _chosen(product),
                 "unknown": [name for name, _ in unknown], "wide": [wide for _, wide in unknown], "correlated": [", ".join(
                     one.name for j, one in enumerate(model.measurements) if group >> j & 1) for group in groups]}
 
 
 def findings(product: Product, host: Host) -> Findings:
-    longest = 2 * max(product.given.model.gaps.max_gap, GAP)
-    made: list[Accuracy] = [tried(product.given, host, ROWS, seed, longest) for seed in SEEDS]
+    longest, rows = 2 * max(product.given.model.gaps.max_gap, GAP), _rows(product)
+    made, settled = tried(product, host, rows, SEEDS, longest), 0
+    if product.arithmetic.steady is not None:
+        settled = ROWS
+        made += tried(product, host, settled, SEEDS, longest, is_settled=True)
     return Findings(max(one.mean for one in made), max(one.covariance for one in made), min(one.taken for one in made),
-                    longest)
+                    longest, rows, settled)
+
+
+def _rows(product: Product) -> int:
+    """So many that it settles and goes on, as far as that is done in seconds"""
+    steady, turn = product.steady, product.cycle
+    least = steady.samples if steady else turn.cycles * len(turn.rows) if turn else LONGEST
+    return max(ROWS, min(ROWS + least, LONGEST, WORK // product.given.of.n**2))
 
 
 def resolution_of(product: Product) -> str:

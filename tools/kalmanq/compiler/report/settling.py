@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+import math
+from typing import Sequence
+
 from kalmanq.compiler.given import enclosure
 from kalmanq.compiler.given.request import GAP, LONGEST_GAP, Options, request
 from kalmanq.compiler.text.product import compiled
@@ -10,16 +13,32 @@ from kalmanq.model import Model
 from kalmanq.run.checks import Finding, unseen
 
 
-def finding(model: Model) -> Finding:
+def finding(model: Model, rates: Sequence[int] = ()) -> Finding:
+    """rates: that data show, where full samples are rare"""
     try:
         given = request(model, "filter", Options())
     except KalmanqError as problem:
         return Finding(True, "compiled", f"refused: {problem}")
+    if rates:
+        return Finding(True, "compiled", of_rates(model, rates))
     steady = enclosure.settled(given.of, min(max(model.gaps.max_gap, GAP), LONGEST_GAP), Options().settle)
     if steady is None:
         return Finding(True, "compiled", f"the gain is worked out in each row: {_reason(model)}")
     return Finding(True, "compiled", f"the gain is constant after {steady.samples} full samples, and again "
                    f"{steady.after_gap[0]} after one that is missing")
+
+
+def of_rates(model: Model, rates: Sequence[int]) -> str:
+    """With --every, beside what a filter without it makes of them"""
+    rows, option = math.lcm(*rates), f"--every {','.join(map(str, rates))}"
+    slow = ", ".join(f"{one.name} every {k} rows" for one, k in zip(model.measurements, rates) if k > 1)
+    try:
+        turn = compiled(model, "filter", Options(every=rates)).cycle
+    except KalmanqError as problem:
+        return f"the data have {slow}: the gain is worked out in each row ({option}: {problem})"
+    then = f"each row has a constant gain after {turn.cycles} cycles of {rows} rows, {turn.cycles * rows} rows" if turn else \
+        "the gain is worked out in each row as well: no cycle of rows has a steady state"
+    return f"the data have {slow}, so most rows are no full sample and the gain is worked out in each row; with kalmanq compile {option} {then}"
 
 
 def formats(model: Model) -> Finding:

@@ -82,7 +82,10 @@ class Host:
         return replace(made, digest=int(arrays[-1][0]))
 
     def run_record(self, record: Any) -> Ran:
-        return self.run(record.z, record.u, record.present, record.what, now=record.now, clock=record.clock)
+        begins_settled = record.mean is not None
+        if begins_settled:
+            self._library.settle(ctypes.c_void_p(np.ascontiguousarray(record.mean, np.float64).ctypes.data))
+        return self.run(record.z, record.u, record.present, record.what, begins_settled, record.now, record.clock)
 
     def smoothed(self, what: np.ndarray) -> Smoothed:
         """Backwards over the rows of the last call, whose `what` it was, as far as --smooth holds them"""
@@ -110,7 +113,8 @@ class Smoothed:
 def driver(product: Product) -> str:
     given, a, l = product.given, product.arithmetic, product.given.of.l
     return rendered("driver.c.j2", {
-        **product.text.names(), "l": l, "measured": [a.from_double("measurements", j, f"z[{j}]") for j in range(given.of.m)],
+        **product.text.names(), "l": l, "calls": product.calls, "measured": [a.from_double("measurements", j, f"z[{j}]") for j in range(given.of.m)],
+        "begun": [a.from_double("states", i, f"mean[{i}]") for i in range(len(given.carried))],
         "controls": [a.from_double("controls", k, f"u[{k}]") for k in range(l)],
         "controls_now": [a.from_double("controls", k, f"now[{k}]") for k in range(l)],
         "row": product.text.row(Row("what[t]", "present[t]", "v", "w", "at", "clock[0]", "clock[1]", "clock[2]", "taken[t]")),

@@ -3,26 +3,28 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
-from typing import Optional, Sequence
+from typing import Callable, Optional, Sequence
 
 import numpy as np
 
 from kalmanq.compiler.given.request import GAP, STUDENT_STEPS, Request, due
+from kalmanq.compiler.run import truth
 from kalmanq.compiler.run.host import Host, Ran
 from kalmanq.compiler.text.emit import PREDICTS, UPDATES
+from kalmanq.compiler.text.product import Product
 from kalmanq.model import root_of
 from kalmanq.run.simulation import read_off
 
 LONG = np.longdouble
-FADES = 0.98  # the largest eigenvalue of what is drawn, so that nothing leaves its range for ever
 FADED = 1e-12  # of its largest sigma: a state without noise that fades away is known, and no error is told of it
-PUSHED = 0.2  # of a control's range
+Moments = tuple[np.ndarray, np.ndarray]
 
 
 @dataclass(frozen=True)
 class Record:
     """what, present: of each row, as Host.run takes them; z: rows x m; u: rows x l, of the step that leads to the row; now: of
-    the row itself, where a model reads them there; clock: rows x 3, t of the row before, the step between them, t of the row"""
+    the row itself, where a model reads them there; clock: rows x 3, t of the row before, the step between them, t of the row;
+    mean: of a filter that is settled before the first row"""
 
     what: np.ndarray
     present: np.ndarray
@@ -30,6 +32,7 @@ class Record:
     u: np.ndarray
     now: Optional[np.ndarray] = None
     clock: Optional[np.ndarray] = None
+    mean: Optional[np.ndarray] = None
 
 
 def clock_of(times: np.ndarray, dt: float = np.nan) -> np.ndarray:
@@ -43,8 +46,7 @@ def times_of(record: Record) -> Optional[np.ndarray]:
 
 @dataclass(frozen=True)
 class Accuracy:
-    """The largest errors of a record: of a mean in sigma, of a covariance in sigma_i sigma_j; settled: of a mean in the
-    rows with the constant gain"""
+    """The largest errors of a record: of a mean in sigma, of a covariance in sigma_i sigma_j"""
 
     mean: float
     covariance: float
@@ -52,12 +54,16 @@ class Accuracy:
     taken: float  # share of the components that were given
 
 
-def drawn(given: Request, rows: int, seed: int, longest: int = 0) -> Record:
-    """Samples of the model with what happens in the field: gaps, components that are missing, second updates."""
+def drawn(given: Request, rows: int, seed: int, longest: int = 0, first: Optional[np.ndarray] = None) -> Record:
+    """Samples of the model with what happens in the field: gaps, components that are missing, second updates.  first: the steady
+    covariance, of a record that begins settled"""
     draws, longest = np.random.default_rng(seed), longest or 2 * max(given.model.gaps.max_gap, GAP)
     what, present = _events(given, rows, longest, draws)
-    z, u = _samples(given, rows, draws)
-    return Record(what, present, z, u)
+    what[0] |= 0 if first is None else PREDICTS
+    x, u, mean = truth.drawn(given, what & PREDICTS > 0, draws, first)
+    z = x @ given.model.H.T + draws.standard_normal((rows, given.of.m)) @ root_of(np.asarray(given.model.R)).T
+    z = read_off(z + (0.0 if given.model.d is None else given.model.d), given.model)
+    return Record(what, present, z.astype(np.float32).astype(float), u, mean=None if first is None else mean)
 
 
 def _events(given: Request, rows: int, longest: int, draws: np.random.Generator) -> tuple[np.ndarray, np.ndarray]:
@@ -82,42 +88,44 @@ def _events(given: Request, rows: int, longest: int, draws: np.random.Generator)
     return what, present
 
 
-def _samples(given: Request, rows: int, draws: np.random.Generator) -> tuple[np.ndarray, np.ndarray]:
-    model, of = given.model, given.of.doubles()
-    largest = np.abs(np.linalg.eigvals(of.A)).max()
-    A = of.A * min(1.0, FADES / max(largest, 1e-9))
-    root, noise = root_of(of.Q), root_of(np.asarray(model.R))
-    pushes = np.array([PUSHED * (one.range or 1.0) for one in model.controls])
-    u = draws.standard_normal((rows, of.l)).clip(-3, 3) * pushes
-    u[:, given.inputs:] = 1
-    stays = of.x0 if np.allclose(of.A @ of.x0, of.x0, rtol=1e-6, atol=0) else np.zeros(of.n)  # far from 0 at rest
-    x, z = of.x0 - stays, np.empty((rows, of.m))
+def exact(given: Request, record: Record, taken: np.ndarray, first: Optional[np.ndarray] = None) -> tuple[np.ndarray, np.ndarray]:
+    return exact_of(given, [record], [taken], first)[0]
+
+
+def exact_of(given: Request, records: Sequence[Record], taken: Sequence[np.ndarray],
+             first: Optional[np.ndarray] = None) -> list[tuple[np.ndarray, np.ndarray]]:
+    """Of records of one length: means and covariances in long double, by Joseph's form, on the model's numbers; taken: the
+    components that the filter took; first: covariance before the first row, the model's if None"""
+    A, B, H, Q, R, x0, P0 = (getattr(given.of, name).astype(float).astype(LONG) for name in ("A", "B", "H", "Q", "R", "x0", "P0"))
+    count, rows = len(records), len(taken[0])
+    z = np.stack([one.z.astype(LONG) @ given.mixing.astype(LONG).T - given.offsets for one in records], axis=1)
+    u, what = (np.stack([getattr(one, name) for one in records], axis=1) for name in ("u", "what"))
+    bits, eye = np.stack(taken, axis=1).astype(np.uint32), np.eye(len(A), dtype=LONG)
+    x = np.stack([x0 if one.mean is None else one.mean.astype(LONG) for one in records])
+    P = np.tile(P0 if first is None else first.astype(LONG), (count, 1, 1))
+    means, covariances = np.empty((rows, *x.shape), LONG), np.empty((rows, *P.shape), LONG)
     for t in range(rows):
-        x = A @ x + root @ draws.standard_normal(of.n) + of.B @ u[t]
-        z[t] = model.H @ (stays + x) + noise @ draws.standard_normal(of.m) + (0.0 if model.d is None else model.d)
-    return read_off(z, model).astype(np.float32).astype(float), u.astype(np.float32).astype(float)
-
-
-def exact(given: Request, record: Record, taken: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Means and covariances in long double, by Joseph's form; taken: the components that the filter took"""
-    A, B, H, Q, R, x, P = (getattr(given.of, name).astype(float).astype(LONG)
-                           for name in ("A", "B", "H", "Q", "R", "x0", "P0"))
-    mixed, u = record.z.astype(LONG) @ given.mixing.astype(LONG).T - given.offsets, record.u.astype(LONG)
-    means, covariances = np.empty((len(taken), len(A)), LONG), np.empty((len(taken), *A.shape), LONG)
-    eye = np.eye(len(A), dtype=LONG)
-    for t, bits in enumerate(taken.tolist()):
-        if record.what[t] & PREDICTS:
-            x, P = A @ x + B @ u[t], A @ P @ A.T + Q
-        for j in (j for j in range(len(H)) if bits >> j & 1):
-            row, y = P @ H[j], mixed[t, j] - H[j] @ x
-            r = weighed(y, H[j] @ row, R[j], given.options.student)
-            k = row / (H[j] @ row + r)
-            column = k[:, None]
-            left = eye - column * H[j]
-            x, P = x + k * y, left @ P @ left.T + r * (column * k)
-            P = (P + P.T) / 2
+        x, P = _where(what[t] & PREDICTS > 0, x, P, lambda t=t: (x @ A.T + u[t] @ B.T, A @ P @ A.T + Q))
+        for j in range(len(H)):
+            x, P = _where(bits[t] >> j & 1 > 0, x, P, lambda t=t, j=j: _taken(x, P, H[j], R[j], z[t, :, j], eye, given.options.student))
         means[t], covariances[t] = x, P
-    return means, covariances
+    return [(means[:, k], covariances[:, k]) for k in range(count)]
+
+
+def _where(which: np.ndarray, x: np.ndarray, P: np.ndarray, made: Callable[[], Moments]) -> Moments:
+    if not which.any():
+        return x, P
+    after = made()
+    return after if which.all() else (np.where(which[:, None], after[0], x), np.where(which[:, None, None], after[1], P))
+
+
+def _taken(x: np.ndarray, P: np.ndarray, h: np.ndarray, r: np.longdouble, z: np.ndarray, eye: np.ndarray, student: Optional[float]) -> Moments:
+    row, y = P @ h, z - x @ h
+    r = weighed(y, row @ h, r, student)
+    k = row / (row @ h + r)[:, None]
+    left = eye - k[:, :, None] * h
+    P = left @ P @ left.transpose(0, 2, 1) + k[:, :, None] * (k * np.reshape(r, (-1, 1)))[:, None, :]
+    return x + k * y[:, None], (P + P.transpose(0, 2, 1)) / 2
 
 
 def weighed(y: np.longdouble, spread: np.longdouble, r: np.longdouble, student: Optional[float]) -> np.longdouble:
@@ -130,20 +138,40 @@ def weighed(y: np.longdouble, spread: np.longdouble, r: np.longdouble, student: 
 
 
 def accuracy(given: Request, record: Record, ran: Ran) -> Accuracy:
-    means, covariances = exact(given, record, ran.taken)
+    return apart(given, record, ran, *exact(given, record, ran.taken))
+
+
+def apart(given: Request, record: Record, ran: Ran, means: np.ndarray, covariances: np.ndarray) -> Accuracy:
     sigma = np.sqrt(np.einsum("tii->ti", covariances)).clip(1e-300)
     sigma = np.maximum(sigma, FADED * sigma.max(axis=0))
-    apart = np.abs(ran.mean - means) / sigma
+    off = np.abs(ran.mean - means) / sigma
     spread = np.abs(ran.covariance - covariances) / (sigma[:, :, None] * sigma[:, None, :])
     count = sum(int(one).bit_count() for one in ran.taken)
-    given_ = sum(int(one).bit_count() for one, what in zip(record.present, record.what) if what & UPDATES)
-    return Accuracy(float(apart.max()), float(spread.max()), int(np.bitwise_or.reduce(ran.events)),
-                    count / max(given_, 1))
+    whole = in_whole_groups(record, given.together)
+    given_ = sum(int(one).bit_count() for one, what in zip(whole.present, whole.what) if what & UPDATES)
+    return Accuracy(float(off.max()), float(spread.max()), int(np.bitwise_or.reduce(ran.events)), count / max(given_, 1))
 
 
-def tried(given: Request, host: Host, rows: int, seed: int, longest: int = 0) -> Accuracy:
-    record = drawn(given, rows, seed, longest)
-    return accuracy(given, record, host.run(record.z, record.u, record.present, record.what))
+def tried(product: Product, host: Host, rows: int, seeds: Sequence[int], longest: int = 0, is_settled: bool = False) -> list[Accuracy]:
+    """Records from the start, or such that begin settled, with measurements as the filter takes them"""
+    given, first = product.given, product.arithmetic.steady.filtered.astype(float) if is_settled else None
+    records = [as_taken(product, drawn(given, rows, seed, longest, first)) for seed in seeds]
+    ran = [host.run_record(one) for one in records]
+    found = exact_of(given, records, [one.taken for one in ran], first)
+    return [apart(given, *pair, *one) for *pair, one in zip(records, ran, found)]
+
+
+def as_taken(product: Product, record: Record) -> Record:
+    """In fixed point rounded to raw values"""
+    a = product.arithmetic
+    if product.given.options.arithmetic != "q31":
+        return record
+
+    def rounded(which: str, values: np.ndarray) -> np.ndarray:
+        raw = [[np.ldexp(a.raw(which, k, value), -a.fraction(which, k)) for k, value in enumerate(row)] for row in values]
+        return np.array(raw).reshape(values.shape)
+    mean = None if record.mean is None else rounded("states", record.mean[None])[0]
+    return replace(record, z=rounded("measurements", record.z), u=rounded("controls", record.u), mean=mean)
 
 
 def in_whole_groups(record: Record, together: Sequence[int]) -> Record:

@@ -91,7 +91,7 @@ class Text:
             return {}
         rests = a.steady.after_gap[:LONGEST_GAP]
         updated, predicted = (", ".join(a.factor_literals(P)) or "0" for P in (a.steady.filtered, a.steady.predicted))
-        return {"steady": {"samples": a.steady.samples, "updated": updated, "predicted": predicted, "rests": rests,
+        return {"steady": {"first_low": a.first_low(), "samples": a.steady.samples, "updated": updated, "predicted": predicted, "rests": rests,
                            "rest_type": "uint16_t" if max(rests) < 1 << 16 else "uint32_t"},
                 "settled_update": self._settled(False), "settled_step": self._settled(True), **lag.bodies(self.given, a, a.steady)}
 

@@ -1,6 +1,6 @@
 """q31: binary points that are constants, and lines of C that keep them.
 
-words      a constant model: factor, mean, formats, readings;  loops: those for large models
+words      a constant model: factor, mean, formats, readings;  first: the P0 that formats bear;  loops: those for large models
 formulas   of a nonlinear model, in words whose points come from records;  device: over the library
 expressions, lines: of C;  routines, functions: that they call;  python: the same in Python, bit for bit
 """

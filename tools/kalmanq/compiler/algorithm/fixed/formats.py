@@ -26,6 +26,7 @@ ROOM = 1.01  # of a sigma
 BITS = 30  # of the largest sigma
 TURNED = 1.4  # of 2^30: the longest row that a reflection takes
 WEIGHED = 20  # bits of an innovation over its sigma after the point; so it is taken up to 2^11
+FINE, FINER = 12, 15  # bits of an innovation's sigma after the point, with the constant gain
 MORE, LOW_NOISE = 12, 2.0**8  # further bits; sigma of H x over that of the noise, above which they count
 FAR = 14  # bits of an innovation over the noise, up to which Student's weight falls
 CYCLES, LEAST_GAP, GAP, WITHOUT_BOUND = 100, 16, 60, 2.0 ** 12
@@ -183,9 +184,10 @@ def _measured(one: Quantity, span: float, reach: float) -> int:
 
 
 def _settled(span: float, variance: Union[Decimal, float], z: int) -> int:
-    """Of the innovation with the constant gain: so fine that it is 2^-15 sigma, if need be with an end at 2^16 sigma"""
-    fits, fine = 31 - up(span * ROOM), 15 - up(math.sqrt(variance))
-    return z if fits >= z >= min(fits, fine) else max(fits, fine)
+    """Of the innovation with the constant gain: the measurement's where that is 2^-11 sigma, or else 2^-15 sigma, if need be with an
+    end at 2^16 sigma"""
+    fits, sigma = 31 - up(span * ROOM), up(math.sqrt(variance))
+    return z if fits >= z >= FINE - sigma else max(fits, FINER - sigma)
 
 
 def _more(most: int, ratio: float) -> int:

@@ -51,10 +51,17 @@ class Mean:
 
     def scaled(self, c: float, word: str, by: int) -> str:
         """+ c word 2^by of a word of 32 bits"""
-        digits = 30 - down(abs(c))
-        if digits >= by >= digits - 30 + EXACT:
-            digits = by
+        digits = self._digits_at(c, by)
         return f" + {aligned(f'product({word}, {word_of(c, digits)})', digits - by)}"
+
+    def nearest(self, c: float, word: str, by: int) -> str:
+        """c word 2^by of a word of 32 bits, to the nearest"""
+        digits = self._digits_at(c, by)
+        return rounded(f"product({word}, {word_of(c, digits)})", digits - by)
+
+    def _digits_at(self, c: float, by: int) -> int:
+        digits = 30 - down(abs(c))
+        return by if digits >= by >= digits - 30 + EXACT else digits
 
     def narrowed(self, c: float, word: str, by: int) -> str:
         """c word 2^by, of 32 bits"""

@@ -37,8 +37,8 @@ class Readings(Arithmetic):
         mixing, text = self.given.mixing, f"z[{j}]"
         for k in range(j):
             if self.given.together[j] >> k & 1 and mixing[j, k]:
-                more = self.mean.scaled(float(mixing[j, k]), f"z[{k}]", self.formats.z[j] - self.formats.z[k])
-                text = f"(int32_t)((uint32_t){text} + (uint32_t){more.removeprefix(' + ')})"
+                more = self.mean.nearest(float(mixing[j, k]), f"z[{k}]", self.formats.z[j] - self.formats.z[k])
+                text = f"(int32_t)((uint32_t){text} + (uint32_t){more})"
         d = round(math.ldexp(float(self.given.offsets[j]), self.formats.z[j]))
         return f"(int32_t)((uint32_t){text} - (uint32_t){d if d >= 0 else f'({d})'})" if d else text
 

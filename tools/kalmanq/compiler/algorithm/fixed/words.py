@@ -16,6 +16,7 @@ from kalmanq.compiler.algorithm import lag
 from kalmanq.compiler.algorithm.cycle import Cycle
 from kalmanq.compiler.algorithm.fixed.expressions import Expressions, Value
 from kalmanq.compiler.algorithm.fixed.factor import Entries, Factor, Key
+from kalmanq.compiler.algorithm.fixed.first import told_variances
 from kalmanq.compiler.algorithm.fixed.formats import BITS, formats, gap_of, largest_sigmas, ranged, root_of, variance_word
 from kalmanq.compiler.algorithm.fixed.lines import aligned, living
 from kalmanq.compiler.algorithm.fixed.mean import Mean
@@ -58,6 +59,11 @@ class WordFilter(Readings):
         self.factor, self.live, self.operations = min(made, key=lambda one: one[2])
         if self.constant is None:
             self.unresolved = slow_words(given, [2.0**-self.sigma_fraction(i) for i in range(self.of.n)])
+
+    def finer(self, times: float) -> str:
+        of = told_variances(self.given, self.formats, self.steady, times)
+        return f"Raw values hold the first sigma, which is far above what follows: a P0 of at most {of} is small enough; or use --arith f32." \
+            if of else "--arith f32 or f64 is finer."
 
     # ---- the order of states, and which entries there are
 

@@ -1,0 +1,103 @@
+"""What a compiled filter is tried on: states that follow the model, from its first mean and sigma, within its ranges.
+
+A state that wanders leaves every range one day.  So the draws of the process noise, and the controls, are those of a path
+that stays: each is moved by a feedback, the least one that keeps the sigma of every state within a quarter of its range.
+The path follows the model to the last bit; only its noise is not white to one who looks for it.
+"""
+
+from __future__ import annotations
+
+from typing import Optional
+
+import numpy as np
+
+from kalmanq.compiler.algorithm.fixed.formats import gap_of, largest_sigmas, ranged
+from kalmanq.compiler.given.request import Request
+from kalmanq.model import Model, root_of
+
+PUSHED, STAYS, BEGINS = 0.2, 0.25, 0.8  # of a range: sigma of a control, and of a state; where a record begins at most
+EASY = 30.0  # a control, in sigmas of what it is moved by anyway, that costs what one of a noise does
+LOOKED_AT = 1000  # rows
+LONGEST = 16  # doublings of a row: for so many it is known how far states go
+WEIGHTS = 10.0 ** np.arange(-12, 7)  # of a state at the end of its range, in a square of a noise's sigma
+LARGEST = 1e100
+
+
+def drawn(given: Request, moves: np.ndarray, draws: np.random.Generator,
+          first: Optional[np.ndarray] = None) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """States of rows, controls of the steps to them, and the mean before the first row; moves: has a row such a step?
+    first: covariance of a mean that is anywhere within the ranges; None: the model's mean and covariance"""
+    rows = len(moves)
+    of, model = given.of.doubles(), ranged(given.model, largest_sigmas(given.of, gap_of(given.model)))
+    noise, push = root_of(of.Q), np.array([0.0 if one.constant else PUSHED * (one.range or 1.0) for one in given.model.controls])
+    most = push / PUSHED
+    constant = np.array([float(one.constant) for one in model.controls])
+    rests = of.x0 if np.allclose(of.A @ of.x0 + of.B @ constant, of.x0, rtol=1e-6, atol=0) else np.zeros(of.n)  # far from 0 at rest
+    by = np.hstack([noise, EASY * of.B * push])
+    limits = _limits(model, rests, of.n)
+    back, spread = _feedback(of.A, by, noise.shape[1], limits)
+    x, u = np.empty((rows, of.n)), np.empty((rows, of.l))
+    bound = np.vstack([limits / BEGINS, back[:noise.shape[1]]])
+    anywhere = of.x0 if first is None else rests + root_of(spread) @ draws.standard_normal(of.n)
+    begun = root_of(of.P0 if first is None else first) @ draws.standard_normal(of.n)
+    now = rests + _within(anywhere - rests + begun, of.A - by @ back, bound)
+    mean = of.x0 if first is None else (now - begun).astype(np.float32).astype(float)
+    for t in range(rows):
+        w, pushed = np.split(draws.standard_normal(by.shape[1]), [noise.shape[1]])
+        moved, eased = np.split(back @ (now - rests), [noise.shape[1]])
+        u[t] = ((pushed - EASY * eased) * push).clip(-most, most).astype(np.float32) + constant
+        now = x[t] = (of.A @ now + noise @ (w - moved) + of.B @ u[t]) if moves[t] else now
+    return x, u, mean
+
+
+def _limits(model: Model, rests: np.ndarray, n: int) -> np.ndarray:
+    """Rows that each make 1 of a state or a measurement at the end of its range"""
+    room = [max((one.range or np.inf) - abs(x), 0.1 * (one.range or np.inf)) for one, x in zip(model.states, rests)]
+    seen = model.H @ rests
+    room_of_z = [max((one.range or np.inf) - abs(z), 0.1 * (one.range or np.inf)) for one, z in zip(model.measurements, seen)]
+    return np.vstack([np.eye(n) / np.array(room)[:, None], model.H / np.array(room_of_z)[:, None]])
+
+
+def _within(start: np.ndarray, F: np.ndarray, bound: np.ndarray) -> np.ndarray:
+    """As far from where it rests as no row of `bound` makes more than 1 of, once nothing but the feedback moves it"""
+    most, ahead = np.abs(bound @ start).max(), start
+    for _ in range(LOOKED_AT):
+        ahead = F @ ahead
+        most = max(most, np.abs(bound @ ahead).max())
+    for _ in range(LONGEST):
+        F = F @ F
+        most = max(most, np.abs(bound @ F @ start).max())
+    return start / max(1.0, most) if np.isfinite(most) else 0 * start
+
+
+def _feedback(A: np.ndarray, by: np.ndarray, noises: int, limits: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """The least that keeps `limits` of the states, in sigmas of what moves them and in units of controls that cost as little; and
+    how far states go with it"""
+    made, spread, moved = np.zeros((by.shape[1], len(A))), None, by / np.where(np.arange(by.shape[1]) < noises, 1, EASY)
+    for weight in (0.0, *WEIGHTS):
+        made = _regulator(A, by, weight * limits.T @ limits) if weight else made
+        spread = _spread(A - by @ made, moved @ moved.T)
+        if spread is not None and np.sqrt(np.einsum("ij,jk,ik->i", limits, spread, limits)).max() <= STAYS:
+            break
+    return made, np.zeros(A.shape) if spread is None else spread
+
+
+def _regulator(A: np.ndarray, by: np.ndarray, cost: np.ndarray) -> np.ndarray:
+    """Linear and quadratic, by doubling (Anderson 1978): what it takes of the states"""
+    F, G, S, eye = A, by @ by.T, cost, np.eye(len(A))
+    for _ in range(LONGEST):
+        if max(np.abs(F).max(), np.abs(S).max()) > LARGEST:
+            break
+        W = np.linalg.inv(eye + G @ S)
+        F, G, S = F @ W @ F, G + F @ W @ G @ F.T, S + F.T @ S @ W @ F
+        G, S = (G + G.T) / 2, (S + S.T) / 2
+    return np.linalg.solve(np.eye(by.shape[1]) + by.T @ S @ by, by.T @ S @ A)
+
+
+def _spread(F: np.ndarray, N: np.ndarray) -> Optional[np.ndarray]:
+    """What noise makes in 2^16 rows; None: beyond all ranges"""
+    for _ in range(LONGEST):
+        F, N = F @ F, N + F @ N @ F.T
+        if not max(np.abs(F).max(), np.abs(N).max()) < LARGEST:
+            return None
+    return N
