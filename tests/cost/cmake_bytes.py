@@ -20,7 +20,7 @@ import table
 from build import Place
 from cases import FILTER, GCC, LEAN, RUNTIME, Program
 from cores import BY_NAME, run
-from elf import flash_and_ram
+from kalmanq.firmware.elf import flash_and_ram
 
 CORE, SIZE = "m4f", (4, 2)  # of the preset
 WHAT = ("step", LEAN, "smooth")

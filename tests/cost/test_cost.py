@@ -20,13 +20,13 @@ import emulators
 import readme
 import table
 from cases import CLANG, FILTER, GCC, LEAN, MODULES, NONLINEAR, REGIONS, SMALL, Choice, Own, own_programs, programs
-from elf import LINE, Instruction, decoded
-from emulators import Counted, most
 from measure import stack_worst
 from errors import UserError
 from outputs import whole, write
 from table import Row, Table, compare
-from timing import arm_push, m0_cycles, m3_cycles, m4_cycles, m7_cycles, riscv_push, rv32_cycles
+from kalmanq.firmware.elf import LINE, Instruction, decoded
+from kalmanq.firmware.emulated import Counted, most
+from kalmanq.firmware.timing import arm_push, m0_cycles, m3_cycles, m4_cycles, m7_cycles, riscv_push, rv32_cycles
 
 ROW = Row(
     "m3", "q31", 4, 2, "runtime", "gcc-O2", "step", 1000, 1500, 400, 9000, 800, 300, 12000

@@ -7,7 +7,7 @@ import subprocess
 from pathlib import Path
 
 import numpy as np
-from library import objects
+from library import objects, written
 
 from kalmanq.core import arithmetic_of, ffi
 from kalmanq.firmware.c_source import source
@@ -17,19 +17,15 @@ from kalmanq.run.parts import Parts
 ROOT = Path(__file__).resolve().parents[2]
 
 
-FLAGS = ("-std=c11", "-O1", "-Wall", "-Wextra", "-Wpedantic", "-Wconversion", "-Werror", "-ffp-contract=off", "-fPIC",
+FLAGS = ("-std=c11", "-O1", "-Wall", "-Wextra", "-Wpedantic", "-Wconversion", "-Wdouble-promotion", "-Wshadow", "-Werror", "-ffp-contract=off", "-fPIC",
          f"-I{ROOT / 'include'}", f"-I{ROOT / 'src' / 'fixed_size'}")
 
 
 class Firmware:
-    """What design writes of a model, with the library, on this machine"""
+    """What design or compile --library has written, with the library, on this machine"""
 
-    def __init__(self, folder: Path, path: Path, T: str, *, way: str = "init", any_dt: bool = False, steps: int = 1):
-        model = model_file.read(path)
-        text = source(Parts(model, T), way, any_dt=any_dt, steps=steps)
-        (folder / f"{text.name}.h").write_text(text.header)
-        (folder / f"{text.name}.c").write_text(text.text)
-        self.folder, self.a, self.name = folder, arithmetic_of(T), text.name
+    def __init__(self, folder: Path, name: str, T: str):
+        self.folder, self.a, self.name = folder, arithmetic_of(T), name
         subprocess.run(["cc", *FLAGS, "-shared", str(folder / f"{self.name}.c"), *objects(f"filter_{T}", f"steady_{T}", f"lengths_{T}"), "-lm", "-o",
                         str(folder / "firmware.so")], check=True)
         self.library = ctypes.CDLL(str(folder / "firmware.so"))
@@ -37,10 +33,16 @@ class Firmware:
         self.filter.restype = ctypes.c_void_p
         assert self.call("init") == 0
 
+    @classmethod
+    def designed(cls, folder: Path, path: Path, T: str, *, way: str = "init", any_dt: bool = False, steps: int = 1) -> Firmware:
+        text = source(Parts(model_file.read(path), T), way, any_dt=any_dt, steps=steps)
+        written(folder, {f"{text.name}.h": text.header, f"{text.name}.c": text.text})
+        return cls(folder, text.name, T)
+
     def call(self, function, *given):
         made = []
         for one in given:
-            word = ctypes.c_int32 if self.a.is_fixed else ctypes.c_float
+            word = {"f32": ctypes.c_float, "f64": ctypes.c_double, "q31": ctypes.c_int32}[self.a.name]
             made.append((word * len(one))(*one.tolist()) if isinstance(one, np.ndarray) else
                         ctypes.c_float(one) if isinstance(one, float) else ctypes.c_size_t(one))
         return getattr(self.library, f"{self.name}_{function}")(*made)

@@ -25,16 +25,16 @@ import numpy as np
 ROOT = Path(__file__).resolve().parents[2]
 sys.path.insert(0, str(ROOT / "tools" / "cost"))
 
-from build import TARGET, linked
+from build import MARKS, TARGET, linked
 from cores import BY_NAME, run, toolchain
-from elf import flash_and_ram
-from emulators import Emulator
 from errors import UserError, told_in_one_line
 
 from kalmanq.compiler.given.request import Options
 from kalmanq.compiler.run.host import Host
 from kalmanq.compiler.text.emit import PREDICTS, UPDATES
 from kalmanq.compiler.text.equation_product import compiled_equations
+from kalmanq.firmware.elf import flash_and_ram
+from kalmanq.firmware.emulated import Emulator
 from kalmanq.nonlinear import NonlinearModel, read
 from kalmanq.nonlinear.simulation import simulate
 
@@ -119,7 +119,7 @@ def program(folder: Path, calls: str, source: Optional[Path] = None, *flags: str
     (folder / "main.c").write_text(MAIN)
     gcc, *core = toolchain(CORE, "gcc").compiler
     objects = []
-    for path in (folder / "main.c", TARGET / "marks.c", *([source] if source else [])):
+    for path in (folder / "main.c", MARKS, *([source] if source else [])):
         own = [gcc.replace("gcc", "g++"), "-fno-exceptions", "-fno-rtti"] if path.suffix == ".cpp" else [gcc, "-std=c11"]
         objects.append(folder / f"{path.stem}.o")
         run([*own, *core, *FLAGS, *(flags if path == source else ["-DKQ_COST_f32"]), *(f"-I{one}" for one in (

@@ -15,7 +15,7 @@ import models
 from kalmanq import _core
 from kalmanq import AdaptiveFilter, Filter, LagSmoother, Quantity, Robust, Smoother, SteadyFilter
 from kalmanq.core import ffi, lib
-from kalmanq.run.filters import LEVELS
+from kalmanq.run.robust import LEVELS
 from test_twin import ARITHMETICS, LIMITS, SEEDS, unknown
 
 ROOT = Path(__file__).resolve().parents[2]

@@ -15,12 +15,14 @@ from pathlib import Path
 import numpy as np
 import pytest
 from command import kalmanq
+from scipy import special, stats
 
 import kalmanq as kalmanq_package
-from kalmanq import Filter, LagSmoother, Smoother
+from kalmanq import Filter, LagSmoother, Robust, Smoother
 from kalmanq.data import tables
 from kalmanq.model import model_file
 from kalmanq.pages import pictures
+from kalmanq.run.robust import limit_of
 from kalmanq.run.simulation import simulate
 
 EXAMPLES = Path(model_file.__file__).parents[1] / "examples"
@@ -89,6 +91,31 @@ def test_lag_robust_and_an_unknown_start(tmp_path):
     assert done.returncode == 0, done.stderr
     rows = rows_of(out)
     assert [row["level_lagged"] == "" for row in rows[:5]] == [True, True, True, False, False]
+
+
+@pytest.mark.parametrize("arithmetic", ["f32", "f64", "q31"])
+@pytest.mark.parametrize("loss, usual, other", [("gate", 3.8906, 2.5), ("huber", 3, 1), ("student", 10, 2.5), ("jump", 9, 4)])
+def test_a_robust_run_takes_a_parameter(loss, usual, other, arithmetic, tmp_path):
+    """Left out it is the usual one; another one gives what Filter gives with it, and other means"""
+    model, data = model_file.read(EXAMPLES / "track.toml"), tmp_path / "data.csv"
+    z = simulate(model, 200, 1)[1] + 8 * np.random.default_rng(2).standard_t(2, (200, 2))
+    data.write_text("\n".join(["east,north", *(",".join(repr(float(one)) for one in row) for row in z)]) + "\n")
+    means = {}
+    for given in (loss, f"{loss}={usual}", f"{loss}={other}"):
+        out = tmp_path / f"{given}.csv"
+        assert kalmanq("run", EXAMPLES / "track.toml", data, "--arith", arithmetic, "--robust", given, "-o", out).returncode == 0
+        means[given] = [[float(row[f"{one.name}_mean"]) for one in model.states] for row in rows_of(out)]
+    plain, first, second = means.values()
+    assert np.allclose(plain, first, rtol=1e-9, atol=0) and np.abs(np.subtract(first, second)).max() > 0.1
+    assert second == Filter(model, arithmetic).run(z, robust=Robust(loss, other)).mean.tolist()
+
+
+@pytest.mark.parametrize("count", [1, 2, 3, 8, 31])
+@pytest.mark.parametrize("sigmas", [1.01, 2, 3.8906, 12, 35])
+def test_a_gate_of_sigmas_is_as_unlikely_in_each_count(sigmas, count):
+    wanted = stats.chi2.isf(special.erfc(sigmas / np.sqrt(2)), count)
+    assert abs(limit_of(sigmas, count) / wanted - 1) < 1e-9
+    assert limit_of(100, count) > limit_of(99, count) >= 99**2  # less likely than a double says
 
 
 @pytest.mark.parametrize("arithmetic, way", [("q31", "lean"), ("q31", "tables"), ("f32", "lean"), ("q31", "sizes")])
@@ -192,7 +219,19 @@ def refused(done, said, folder):
     (["--plot", "none/out.png"], "no such folder"),
     (["--smooth", "--lag", "3"], "one of them"),
     (["--smooth", "--robust", "gate"], "plain updates"),
+    (["--smooth", "--robust", "huber=2"], "leave --robust out"),
     (["--lag", "2", "--robust", "jump"], "a lag cannot follow"),
+    (["--lag", "2", "--robust", "jump=4"], "leave --lag out"),
+    (["--robust", "median"], "give one of gate, huber, student, jump"),
+    (["--robust", "gate=0.9999"], "K is in sigma, above 1"),
+    (["--robust", "gate=nan"], "K is in sigma, above 1"),
+    (["--robust", "huber=x"], "x is not a number: give one, such as huber=3"),
+    (["--robust", "student="], "nothing is not a number"),
+    (["--robust", "huber=-3"], "give one above 0, usually 3"),
+    (["--robust", "student=0"], "give one above 0, usually 10"),
+    (["--robust", "student=inf"], "give one above 0, usually 10"),
+    (["--robust", "jump=0.5"], "give 1 or more, usually 9"),
+    (["--robust=huber=nan"], "give one above 0"),
     (["--as", "init"], "--as init and --arith f64"),
     (["--as", "init", "--arith", "q31", "--smooth"], "--as init and --smooth"),
     (["--as", "init", "--arith", "f32", "--lag", "0"], "--as init and --lag"),

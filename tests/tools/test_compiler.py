@@ -57,7 +57,7 @@ def accurate(model: Model, arithmetic: str, rows: int, seeds: tuple, folder: Pat
     product = compiled(model, model.name, Options(arithmetic))
     with Host(product) as host:
         made = tried(product, host, rows, seeds, 10 * max(model.gaps.max_gap, GAP))
-        texts = report.files(product, host, report.Findings(0, 0, 1, 0), "")
+        texts = report.files(product, trial(product, host), [], "")
     written(folder, texts)
     built(folder, model.name, "gcc", "-O1", "-ffp-contract=off", "-lm", "-o", "trial")
     done = subprocess.run([str(folder / "trial")], capture_output=True, text=True)
@@ -396,7 +396,7 @@ def test_nothing_is_undefined(what: str, tmp_path: Path) -> None:
     model = TROUBLE[what]()
     product = compiled(model, "flt", Options(gate=3.0, nis=True))
     with Host(product) as host:
-        texts = report.files(product, host, report.Findings(0, 0, 1, 0), "")
+        texts = report.files(product, trial(product, host), [], "")
     written(tmp_path, texts)
     built(tmp_path, "flt", "gcc", "-O1", "-fsanitize=undefined,address", "-fno-sanitize-recover", "-lm", "-o", "trial")
     done = subprocess.run([str(tmp_path / "trial")], capture_output=True, text=True)

@@ -241,7 +241,7 @@ def test_firmware_of_design_has_the_hosts_bits(T, way, seed, tmp_path):
     """What is late, in any order, beside the host's run in which nothing was"""
     path = room(tmp_path, more="c = [0.4, 0.0]\n" if seed % 2 else "")
     model, draw = model_file.read(path), np.random.default_rng(seed)
-    firmware, words, rows, latest = Firmware(tmp_path, path, T, way=way), Words(model, T, way), 60, 6
+    firmware, words, rows, latest = Firmware.designed(tmp_path, path, T, way=way), Words(model, T, way), 60, 6
     z, u = 20 + draw.normal(size=(rows, 3)), draw.normal(size=(rows, 1))
     is_there = draw.random((rows, 3)) < 0.6
     is_there[rows - latest:, 1:] = False
@@ -261,7 +261,7 @@ def test_firmware_of_design_has_the_hosts_bits(T, way, seed, tmp_path):
 def test_firmware_that_goes_several_steps(seed, tmp_path):
     """q31, 1 to 3 steps of dt in a predict: late beside in time"""
     path, draw = room(tmp_path, CONTINUOUS, 0.3), np.random.default_rng(seed)
-    late, rows, ends = Firmware(tmp_path, path, "q31", steps=3, way="tables"), 40, []
+    late, rows, ends = Firmware.designed(tmp_path, path, "q31", steps=3, way="tables"), 40, []
     z, steps = draw.integers(-(1 << 26), 1 << 26, (rows, 3)), draw.integers(1, 4, rows)
     told = np.arange(rows) + draw.integers(0, 5, rows)
     for is_late in (True, False):
@@ -281,7 +281,7 @@ def test_firmware_that_goes_several_steps(seed, tmp_path):
 @pytest.mark.parametrize("T", ["f32", "q31"])
 def test_firmware_of_design_refuses_and_changes_nothing(T, tmp_path):
     path = room(tmp_path)
-    firmware, none = Firmware(tmp_path, path, T), np.array([-2**31, 0]) if T == "q31" else np.array([np.nan, 0], np.float32)
+    firmware, none = Firmware.designed(tmp_path, path, T), np.array([-2**31, 0]) if T == "q31" else np.array([np.nan, 0], np.float32)
     some = np.ones(2, int if T == "q31" else np.float32)
     for _ in range(9):
         assert firmware.call("predict", some[:1]) == 0 and firmware.call("update_quick", some[:1], 1) == 0

@@ -21,7 +21,8 @@ from whole import WHOLE, first
 from kalmanq import Model, Quantity
 from kalmanq.compiler.algorithm.equation_rounding import EPSILON, parts_of, visited
 from kalmanq.compiler.given.request import Options
-from kalmanq.compiler.report.equation_report import SEEDS, _apart, _told, findings
+from kalmanq.compiler.report import report
+from kalmanq.compiler.report.equation_report import SEEDS, _apart, findings
 from kalmanq.compiler.run import trial
 from kalmanq.compiler.run.equation_records import drawn
 from kalmanq.compiler.run.host import Host, compiler
@@ -84,7 +85,7 @@ def test_where_float_is_coarse_the_report_says_so() -> None:
     """A mean that is off by more than 1e-2 sigma, or a formula that is"""
     model = model_of("orbit")
     with Host(product_of("orbit", "f32")) as host:
-        told = _told(findings(model, product_of("orbit", "f32"), host))
+        told = report.warned(product_of("orbit", "f32"), findings(model, product_of("orbit", "f32"), host))
     assert re.search(r" \(line \d+\)", told[0])
 
 
@@ -201,7 +202,7 @@ def _sound(made: list) -> None:
         if one.is_wrong and not one.single.events:
             product = compiled_equations(random_model(one.seed), "kf", Options("f32"))
             with Host(product) as host:
-                assert any("In float f(" in line for line in _told(findings(random_model(one.seed), product, host))), one.name
+                assert any("In float f(" in line for line in report.warned(product, findings(random_model(one.seed), product, host))), one.name
 
 
 @pytest.mark.parametrize("arithmetic, steps", [("f32", 100), ("f64", 1000)])
@@ -528,7 +529,7 @@ REFUSED: dict[str, tuple[Callable[[str], str], tuple, str]] = {
     "every": (str, ("--every", "2"), "--every"),
     "loops": (str, ("--loops",), "--loops"),
     "gate of letters": (str, ("--robust", "gate=x"), "x is not a number"),
-    "huber": (str, ("--robust", "huber"), "has gate or student"),
+    "huber": (str, ("--robust", "huber"), "give one of gate, student; "),
     "gate 0": (str, ("--robust", "gate=0"), "--robust gate"),
     "gate below": (str, ("--robust", "gate=-3"), "--robust gate"),
     "gate NaN": (str, ("--robust", "gate=nan"), "--robust gate"),

@@ -20,7 +20,7 @@ import kalmanq as kalmanq_package
 from kalmanq.compiler.algorithm.fixed.device import EVENTS
 from kalmanq.compiler.algorithm.fixed.python import Far
 from kalmanq.compiler.given.request import Options
-from kalmanq.compiler.report import equation_report, fixed_costs, fixed_report
+from kalmanq.compiler.report import fixed_costs, fixed_report, report
 from kalmanq.compiler.run.equation_records import drawn, recorded
 from kalmanq.compiler.run.equation_run import FixedEquations, compiled_equations_run
 from kalmanq.compiler.run.fixed_records import simulated
@@ -126,10 +126,10 @@ def test_what_is_not_near_is_told():
     assert len(far) and told[0] <= far[0]
     model, product = compiled("coordinated_turn")
     found = fixed_report.tried(model, product)
-    said = [one for one in fixed_report.lines(product, found) if "In fixed point" in one]
+    said = [one for one in report.lines(product, found) if "In fixed point" in one]
     assert any("df(north)/dturn is off by" in one for one in said) and len(said) < 4
     model, product = compiled("gps_imu")
-    assert not fixed_report.warned(product.arithmetic, fixed_report.tried(model, product))
+    assert not report.warned(product, fixed_report.tried(model, product))
 
 
 FLIGHT = """
@@ -296,7 +296,7 @@ def test_formats_hold_what_is_between_the_ends_of_a_range(range_, holds):
         ran, right = FixedRun(product.arithmetic).run(record), exact.run_record(record)
     worst = (np.abs(ran.mean - right.mean) / sigmas(right)).max()
     assert (worst < 1e-4) == holds and any(ran.events & SATURATED) == (not holds)
-    assert any("They hold charge from 0 to 1" in one for one in fixed_report.lines(product, fixed_report.Tried())) == holds
+    assert any("They hold charge from 0 to 1" in one for one in report.lines(product, fixed_report.Tried())) == holds
 
 
 # ------------------------------------------------------------------------------ functions

@@ -18,6 +18,7 @@ import pytest
 from command import kalmanq
 from whole import WHOLE
 
+from kalmanq.command_line import loaded
 from kalmanq.commands import COMMANDS
 from kalmanq.model import model_file
 from kalmanq.nonlinear import file as nonlinear_file
@@ -90,15 +91,23 @@ def test_every_block_of_commands_is_run():
 DAILY = ("check", "compile", "steady")
 
 
-@pytest.mark.parametrize("name", [pytest.param(one, marks=() if one in DAILY else WHOLE) for one in COMMANDS])
-def test_the_example_of_each_commands_help(name, tmp_path):
+@pytest.mark.parametrize("name, example", [pytest.param(name, one, marks=() if name in DAILY else WHOLE, id=f"{name} {k}")
+                                           for name, row in COMMANDS.items() for k, one in enumerate([row.example, *row.more])])
+def test_the_examples_of_each_commands_help(name, example, tmp_path):
     for path in (ROOT / "tools/kalmanq/examples").glob("*.*"):
         shutil.copy(path, tmp_path)
-    if "my.csv" in COMMANDS[name].example and name != "simulate":
+    if "my.csv" in example and name != "simulate":
         assert kalmanq(*shlex.split(COMMANDS["simulate"].example)[1:], folder=tmp_path).returncode == 0
-    done = kalmanq(*shlex.split(COMMANDS[name].example)[1:], folder=tmp_path)
+    done = kalmanq(*shlex.split(example)[1:], folder=tmp_path)
     skip_without_webassembly(done)
     assert done.returncode == 0, done.stderr
+
+
+def test_each_option_of_compile_has_an_example():
+    row = COMMANDS["compile"]
+    given = {word for one in [row.example, *row.more] for word in shlex.split(one)}
+    assert not [one.name for one in loaded("compile").params if one.name not in ("model", "help") and not given & {*one.opts, *one.secondary_opts}]
+    assert all(one in " ".join(kalmanq("compile", "--help").stdout.split()) for one in row.more)
 
 
 def test_help_ends_with_the_example():

@@ -383,7 +383,7 @@ def test_the_firmware_of_design_takes_what_is_late(seed, tmp_path):
         text = text.replace(old, new, 1)
     path.write_text(text)
     told = json.loads(kalmanq("run", path, log, "--json").stdout)
-    sigma, firmware = np.sqrt(np.diag(told["covariance"])), Firmware(tmp_path, path, "f32", any_dt=True)
+    sigma, firmware = np.sqrt(np.diag(told["covariance"])), Firmware.designed(tmp_path, path, "f32", any_dt=True)
     steps, measured, late = instants(log, 120_000)
     for k, now in enumerate(steps):
         assert k == 0 or firmware.call("predict", float((now - steps[k - 1]) * 1e-6)) == 0
@@ -450,7 +450,7 @@ def test_the_firmware_of_sensors_in_steps(T, off, late, tmp_path):
         draw = np.random.default_rng(seed)
         z = 20 + draw.normal(size=(60, 2))
         z[np.arange(60) % 7 != 0, 1] = np.nan
-        f, firmware = Filter(model_file.read(path), T), Firmware(tmp_path, path, T)
+        f, firmware = Filter(model_file.read(path), T), Firmware.designed(tmp_path, path, T)
         scale = 2.0 ** np.array(f.parts.fractions("measurements"))
         words = np.round(z * scale) if T == "q31" else z.astype(np.float32)
         given = words / scale if T == "q31" else words.astype(float)
@@ -474,7 +474,7 @@ def test_fixed_point_goes_several_steps_at_once(way, tmp_path):
     path = tmp_path / "cart.toml"
     path.write_text("[model]\nname = 'cart'\nF = [[0.0, 1.0], [0.0, -0.5]]\nB = [0.0, 2.0]\nc = [0.0, -0.3]\nQc = [0.0, 0.3]\ndt = 0.1\nH = [1.0, 0.0]\n"
                     "R = 0.04\nd = [3.0]\nP0 = [4.0, 1.0]\n[states]\nranges = [100, 20]\n[measurements]\nranges = [100]\n[controls]\nranges = [9]\n")
-    firmware, draw = Firmware(tmp_path, path, "q31", steps=5, way=way), np.random.default_rng(1)
+    firmware, draw = Firmware.designed(tmp_path, path, "q31", steps=5, way=way), np.random.default_rng(1)
     count, u, z = draw.integers(1, 6, 60), draw.normal(size=(60, 1)), 3 + draw.normal(size=(60, 1))
     f = Filter(model_file.read(path), "q31", way="lean" if way == "lean" else "")
     scales = [2.0 ** f.parts.fractions(which)[0] for which in ("measurements", "controls")]

@@ -11,6 +11,7 @@ from cases import (
     Program,
 )
 from cores import BY_NAME, ROOT, Core, run, toolchain
+from kalmanq.firmware.measured import MARKS
 
 TARGET = Path(__file__).resolve().parent / "target"
 TEXTBOOKS = ROOT / "tests" / "cost"
@@ -110,7 +111,7 @@ def program(place: Place, wanted: Program) -> Path:
     text = folder / "program.c"
     text.write_text(program_text(place, wanted), encoding="utf-8")
     compiled(place, core, wanted.profile, text, folder / "program.o", defined(wanted))
-    compiled(place, core, GCC, TARGET / "marks.c", folder / "marks.o")
+    compiled(place, core, GCC, MARKS, folder / "marks.o")
     for n, m in wanted.dimensions if wanted.sizes != RUNTIME else ():
         user(place, wanted, n, m)
     return linked(core, objects(place, wanted), folder / "program.elf")

@@ -25,9 +25,9 @@ import table
 from build import Place, compiled, linked
 from cases import MOST, SIZES
 from cores import BY_NAME, ROOT, Core
-from elf import flash_and_ram
 from emulators import count_program
 from errors import UserError, told_in_one_line
+from kalmanq.firmware.elf import flash_and_ram
 from measure import WORKERS, finish
 from outputs import csv_text, end_of, write
 
@@ -71,7 +71,7 @@ def measured(place: Place, core: Core, folder: Path) -> dict[str, Any]:
              is_user=what["way"] == "sizes")
     main, marks = work / "main.o", work / "marks.o"
     compiled(place, core, build.GCC, build.TARGET / "design.c", main, include)
-    compiled(place, core, build.GCC, build.TARGET / "marks.c", marks)
+    compiled(place, core, build.GCC, build.MARKS, marks)
     parts = [main, written, marks, *sorted((place.work / f"{core.name}-{what['arithmetic']}").glob("*.o"))]
     step = f"{what['name']}_step"
     functions = {region: step for region in range(COUNTED)}

@@ -3,15 +3,14 @@
 from __future__ import annotations
 
 import os
-import subprocess
 import sys
 from contextlib import contextmanager
 from pathlib import Path
-from typing import Iterator, Sequence
+from typing import Iterator
 
+sys.path.insert(0, str(Path(__file__).resolve().parents[1]))  # of the package, what needs nothing but Unicorn and pyelftools
 
-class UserError(Exception):
-    """Something the user can put right; its text is the one line to be shown."""
+from kalmanq.firmware.cores import NotMeasured as UserError, one_line  # noqa: E402  its text is the one line to be shown
 
 
 class FileError(UserError):
@@ -19,12 +18,6 @@ class FileError(UserError):
 
     def __init__(self, path: Path, reason: str, row: int | None = None):
         super().__init__(": ".join([one_line(str(path)), *([] if row is None else [f"row {row}"]), reason]))
-
-
-def one_line(text: str, longest: int = 200) -> str:
-    """The text without line breaks and other control characters, and not too long."""
-    shown = "".join(c if c.isprintable() else "?" for c in text)
-    return shown if len(shown) <= longest else shown[: longest - 3] + "..."
 
 
 @contextmanager
@@ -46,13 +39,3 @@ def stop(tool: str, line: str) -> None:
 
 # For what hangs alone: no machine is too slow.
 TIME_LIMIT = float(os.environ.get("KQ_TIME_LIMIT", "1800"))  # seconds
-
-
-def run_program(command: Sequence[str], hint: str) -> subprocess.CompletedProcess[str]:
-    """Runs a compiler, an emulator or the like to its end; the hint says where to get it."""
-    try:
-        return subprocess.run(command, capture_output=True, text=True, timeout=TIME_LIMIT, check=False)
-    except OSError as problem:
-        raise UserError(f"{command[0]}: {problem.strerror}; {hint}") from problem
-    except subprocess.TimeoutExpired as problem:
-        raise UserError(f"{command[0]}: no answer within {TIME_LIMIT:g} s") from problem

@@ -18,11 +18,11 @@ from typing import Any
 
 import build
 import typer
-from build import TARGET, Place, compiled, linked
+from build import Place, compiled, linked
 from cores import BY_NAME, ROOT, Core
-from elf import flash_and_ram
-from emulators import Emulator
 from errors import UserError, told_in_one_line
+from kalmanq.firmware.elf import flash_and_ram
+from kalmanq.firmware.emulated import Emulator
 from outputs import csv_text, write
 
 C_NAMES = {"a + b": "x0 + x1", "a b": "x0 * x1", "a / b": "x0 / x1"}  # others are called as they are
@@ -54,7 +54,7 @@ def counted(place: Place, core: Core, text: str, functions: dict[int, str]) -> d
     source = place.work / "functions.c"
     source.write_text(text, encoding="utf-8")
     objects = [place.work / "functions.o", place.work / "marks.o"]
-    for one, target in zip((source, TARGET / "marks.c"), objects):
+    for one, target in zip((source, build.MARKS), objects):
         compiled(place, core, build.GCC, one, target)
     found = Emulator(core, linked(core, objects, place.work / "functions.elf")).count_regions(functions)
     return {region: found[region].instructions for region in functions}
@@ -129,7 +129,7 @@ def device(place: Place, core: Core, folder: Path) -> str:
     main = place.work / "main.c"
     main.write_text(text, encoding="utf-8")
     objects = []
-    for source in (folder / f"{name}.c", main, TARGET / "marks.c", *build.library_sources(place, T, ("filter", "nonlinear"))):
+    for source in (folder / f"{name}.c", main, build.MARKS, *build.library_sources(place, T, ("filter", "nonlinear"))):
         objects.append(place.work / f"{source.stem}.o")
         compiled(place, core, build.GCC, source, objects[-1], (f"-I{folder}",))
     program = linked(core, objects, place.work / "program.elf")

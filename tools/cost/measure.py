@@ -19,9 +19,9 @@ import emulators
 from build import Place
 from cases import CALLS, HARD, LEAN, ROOTS, Program
 from cores import BY_NAME
-from elf import Elf, flash_and_ram
-from emulators import Counted
 from errors import UserError
+from kalmanq.firmware.elf import Elf, flash_and_ram
+from kalmanq.firmware.emulated import Counted
 from table import Row
 
 WORKERS = 2

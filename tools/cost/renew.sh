@@ -1,10 +1,9 @@
 #!/usr/bin/env bash
-# tools/cost/renew.sh [table | designs | equations | boards]: measures committed costs anew, the first two or one of them, and writes them:
+# tools/cost/renew.sh [table | designs | boards]: measures committed costs anew, the first two or one of them, and writes them:
 #   table    tools/cost.csv, and what README.md and tools/cost/README.md show of it
 #   designs  tools/kalmanq/firmware/costs.csv and stacks.csv, which kalmanq design estimates with; after the table, since the
 #            stacks need it
 #   boards   the tables of tools/examples/boards (5 minutes)
-#   equations  tools/kalmanq/compiler/report/equation_costs.csv, which the reports of nonlinear models estimate with (20 minutes)
 set -euo pipefail
 root=$(cd "$(dirname "${BASH_SOURCE[0]}")/../.." && pwd)
 # shellcheck source=tools/setup.sh
@@ -28,13 +27,6 @@ renew_designs() {
         "$(dirname "$(find "$root/tools/kalmanq" -name stacks.csv)")"
 }
 
-# the package's modules, and the emulators
-renew_equations() {
-    "$root/tools/test.sh" tools.wheel
-    PYTHONPATH=$root/tools:$(echo "$root"/build/test/tests/tools/clean/lib/python3*/site-packages) "$KQ_PYTHON" -B \
-        "$root/tools/cost/equation_fit.py" -o "$root/tools/kalmanq/compiler/report/equation_costs.csv"
-}
-
 renew_boards() {
     "$root/tools/test.sh" tools.wheel
     "$KQ_PYTHON" -B "$root/tools/examples/boards/boards.py" costs --write --kalmanq "$root/build/test/tests/tools/clean/bin/python -m kalmanq"
@@ -42,9 +34,8 @@ renew_boards() {
 
 case ${1:-all} in
 boards) renew_boards ;;
-equations) renew_equations ;;
 table) renew_table ;;
 designs) renew_designs ;;
 all) renew_table && renew_designs ;;
-*) sed -n '2,7s/^# \{0,1\}//p' "$0" && exit 2 ;;
+*) sed -n '2,6s/^# \{0,1\}//p' "$0" && exit 2 ;;
 esac

@@ -45,7 +45,7 @@ def helped(name: str) -> str:
     told = [one.get_help_record(context) for one in command.get_params(context) if one.name not in {*LAYOUT, "help"}]
     cells = [[re.sub(r" *\| *", r" \\| ", cell) for cell in one] for one in told if one]  # a narrow screen breaks the lines there
     lines = [f"| `` {re.sub(r' <(path|list.Path.|str|float)>$', '', option)} `` | {said} |" for option, said in cells]
-    return "\n".join([row.help, "", "```text", row.example, "```", "", "| option | does |", "|---|---|", *lines])
+    return "\n".join([row.help, "", "```text", row.example, *row.more, "```", "", "| option | does |", "|---|---|", *lines])
 
 
 def main() -> None:

@@ -22,11 +22,11 @@ if TYPE_CHECKING:  # for type checkers; at run time a name is imported when it i
         NonlinearFilter as NonlinearFilter, NonlinearModel as NonlinearModel, NonlinearSmoother as NonlinearSmoother)
     from kalmanq.run.correlated import decorrelated as decorrelated
     from kalmanq.run.filters import (
-        AdaptiveFilter as AdaptiveFilter, Filter as Filter, LagSmoother as LagSmoother, Robust as Robust,
-        Smoother as Smoother, run_many as run_many)
+        AdaptiveFilter as AdaptiveFilter, Filter as Filter, LagSmoother as LagSmoother, Smoother as Smoother, run_many as run_many)
     from kalmanq.run.following import InstantSmoother as InstantSmoother, FrozenGainFilter as FrozenGainFilter
     from kalmanq.run.results import Run as Run
     from kalmanq.run.reweighting import ReweightedSmoother as ReweightedSmoother
+    from kalmanq.run.robust import Robust as Robust
     from kalmanq.run.statistics import Consistency as Consistency, LeastSquares as LeastSquares
     from kalmanq.run.steady import (
         SteadyFilter as SteadyFilter, SteadyState as SteadyState, steady_state as steady_state)
@@ -38,10 +38,11 @@ _PLACES = {
     "model": "Gaps Model Quantity",
     "nonlinear": "NonlinearFilter NonlinearModel NonlinearSmoother",
     "run.correlated": "decorrelated",
-    "run.filters": "AdaptiveFilter Filter LagSmoother Robust Smoother run_many",
+    "run.filters": "AdaptiveFilter Filter LagSmoother Smoother run_many",
     "run.following": "InstantSmoother FrozenGainFilter",
     "run.results": "Run",
     "run.reweighting": "ReweightedSmoother",
+    "run.robust": "Robust",
     "run.statistics": "Consistency LeastSquares",
     "run.steady": "SteadyFilter SteadyState steady_state",
 }

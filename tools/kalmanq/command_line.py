@@ -11,7 +11,7 @@ from typing import Any
 import typer
 from typer.core import TyperCommand, TyperGroup
 
-from kalmanq.commands import COMMANDS, GONE, STUDIES
+from kalmanq.commands import COMMANDS, GONE, STUDIES, Row
 from kalmanq.commands.messages import INTERRUPTED, told_in_one_line
 from kalmanq.errors import KalmanqError
 
@@ -69,8 +69,13 @@ def loaded(name: str) -> Any:
             raise
         raise KalmanqError(f"{name} is one of the studies, which are not installed: pip install ./tools ./tools/studies") from None
     alone = typer.Typer(add_completion=False, pretty_exceptions_enable=False)
-    alone.command(name, help=row.help, epilog=f"Example: {row.example}", context_settings=HELP)(command)
+    alone.command(name, help=row.help, epilog=_examples(row), context_settings=HELP)(command)
     return typer.main.get_command(alone)
+
+
+def _examples(row: Row) -> str:
+    """A line each: what is between two empty lines"""
+    return "\n\n".join(["Examples:", row.example, *row.more]) if row.more else f"Example: {row.example}"
 
 
 _heard: list[int] = []

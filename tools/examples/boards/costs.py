@@ -28,8 +28,8 @@ def cost_of(job: Job, libraries: Libraries) -> Cost:
     sys.path.insert(0, str(ROOT / "tools" / "cost"))
     import build
     from cores import BY_NAME
-    from elf import flash_and_ram
     from emulators import count_program
+    from kalmanq.firmware.elf import flash_and_ram
 
     place, core = build.Place(ROOT, job.folder), BY_NAME[counted_as(job.core)]
     made = objects_of(job, place, core, libraries)
@@ -57,7 +57,7 @@ def objects_of(job: Job, place: Any, core: Any, libraries: Libraries) -> dict[st
     if job.library() and key not in libraries:
         libraries[key] = [made(source, "-ffp-contract=off", is_user=False) for source in job.library()]
     own = [made(HERE / job.name / "main.c", *flags), made(job.source, *flags), *(libraries[key] if job.library() else [])]
-    return {"own": own, "nothing": [made(HERE / "nothing.c", *flags)], "counted": [made(HERE / "counted.c"), made(build.TARGET / "marks.c")]}
+    return {"own": own, "nothing": [made(HERE / "nothing.c", *flags)], "counted": [made(HERE / "counted.c"), made(build.MARKS)]}
 
 
 BEGIN, END = "<!-- costs: written by boards.py costs --write -->\n", "<!-- end of costs -->\n"

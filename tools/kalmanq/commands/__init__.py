@@ -3,17 +3,18 @@
 COMMANDS has a row for each, GONE what replaced an option.  A module defines `command`, which is made by options.command_of.
 """
 
-from typing import NamedTuple
+from typing import NamedTuple, Sequence
 
 STUDIES = "kalmanq_studies.commands"  # a package of its own
 
 
 class Row(NamedTuple):
-    """example: what its help ends with; a test runs it in a folder with the files of kalmanq/examples"""
+    """example, more: what its help ends with; a test runs each in a folder with the files of kalmanq/examples"""
 
     module: str
     help: str
     example: str
+    more: Sequence[str] = ()
 
 
 GONE = {  # of a command: options that it had before 2.0, and why it has no more
@@ -42,7 +43,15 @@ COMMANDS = {
     "compile": Row(
         "kalmanq.commands.compile",
         "Write C for this filter alone, without a library: for any constant model and any gaps.",
-        "kalmanq compile constant_velocity.toml -o walk.c"),
+        "kalmanq compile constant_velocity.toml -o walk.c",
+        ("kalmanq compile cart.toml -o cart.c --arith q31 --robust gate=4",
+         "kalmanq compile oscillator.toml -o swing.c --nis --lag 8",
+         "kalmanq compile track.toml -o track.c --tunable",
+         "kalmanq compile two_gauges.toml -o gauges.c --every 1,10",
+         "kalmanq compile trend_season.toml -o trend.c --loops",
+         "kalmanq compile track.toml -o shared.c --library --robust huber=3",
+         "kalmanq compile range_bearing.py -o radar.c --iterate 3 --smooth 50",
+         "kalmanq compile battery.py -o battery.c --library --arith q31 --json")),
     "steady": Row(
         "kalmanq.commands.steady",
         "Show the steady state: covariance, gain, and how fast the filter forgets.",

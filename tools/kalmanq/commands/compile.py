@@ -2,10 +2,9 @@
 
 from __future__ import annotations
 
-from contextlib import ExitStack
 from dataclasses import asdict, dataclass
+from functools import partial
 from pathlib import Path
-from statistics import NormalDist
 from typing import Optional
 
 import typer
@@ -13,19 +12,21 @@ from rich.console import Console
 
 from kalmanq.commands import compile_equations
 from kalmanq.commands.messages import print_json, tell_written
-from kalmanq.commands.options import ANY_MODEL, JSON, choices, command_of
-from kalmanq.compiler.given.request import ARITHMETICS, MOST_STEPS, Options as Wanted
+from kalmanq.commands.options import ANY_MODEL, JSON, choices, command_of, robust_of
+from kalmanq.commands.writing import alone, over_library, remarks_of, write
+from kalmanq.compiler.given.names import WORDS, identifier
+from kalmanq.compiler.given.request import ARITHMETICS, MOST_STEPS, Options as Wanted, refuse_over_library
 from kalmanq.compiler.report import costs, report
-from kalmanq.compiler.run.host import Host
+from kalmanq.compiler.report.described import described
 from kalmanq.compiler.text.product import Product, compiled, fingerprint
-from kalmanq.data.files import whole
 from kalmanq.errors import KalmanqError
-from kalmanq.firmware.c_source import WORDS, identifier
+from kalmanq.firmware.ranges import with_ranges
 from kalmanq.model import model_file
 from kalmanq.nonlinear import file as nonlinear_file
-from kalmanq.run.filters import LOSSES
+from kalmanq.run.parts import WAYS, ways_of
+from kalmanq.run.robust import LOSSES, Robust
 
-USUAL = {"gate": round(NormalDist().inv_cdf((1 + LOSSES["gate"]) / 2), 4), "student": LOSSES["student"]}  # as kalmanq run
+ALONE = ("gate", "student")  # losses that C without the library has
 
 
 @dataclass(frozen=True)
@@ -41,61 +42,72 @@ class Options:
     every: str = typer.Option("", "--every", metavar="K,K,...", help="If rates differ: rows from one value to the next, for each measurement.")
     iterate: int = typer.Option(1, "--iterate", metavar="N", min=1, max=20, help="MODEL.py: linearise h N times in each update.")
     smooth: int = typer.Option(0, "--smooth", metavar="STEPS", min=0, max=MOST_STEPS, help="MODEL.py: write a smoother, too, with a history of STEPS steps.")
-    library: bool = typer.Option(False, "--library", help="MODEL.py: write C that uses kalmanq's library: histories, smoothers.")
+    library: bool = typer.Option(False, "--library", help="Write C that uses kalmanq's library, which has histories and smoothers, too.")
     loops: Optional[bool] = typer.Option(None, "--loops/--straight", help="The covariance in loops (small, slow) or in straight lines. "
                                          "By default loops only where straight lines take 20 kB (q31: 32 kB).")
     json: bool = JSON
 
 
 def compile_file(options: Options, console: Console) -> None:
-    name = name_of(options.out)
+    name, robust = name_of(options.out), robust_of(options.robust, LOSSES if options.library else ALONE)
+    losses = {robust.way: robust.sigmas if robust.way == "gate" else robust.value} if robust and robust.way in ALONE else {}
+    wanted = Wanted(options.arithmetic, nis=options.nis, **losses, tunable=options.tunable, lag=options.lag, loops=options.loops,
+                    every=_rates(options.every), iterate=options.iterate, smooth=options.smooth)
     is_nonlinear = options.model.suffix == nonlinear_file.SUFFIX
-    gate, student = _robust(options.robust)
-    wanted = Wanted(options.arithmetic, nis=options.nis, gate=gate, student=student, tunable=options.tunable, lag=options.lag,
-                    loops=options.loops, every=_rates(options.every), iterate=options.iterate, smooth=options.smooth)
+    if is_nonlinear and options.library and robust:
+        raise KalmanqError(f"--library and --robust {robust.way}: leave --robust out; over the library it is kq_update_robust with "
+                           f"kq_loss_{robust.way} (kalmanq/robust.h)")
     if is_nonlinear:
-        given = options.model, name, wanted, lambda texts: write(options, texts), options.json, console
-        if options.library:
-            compile_equations.compile_device(*given)
-        else:
-            compile_equations.compile_file(*given)
+        compiled_as = compile_equations.compile_device if options.library else compile_equations.compile_file
+        compiled_as(options.model, name, wanted, partial(_write, options), options.json, console)
         return
     _refuse_of_functions(options)
-    model = model_file.read(options.model)
-    source = fingerprint(options.model)
+    if options.library:
+        _compile_over_library(options, name, wanted, robust, console)
+    else:
+        _compile_alone(options, name, wanted, console)
+
+
+def _compile_alone(options: Options, name: str, wanted: Wanted, console: Console) -> None:
+    model, source = model_file.read(options.model), fingerprint(options.model)
     with console.status("compiling", spinner="line"):
         product = compiled(model, name, wanted, source)
-        with Host(product) as host:
-            found = report.findings(product, host)
-            texts = report.files(product, host, found, source)
-    written = write(options, texts)
+        found, told, texts = alone(product, source)
+    written = _write(options, texts)
     if options.json:
         print_json(_told(product, found, written))
     else:
-        for line in report.lines(product, found):
+        for line in told:
             console.print(line)
+        tell_written(written, console)
+
+
+def _compile_over_library(options: Options, name: str, wanted: Wanted, robust: Optional[Robust], console: Console) -> None:
+    """With the full sensor, as it takes all that a model may have; of q31 with the ranges that design chooses"""
+    refuse_over_library(wanted, ("nis", "lag", "every", "tunable", "loops"))
+    model, notes = model_file.read(options.model), []
+    if wanted.arithmetic == "q31":
+        model, notes = with_ranges(model, [])
+    way = next(one for one in ("tables", "init") if one in ways_of(model))
+    remarks = [fingerprint(options.model), *([f"Updates: --robust {options.robust} (kalmanq/robust.h)."] if robust else []), *remarks_of(notes)]
+    written = _write(options, over_library(model, wanted.arithmetic, way, name, remarks, robust=robust))
+    if options.json:
+        print_json({"name": name, "arithmetic": wanted.arithmetic, "form": "library", "way": way, "n": model.n, "m": model.m,
+                    "l": len(model.inputs), "chosen_ranges": [asdict(one) for one in notes], "files": written})
+    else:
+        console.print(f"{name}: {wanted.arithmetic}, over the library; {WAYS[way]}")
+        for note in notes:
+            console.print(f"  {note}")
+        console.print("  kalmanq design tries it, and has its costs on a core and other forms of it")
         tell_written(written, console)
 
 
 def _refuse_of_functions(options: Options) -> None:
     """What a constant model has not"""
     for name, value, other in (("--iterate", options.iterate > 1, ""), ("--smooth", options.smooth, "; --lag L is for a constant "
-                                "model, and the library smooths all"),
-                               ("--library", options.library, "; kalmanq design writes a constant model over the library")):
+                                                                        "model, and kalmanq run smooths all rows")):
         if value:
-            raise KalmanqError(f"{name}: is of nonlinear model files (MODEL.py){other}")
-
-
-def _robust(given: Optional[str]) -> tuple[Optional[float], Optional[float]]:
-    """K of a gate, or NU of Student"""
-    loss, has_value, value = (given or "").partition("=")
-    try:
-        made = float(value) if has_value else USUAL.get(loss)
-    except ValueError:
-        raise KalmanqError(f"--robust {given}: {value} is not a number") from None
-    if given is not None and loss not in USUAL:
-        raise KalmanqError(f"--robust {given}: C of one model has gate or student; the library has huber and jump, too (kalmanq/robust.h)")
-    return (made, None) if loss == "gate" else (None, made)
+            raise KalmanqError(f"{name}: is of nonlinear model files (MODEL.py): leave {name} out{other}")
 
 
 def _rates(given: str) -> tuple[int, ...]:
@@ -113,23 +125,17 @@ def name_of(out: Path) -> str:
     return out.stem
 
 
-def write(options: Options, texts: dict[str, str]) -> list[Path]:
-    paths = [options.out.with_name(name) for name in texts]
-    with ExitStack() as stack:
-        for path, text in zip(paths, texts.values()):
-            stack.enter_context(whole(path, [options.model])).write_text(text, encoding="utf-8")
-    return paths
+def _write(options: Options, texts: dict[str, str]) -> list[Path]:
+    return write(options.out.parent, texts, options.model)
 
 
 def _told(product: Product, found: report.Findings, written: list[Path]) -> dict:
     given, steady = product.given, product.steady
-    return {"name": given.name, "arithmetic": given.options.arithmetic, "form": "factor", "n": given.of.n,
-            "m": given.of.m, "l": given.of.l, "ram": product.ram, "ram_delayed": product.ram_delayed, "calls": product.calls, "entries": len(product.arithmetic.live),
+    return {**described(product),
             "unresolved": {given.model.states[i].name: rows for i, rows in product.arithmetic.unresolved.items()},
             "settles": None if steady is None else {
                 "samples": steady.samples, "after_gap": list(steady.after_gap), "tolerance": steady.tolerance},
-            "costs": {f"{core} O2": asdict(cost) for core, cost in costs.estimates(product).items()},
-            "observed": asdict(found), "resolution": report.resolution_of(product), "files": written}
+            **costs.told(product), "observed": asdict(found), "resolution": report.resolution_of(product), "files": written}
 
 
 command = command_of(Options, compile_file)

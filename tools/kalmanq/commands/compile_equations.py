@@ -2,16 +2,16 @@
 
 from __future__ import annotations
 
-import re
 from dataclasses import asdict, replace
 from pathlib import Path
-from typing import Any, Callable
+from typing import Callable
 
 from rich.console import Console
 
 from kalmanq.commands.messages import print_json, tell_written
 from kalmanq.compiler.given.request import Options
-from kalmanq.compiler.report import equation_costs, equation_report, fixed_report
+from kalmanq.compiler.report import costs, equation_report, fixed_report, report
+from kalmanq.compiler.report.described import described
 from kalmanq.compiler.run.equation_records import drawn
 from kalmanq.compiler.run.fixed_records import simulated
 from kalmanq.compiler.run.fixed_run import FixedRun
@@ -35,13 +35,13 @@ def compile_file(path: Path, name: str, wanted: Options, write: Callable[[dict[s
         with Host(product) as host:
             found = equation_report.findings(model, product, host)
             record, _ = drawn(model, ROWS, equation_report.SEEDS[0])
-            texts = {**product.sources(), f"{name}_test.c": trial(product, host, record, found.first)}
-    lines = equation_report.lines(product, found)
-    written = write({**texts, f"{name}_report.txt": "\n".join([source, "", *lines]) + "\n"})
+            test = trial(product, host, record, found.first)
+    told = report.lines(product, found, test)
+    written = write(report.files(product, test, told, source))
     if as_json:
-        print_json({**described(product), "observed": asdict(found), "instructions": equation_costs.estimates(product), "files": written})
+        print_json({**described(product), **costs.told(product, test), "observed": asdict(found), "files": written})
     else:
-        for line in lines:
+        for line in told:
             console.print(line)
         tell_written(written, console)
 
@@ -57,44 +57,29 @@ def compile_device(path: Path, name: str, wanted: Options, write: Callable[[dict
             compiled_device(model, name, wanted, source)
         equation_report.refuse_wrong(model)
         record = in_whole_groups(drawn(model, ROWS, equation_report.SEEDS[0])[0], product.given.together)
-        ran, lines = tried(model, product, record)
-        texts = {**product.sources(), f"{name}_test.c": device_trial(product, record, ran)}
-    written = write({**texts, f"{name}_report.txt": "\n".join([source, "", *lines]) + "\n"})
+        ran, found = tried(model, product, record)
+        told = report.lines(product, found)
+        written = write(report.files(product, device_trial(product, record, ran), told, source))
     if as_json:
         print_json({"name": name, "arithmetic": wanted.arithmetic, "form": "library", "n": model.n, "m": model.m, "l": model.l,
                     "files": written})
     else:
-        for line in lines:
+        for line in told:
             console.print(line)
         tell_written(written, console)
 
 
-def _device_tried(model: NonlinearModel, product: Product, record: Record) -> tuple[Ran, list[str]]:
-    """What a record comes to, and the lines of the report"""
+def _device_tried(model: NonlinearModel, product: Product, record: Record) -> tuple[Ran, report.Found]:
+    """What a record comes to, and what was found"""
     name, wanted = product.given.name, product.given.options
     straight = compiled_equations(model, name, wanted)
     with Host(straight) as host, Host(compiled_equations(model, name, replace(wanted, arithmetic="f64"))) as exact:
         found = equation_report.findings(model, straight, host)
         ran = exact.run_record(record)
-    return ran, [*product.arithmetic.told(), *equation_report.warned(found)]
+    return ran, found
 
 
-def _fixed_tried(model: NonlinearModel, product: Product, record: Record) -> tuple[Ran, list[str]]:
+def _fixed_tried(model: NonlinearModel, product: Product, record: Record) -> tuple[Ran, report.Found]:
     found = fixed_report.tried(model, product)
     fixed_report.refuse_wrong(product, found)
-    return FixedRun(product.arithmetic).run(record), fixed_report.lines(product, found)
-
-
-def described(product: Any) -> dict[str, Any]:
-    """What there is to call"""
-    given, text = product.given, product.text
-    smooths = {"step": text.smoother.record_size, "history": text.smoother.history_size} if text.smoother else None
-    sensors = [{"name": one.name, "m": one.m, "arguments": _arguments(text.update_arguments(one))} for one in product.arithmetic.sensors]
-    return {"name": given.name, "arithmetic": given.options.arithmetic, "form": "equations", "n": given.of.n, "m": given.of.m,
-            "l": given.of.l, "ram": product.ram, "ram_delayed": product.ram_delayed, "smooth": smooths, "entries": len(product.arithmetic.live),
-            "predict": _arguments(text.predict_arguments()), "sensors": sensors}
-
-
-def _arguments(text: str) -> list[str]:
-    """z, u, t and dt, as far as they are there"""
-    return re.findall(r"\b(?:[zut]|dt)\b", text)
+    return FixedRun(product.arithmetic).run(record), found

@@ -4,9 +4,7 @@ from __future__ import annotations
 
 import decimal
 import math
-import textwrap
-from contextlib import ExitStack
-from dataclasses import asdict, dataclass, replace
+from dataclasses import asdict, dataclass, fields, replace
 from pathlib import Path
 from typing import Optional, Sequence
 
@@ -15,16 +13,17 @@ from rich.console import Console
 
 from kalmanq.commands.messages import print_json, table, tell_written
 from kalmanq.commands.options import JSON, MODEL, ChipArithmetic, choices, command_of
-from kalmanq.compiler.report.costs import NOT_ESTIMATED
+from kalmanq.commands.writing import alone, in_lines, over_library, remarks_of, write
+from kalmanq.compiler.given.names import identifier
+from kalmanq.compiler.report import offers as compiled_offers
+from kalmanq.compiler.report.costs import UNKNOWN, built, reasons
 from kalmanq.compiler.report.offers import COLUMNS, Offer, add_ways, offers
-from kalmanq.compiler.report import offers as compiled_offers, report as compiled_report
-from kalmanq.compiler.run.host import Host
 from kalmanq.compiler.text.product import fingerprint, remarked
 from kalmanq.data import joining, rows as given_rows
-from kalmanq.data.files import require_folder, whole
+from kalmanq.data.files import require_folder
 from kalmanq.errors import KalmanqError
-from kalmanq.firmware.c_source import bytes_of_delays, identifier, source
-from kalmanq.firmware.costs import COMPACT, CORES, flags, include_path
+from kalmanq.firmware.c_source import bytes_of_delays
+from kalmanq.firmware.costs import COMPACT, CORES, Cost, flags, include_path
 from kalmanq.firmware.designs import PARTS, Designs, Part, Trial, Way, design
 from kalmanq.firmware.ranges import with_ranges
 from kalmanq.firmware.reach import Record, draw
@@ -34,7 +33,6 @@ from kalmanq.run.parts import WAYS, Parts, not_lean
 
 COMPILED = compiled_offers.WAY
 ALL_WAYS = {**WAYS, COMPILED: compiled_offers.SAID}
-BUILT = "-std=c11 -O2 -ffunction-sections -ffp-contract=fast, without an FPU -ffp-contract=off"  # as compiled.py measures
 
 
 @dataclass(frozen=True)
@@ -47,7 +45,7 @@ class Options:
     flash: Optional[float] = typer.Option(None, "--flash", metavar="KB", min=0, help="Flash of the part, in kB.")
     ram: Optional[float] = typer.Option(None, "--ram", metavar="KB", min=0, help="RAM of the part, in kB.")
     name: str = typer.Option("", "--name", metavar="NAME", help="Name of the files and functions; the model's by default.")
-    out: Optional[Path] = typer.Option(None, "--out", "-o", metavar="FOLDER", help="Write NAME.c and NAME.h to this folder, which must exist.")
+    out: Optional[Path] = typer.Option(None, "--out", "-o", metavar="FOLDER", help="Write NAME.c and NAME.h to this folder, which must exist, as compile --library does.")
     any_dt: bool = typer.Option(False, "--any-dt", help="Model with F, Qc and dt: predict in the C file takes dt as an argument (f32, form init).")
     steps: int = typer.Option(1, "--steps", metavar="N", min=1, max=64, help="Model with F, Qc and dt: predict in the C file goes 1 to N dt (q31).")
     json: bool = JSON
@@ -64,7 +62,7 @@ def design_file(options: Options, console: Console) -> None:
     if options.out:
         require_folder(options.out)
     made, records = _designs(options, model)
-    compiled = offers(model, made.model, options.name or identifier(made.model.name))
+    compiled = offers(model, made.model, options.name or identifier(made.model.name), [options.core])
     add_ways(made, compiled, records)
     chosen = made.chosen(options.arithmetic, options.way)
     written = _write(options, made, chosen, compiled) if chosen and options.out else []
@@ -116,9 +114,9 @@ def _reason(options: Options, made: Designs) -> str:
         refused = [trial.refused for trial in made.trials.values() if trial.refused]
         lean = not_lean(made.model) if options.way == "lean" else ""
         return f"lean: {lean}" if lean else (refused or [_no_such_way(options, made)])[0]
-    fitting = [one for one in ways if one.fits]
+    fitting = [one for one in ways if one.fits is not False]
     if not fitting:
-        least = min(one.cost.flash for one in ways)
+        least = min(one.cost.flash for one in ways if one.cost)
         late = bytes_of_delays(made.model, options.arithmetic or "f32", options.any_dt)
         of_late = f", of which {late} bytes are for what comes late " if late else " "
         return f"no way fits {made.part.flash // 1024} kB of flash and {made.part.ram / 1024:g} kB of RAM{of_late}" \
@@ -129,10 +127,7 @@ def _reason(options: Options, made: Designs) -> str:
 def _no_such_way(options: Options, made: Designs) -> str:
     """Of --way"""
     others = dict.fromkeys(one.way for one in made.ways if options.arithmetic in (None, one.arithmetic))
-    core, here = CORES[made.part.core], f"here --way is one of {', '.join(others)}"
-    if options.way == COMPILED:
-        return f"what {COMPILED} costs on {core} is not known: kalmanq compile writes it; {here}"
-    return f"{options.way} is not offered for this model on {core}: {here}"
+    return f"{options.way} is not offered for this model on {CORES[made.part.core]}: here --way is one of {', '.join(others)}"
 
 
 # ------------------------------------------------------------------------------ the files
@@ -140,35 +135,25 @@ def _no_such_way(options: Options, made: Designs) -> str:
 
 def _write(options: Options, made: Designs, chosen: Way, compiled: Sequence[Offer]) -> list[Path]:
     if chosen.way == COMPILED:
-        return _write_compiled(options, made, next(one for one in compiled if one.arithmetic == chosen.arithmetic))
-    text = source(Parts(made.model, chosen.arithmetic), chosen.way, options.name or identifier(made.model.name),
-                  _remarks(made, chosen, options.any_dt), options.any_dt, options.steps)
-    return _written(options, {f"{text.name}.h": text.header, f"{text.name}.c": text.text})
+        texts = _compiled(options, made, next(one for one in compiled if one.arithmetic == chosen.arithmetic))
+    else:
+        texts = over_library(made.model, chosen.arithmetic, chosen.way, options.name or identifier(made.model.name),
+                             _remarks(made, chosen, options.any_dt), any_dt=options.any_dt, steps=options.steps)
+    return write(options.out, texts, options.model)
 
 
-def _write_compiled(options: Options, made: Designs, one: Offer) -> list[Path]:
+def _compiled(options: Options, made: Designs, one: Offer) -> dict[str, str]:
     """What kalmanq compile writes; of q31 the report says which ranges were chosen"""
     said = fingerprint(options.model)
-    product = remarked(one.product, said)
-    notes = [line for note in made.notes for line in _in_lines(f"{note}.")] if one.arithmetic == "q31" else []
-    with Host(product) as host:
-        files = compiled_report.files(product, host, compiled_report.findings(product, host), "\n".join([said, *notes]))
-    return _written(options, files)
-
-
-def _written(options: Options, texts: dict[str, str]) -> list[Path]:
-    files = [(options.out / name, text) for name, text in texts.items()]
-    with ExitStack() as stack:
-        for path, content in files:
-            stack.enter_context(whole(path, [options.model])).write_text(content, encoding="utf-8")
-    return [path for path, _ in files]
+    notes = remarks_of(made.notes) if one.arithmetic == "q31" else []
+    return alone(remarked(one.product, said), "\n".join([said, *notes]))[2]
 
 
 def _remarks(made: Designs, chosen: Way, any_dt: bool) -> list[str]:
     cost, late = chosen.cost, _late(made.model, chosen.arithmetic, any_dt)
     return [f"Expected on {CORES[made.part.core]}: {cost.instructions} instructions a step, {cost.flash} bytes of",
             f"flash and {cost.ram} of RAM beside a program without a filter, {cost.stack} of stack.",
-            *(_in_lines(ANY_DT) if any_dt else []), *(_in_lines(late) if late else []), *_in_lines(_accuracy(chosen)), *(line for one in made.notes for line in _in_lines(f"{one}.")),
+            *(in_lines(ANY_DT) if any_dt else []), *(in_lines(late) if late else []), *in_lines(_accuracy(chosen)), *remarks_of(made.notes),
             *_built(made.part.core, chosen.way)]
 
 
@@ -195,12 +180,8 @@ def no_less(value: float) -> str:
 
 def _built(core: str, way: str) -> list[str]:
     """What a cost was measured with, in lines for a comment"""
-    return _in_lines(f"That is with gcc {flags(core)} (the library's files: {COMPACT}, too) and the include path "
+    return in_lines(f"That is with gcc {flags(core)} (the library's files: {COMPACT}, too) and the include path "
                      f"{include_path(core, way)} in this order. Other flags, or another path, cost more.")
-
-
-def _in_lines(text: str) -> list[str]:
-    return textwrap.wrap(text, 100, break_on_hyphens=False, break_long_words=False)
 
 
 # ------------------------------------------------------------------------------ what is told
@@ -217,17 +198,21 @@ def _told(made: Designs, compiled: Sequence[Offer], chosen: Optional[Way], writt
                           "kq_mean": _reading(trial)}
                    for name, trial in made.trials.items()},
         "ways": [{"arithmetic": one.arithmetic, "way": one.way, "fits": one.fits, "good": one.is_good,
-                  **asdict(one.cost), **_flags(made.part.core, one.way)} for one in made.ways],
+                  **_cost(one), **_flags(made.part.core, one)} for one in made.ways],
         "no_lean": not_lean(made.model),
         "compiled": [one.told(made.part.core) for one in compiled],
         "chosen": {"arithmetic": chosen.arithmetic, "way": chosen.way} if chosen else None,
         "files": written}
 
 
-def _flags(core: str, way: str) -> dict[str, str]:
-    if way == COMPILED:
-        return {"flags": BUILT}
-    return {"flags": flags(core), "library_flags": COMPACT, "include": include_path(core, way)}
+def _cost(one: Way) -> dict[str, Optional[int]]:
+    return asdict(one.cost) if one.cost else dict.fromkeys(field.name for field in fields(Cost))
+
+
+def _flags(core: str, one: Way) -> dict[str, str]:
+    if one.way == COMPILED:
+        return {"flags": built([core])} if one.cost else {}
+    return {"flags": flags(core), "library_flags": COMPACT, "include": include_path(core, one.way)}
 
 
 def _reading(trial: Trial) -> Optional[dict]:
@@ -261,8 +246,7 @@ def _tell(made: Designs, compiled: Sequence[Offer], chosen: Optional[Way], writt
             console.print(f"  warning: {warning}")
     if chosen:
         console.print(f"recommended: {chosen.arithmetic}, {chosen.way}: {ALL_WAYS[chosen.way]}")
-        for one in (one for one in compiled if chosen.way == COMPILED and one.product and
-                    one.arithmetic == chosen.arithmetic):
+        for one in (one for one in compiled if chosen.way == COMPILED and chosen.cost and one.arithmetic == chosen.arithmetic):
             console.print(f"  {_settles(one, made.part.core)}")
     tell_written(written, console)
 
@@ -270,8 +254,8 @@ def _tell(made: Designs, compiled: Sequence[Offer], chosen: Optional[Way], writt
 def _settles(one: Offer, core: str) -> str:
     cost = one.costs[core]
     if not one.samples:
-        return f"{cost.two_calls} instructions in each row: its gain does not settle (kalmanq check says why)"
-    return f"{cost.two_calls} instructions a row until {one.samples} full samples are in, and after each gap until it has " \
+        return f"{cost.cell('two_calls')} instructions in each row: its gain does not settle (kalmanq check says why)"
+    return f"{cost.cell('two_calls')} instructions a row until {one.samples} full samples are in, and after each gap until it has " \
            f"settled again; {cost.cell('two_calls_settled')} then"
 
 
@@ -289,8 +273,8 @@ def _tell_ways(made: Designs, chosen: Optional[Way], console: Console) -> None:
     shown = table("", "arithmetic", "way", "instructions a step", "flash", "RAM", "stack", "fits", "worst error, sigma",
                   title="ways to run it (bytes beside a program without a filter; compiled: a row that has not settled)")
     for one in made.ways:
-        shown.add_row("*" if one is chosen else "", one.arithmetic, one.way, *map(str, asdict(one.cost).values()),
-                      "yes" if one.fits else "no", f"{one.trial.worst.max(initial=0):.1e}")
+        shown.add_row("*" if one is chosen else "", one.arithmetic, one.way, *(UNKNOWN if cell is None else str(cell) for cell in _cost(one).values()),
+                      UNKNOWN if one.fits is None else "yes" if one.fits else "no", f"{one.trial.worst.max(initial=0):.1e}")
     console.print(shown)
     ways = "; sizes: -Isrc/fixed_size, too" if any(one.way == "sizes" for one in made.ways) else ""
     console.print(f"  with gcc {flags(made.part.core)}; the library's files: {COMPACT}, too; include path "
@@ -305,13 +289,16 @@ def _tell_compiled(made: Designs, compiled: Sequence[Offer], console: Console) -
     shown = table(*COLUMNS, title="compiled for this model alone (kalmanq compile)")
     shown.columns[0].no_wrap = True  # numbers may take two lines
     for one in compiled:
-        shown.add_row(*("-" if cell == NOT_ESTIMATED else cell for cell in one.cells(made.part.core)))
+        shown.add_row(*one.cells(made.part.core))
     console.print(shown)
     console.print(f"  {compiled_offers.EXPLAINED}")
     for one in compiled:
-        unpaid = [] if not one.product or made.part.core in one.costs else ["its cost was not measured on this core"]
-        for remark in filter(None, (one.remark, *unpaid)):
-            console.print(f"  compiled in {one.arithmetic}: {remark}")
+        if one.remark:
+            console.print(f"  compiled in {one.arithmetic}: {one.remark}")
+    core, costs = made.part.core, [one.costs for one in compiled if one.product]
+    counted = [f"compiled by {built([core])}"] if any(one[core].of for one in costs) else []
+    for line in dict.fromkeys([*counted, *(line for one in costs for line in reasons(one))]):
+        console.print(f"  {line}")
 
 
 command = command_of(Options, design_file)

@@ -42,11 +42,12 @@ class Found:
 
 
 MODULES = {"kalmanq": "all commands", "numpy": "all commands", "scipy": "fit, design, report, compare, simulate --runs", "matplotlib": "--plot, report",
-           "PIL": "--plot, report", "jinja2": "the C of compile, check, design, tune and --compiled", "kalmanq_studies": "examples, gallery, study"}
-SOURCES = {"PIL": "pillow", "kalmanq_studies": "kalmanq-studies"}
+           "PIL": "--plot, report", "jinja2": "the C of compile, check, design, tune and --compiled", "unicorn": "costs of compile, design, report, tune",
+           "elftools": "costs of compile, design, report, tune", "kalmanq_studies": "examples, gallery, study"}
+SOURCES = {"PIL": "pillow", "elftools": "pyelftools", "kalmanq_studies": "kalmanq-studies"}
 PROGRAMS = (  # what serves the C that design and compile write: on a chip, and on an emulated one
-    ("arm-none-eabi-gcc", "C for Cortex-M", "gcc-arm-none-eabi libnewlib-arm-none-eabi"),
-    ("riscv64-unknown-elf-gcc", "C for RISC-V", "gcc-riscv64-unknown-elf picolibc-riscv64-unknown-elf"),
+    ("arm-none-eabi-gcc", "C for Cortex-M, and its costs", "gcc-arm-none-eabi libnewlib-arm-none-eabi"),
+    ("riscv64-unknown-elf-gcc", "C for RISC-V, and its costs", "gcc-riscv64-unknown-elf picolibc-riscv64-unknown-elf"),
     ("avr-gcc", "C for AVR", "gcc-avr avr-libc"),
     ("qemu-system-arm", "running it on an emulated Cortex-M", "qemu-system-arm"),
     ("qemu-system-riscv32", "running it on an emulated RISC-V", "qemu-system-misc"),

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import inspect
+import math
 from dataclasses import fields
 from enum import Enum
 from pathlib import Path
@@ -19,6 +20,7 @@ from kalmanq.data.rows import require_steps as require_even
 from kalmanq.errors import KalmanqError
 from kalmanq.model import Model, model_file
 from kalmanq.nonlinear import NonlinearModel, file as nonlinear_file
+from kalmanq.run.robust import LOSSES, Robust
 
 AnyModel = Union[Model, NonlinearModel]
 
@@ -61,6 +63,7 @@ LAYOUT = {
         None, "--jitter", metavar="SHARE", min=0, max=0.49, help="A step counts as a multiple of dt if it is off by less than this share of dt.",
         rich_help_panel=LAYOUT_PANEL)),
 }
+USUAL = {"gate": 4, "huber": 3, "student": 10, "jump": 9}  # what messages show
 READ = ("data", "controls", "at")  # fields that are files of data
 
 
@@ -105,6 +108,26 @@ def _source(given: Any, layout: Any) -> Any:
 def require_steps(model: Model, times: Optional[np.ndarray], what: str) -> None:
     """Of an option whose filter runs steps of dt alone"""
     require_even(model, times, what, f"leave {what} out; --jitter takes steps that are nearly dt for dt; --time none takes each row for one")
+
+
+def robust_of(given: Optional[str], known: Iterable[str] = LOSSES) -> Optional[Robust]:
+    """Of --robust LOSS[=PARAMETER]; known: losses that the command has"""
+    if given is None:
+        return None
+    loss, has_value, value = given.partition("=")
+    if loss not in known:
+        cure = "; over the library `kalmanq run` has it, and firmware kalmanq/robust.h" if loss in LOSSES else ""
+        raise KalmanqError(f"--robust {given}: give one of {', '.join(known)}{cure}")
+    try:
+        parameter = float(value) if has_value else None
+    except ValueError:
+        raise KalmanqError(f"--robust {given}: {value or 'nothing'} is not a number: give one, such as {loss}={USUAL[loss]}") from None
+    if parameter is not None and loss == "gate" and not 1 < parameter < math.inf:
+        raise KalmanqError(f"--robust {given}: K is in sigma, above 1: give gate=4, or gate alone")
+    try:
+        return Robust(loss, parameter)
+    except KalmanqError as problem:
+        raise KalmanqError(f"--robust {given}: {problem}") from None
 
 
 def refuse_compiled(is_compiled: bool, model: AnyModel, arithmetic: str = "f32", more: str = "") -> None:

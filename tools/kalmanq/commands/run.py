@@ -28,6 +28,7 @@ from kalmanq.commands.options import (
     read_any,
     refuse_compiled,
     require_steps,
+    robust_of,
 )
 from kalmanq.compiler.run.equation_run import CompiledEquations, FixedEquations
 from kalmanq.compiler.run.simulation import CompiledFilter
@@ -41,7 +42,7 @@ from kalmanq.nonlinear import NonlinearFilter, NonlinearModel, NonlinearSmoother
 from kalmanq.nonlinear.filters import ITERATIONS
 from kalmanq.nonlinear.jacobians import points_along, wrong_entries
 from kalmanq.nonlinear.methods import BY_POINTS, METHODS
-from kalmanq.run.filters import LOSSES, Filter, LagSmoother, Robust
+from kalmanq.run.filters import Filter, LagSmoother
 from kalmanq.run.parts import WAYS
 from kalmanq.run.results import Run
 from kalmanq.run.streamed import StreamedSmoother
@@ -60,7 +61,9 @@ class Options:
     smooth: bool = typer.Option(False, "--smooth", help="Smooth: also give each state given all rows.")
     lag: Optional[int] = typer.Option(None, "--lag", metavar="L", min=0, help="At each row, also give the state of L rows ago.")
     forecast: int = typer.Option(0, "--forecast", metavar="K", min=0, max=10_000, help="Forecast K rows of dt after the last one; the last control stays.")
-    robust: Optional[choices("Loss", LOSSES)] = typer.Option(None, "--robust", help="Against outliers (gate, huber, student), or for jumps of the state (jump).")
+    robust: Optional[str] = typer.Option(None, "--robust", metavar="gate[=K]|huber[=K]|student[=NU]|jump[=G]", help="Against outliers: gate rejects rows as unlikely as a "
+                                         "measurement K sigma off (3.89), huber counts no more than K sigma (3), student weighs with NU degrees of freedom (10). "
+                                         "For jumps of the state: jump raises P where e^2 is above G S (9).")
     way: Optional[choices("Way", WAYS)] = typer.Option(None, "--as", help="f32, q31: compute bit for bit as the C file of `design --way`.")
     compiled: bool = COMPILED
     method: Optional[choices("NonlinearMethod", METHODS)] = typer.Option(None, "--method", help="Nonlinear model: how to linearise; extended by default.")
@@ -111,9 +114,10 @@ def _refuse(options: Options, model: AnyModel) -> None:
     if options.smooth and options.lag is not None:
         raise KalmanqError("--smooth and --lag: one of them")
     if options.smooth and options.robust:
-        raise KalmanqError("--smooth and --robust: a smoother undoes plain updates alone")
-    if options.robust == "jump" and options.lag is not None:
-        raise KalmanqError(f"--lag and --robust {options.robust}: a lag cannot follow it")
+        raise KalmanqError("--smooth and --robust: a smoother undoes plain updates alone: leave --robust out, or take --lag")
+    robust = robust_of(options.robust)
+    if robust and robust.way == "jump" and options.lag is not None:
+        raise KalmanqError(f"--lag and --robust {options.robust}: a lag cannot follow it: leave --lag out")
     refuse_one_output(options.out, options.plot)
     for path in (options.out, options.plot):
         if path:
@@ -174,7 +178,7 @@ class _FileRun:
     def _filtered(self, stack: ExitStack) -> Iterator[tuple[int, np.ndarray, Run]]:
         """The first row's number, measurements, and what was made of them, in blocks"""
         options = self.options
-        given = {} if self.is_nonlinear or options.compiled else {"robust": Robust(options.robust) if options.robust else None}
+        given = {} if self.is_nonlinear or options.compiled else {"robust": robust_of(options.robust)}
         for first, block, z, u in self._blocks():
             if first == 0:
                 self.filter = _filter(options, self.model, len(z))

@@ -11,13 +11,12 @@ import numpy as np
 from kalmanq.core import lib, names_of
 from kalmanq.errors import KalmanqError, KalmanqWarning
 from kalmanq.firmware import costs
-from kalmanq.firmware.c_source import ways_of
 from kalmanq.firmware.costs import Cost
 from kalmanq.firmware.ranges import Choice, widened
 from kalmanq.firmware.reach import Reach, Record, draw, reach
 from kalmanq.model import Gaps, Model
 from kalmanq.run.filters import Filter
-from kalmanq.run.parts import Parts
+from kalmanq.run.parts import Parts, ways_of
 from kalmanq.run.resolution import COARSE, coarse_of, said
 from kalmanq.run.results import Run
 
@@ -103,17 +102,17 @@ class Trial:
 
 @dataclass
 class Way:
-    """One way to run, with what it costs on the core and why it may not do."""
+    """One way to run, with what it costs on the core and why it may not do; None: not known."""
 
     arithmetic: str
     way: str
-    cost: Cost
-    fits: bool
+    cost: Optional[Cost]
+    fits: Optional[bool]
     trial: Trial
 
     @property
     def is_good(self) -> bool:
-        return self.fits and self.trial.is_good
+        return self.fits is not False and self.trial.is_good
 
 
 @dataclass
@@ -128,15 +127,19 @@ class Designs:
     notes: list[Choice] = field(default_factory=list)
 
     def chosen(self, arithmetic: Optional[str] = None, way: Optional[str] = None) -> Optional[Way]:
-        """The one with fewest instructions that is good, unless a little more buys less code; None: there is none."""
+        """The one with fewest instructions that is good, unless a little more buys less code; one of an unknown cost only where
+        there is no other; None: there is none."""
         asked = [one for one in self.ways
                  if arithmetic in (None, one.arithmetic) and way in (None, one.way)]
         good = [one for one in asked if one.is_good]
         if not good:
             return None
-        fastest = min(one.cost.instructions for one in good)
-        near = [one for one in good if WORTH * one.cost.instructions <= fastest]
-        return min(near, key=lambda one: one.cost.flash)
+        known = [(one.cost, one) for one in good if one.cost]
+        if not known:
+            return good[0]
+        fastest = min(cost.instructions for cost, _ in known)
+        near = [(cost, one) for cost, one in known if WORTH * cost.instructions <= fastest]
+        return min(near, key=lambda pair: pair[0].flash)[1]
 
 
 def design(model: Model, part: Part, records: Sequence[Record], notes: Sequence[Choice] = (),

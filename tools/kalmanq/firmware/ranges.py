@@ -77,7 +77,7 @@ def _with_life(model: Model, records: Sequence[Record], seen: Reach, life: Life)
     if life.rows and not records and (np.any(model.unknown) or wander):
         lacking = next(one.name for one in (*given, *model.controls) if one.range is None)
         why = "its start is unknown" if np.any(model.unknown) else "its states wander"
-        raise KalmanqError(f"{lacking} has no range, and none follows from the model: {why}; give ranges, or --data")
+        raise KalmanqError(f"{lacking} has no range, and none follows from the model: {why}; give ranges, or `kalmanq design --data`")
     chosen: list[Choice] = []
     made = [_ranged(one, span, *far, life.rows or None, chosen)
             for one, span, far in zip(given, (*seen.states, *seen.measurements), goes)]

@@ -11,6 +11,7 @@ from typing import Optional, Union
 import numpy as np
 
 from kalmanq.compiler.given.rates import rates_of
+from kalmanq.compiler.report.costs import UNKNOWN, built, reasons
 from kalmanq.compiler.report.offers import COLUMNS, EXPLAINED, offers
 from kalmanq.compiler.report.settling import of_rates
 from kalmanq.compiler.run.equation_run import COMPILED, compiled_equations_run
@@ -269,14 +270,15 @@ def _costs(model: Model, z: np.ndarray) -> str:
 
 
 def _compiled(model: Model, z: np.ndarray) -> list[str]:
-    """What kalmanq compile would write, on the cores where it was measured; of what is refused, why"""
+    """What kalmanq compile would write, on the cores where it is measured here; of what is refused, why"""
     made = offers(model)
-    rows = [[costs.CORES[core], *offer.cells(core)] for offer in made for core in offer.costs]
+    counted_on = list(dict.fromkeys(core for one in made for core, cost in one.costs.items() if cost.of))
+    rows = [[costs.CORES.get(core, UNKNOWN), *offer.cells(core)] for offer in made if offer.product for core in counted_on or [""]]
+    why = dict.fromkeys(line for offer in made for line in reasons(offer.costs))
     table = [page.table("Compiled for this model alone", ["core", *COLUMNS], rows, text_columns=(1,))] if rows else []
     return [page.paragraph("`kalmanq compile` writes C for this model alone. Its errors were observed over "
-                           "records with gaps. Behind each cost is how far off "
-                           "such an estimate was at most, of about 100 filters on that emulated core (gcc 12, -O2). "
-                           f"Columns: {EXPLAINED}."), *table,
+                           "records with gaps. Costs were counted when this page was made, on emulated cores"
+                           f"{f': {built(counted_on)}' if counted_on else ''}. Columns: {EXPLAINED}."), *table, *map(page.paragraph, why),
             *([page.paragraph(f"Of these data: {of_rates(model, rates)}.")] if (rates := rates_of(z)) else []),
             *(page.paragraph(f"Compiled in {one.arithmetic}: {one.remark}.") for one in made if one.remark)]
 

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from concurrent.futures import ThreadPoolExecutor
-from dataclasses import dataclass
 from typing import Any, Callable, Optional, Sequence
 
 import numpy as np
@@ -18,40 +17,8 @@ from kalmanq.run.parts import Parts
 from kalmanq.run.readings import Readable, Results
 from kalmanq.run.resolution import warn_of_coarse
 from kalmanq.run.results import Run
+from kalmanq.run.robust import Robust
 from kalmanq.run.steps import Steps
-
-LEVELS = {0.9: lib.KQ_LEVEL_90, 0.95: lib.KQ_LEVEL_95, 0.99: lib.KQ_LEVEL_99, 0.999: lib.KQ_LEVEL_999,
-          0.9999: lib.KQ_LEVEL_9999}
-# The losses of robust.h, with their usual parameters
-LOSSES = {"gate": 0.9999, "huber": 3.0, "student": 10.0, "jump": 9.0}
-
-
-@dataclass(frozen=True)
-class Robust:
-    """An update for noise that is not Gaussian: a loss of robust.h, which says which to take.
-
-    way        "gate": a row that is too far off, for as many components as it has, is not taken;
-               "huber", "student": it counts less;
-               "jump": the covariance is raised
-    parameter  gate: the probability that a good measurement passes (0.9, 0.95, 0.99, 0.999, 0.9999);
-               k of Huber, nu of Student, g of jump; None: what is usual
-    run        gate: after so many rejections in a row one is taken; 65535: never
-    While something of an unknown start is still unknown, measurements are taken as they are.
-    """
-
-    way: str
-    parameter: Optional[float] = None
-    run: int = 8
-
-    def __post_init__(self) -> None:
-        if self.way not in LOSSES:
-            raise KalmanqError(f"there is no robust {self.way!r}: {', '.join(LOSSES)}")
-        if self.way == "gate" and self.value not in LEVELS:
-            raise KalmanqError(f"a gate's level is one of {', '.join(map(str, LEVELS))}")
-
-    @property
-    def value(self) -> float:
-        return LOSSES[self.way] if self.parameter is None else self.parameter
 
 
 class Filter(Readable):
@@ -259,10 +226,9 @@ class Filter(Readable):
     def _gate(self, q: Any, robust: Robust) -> Any:
         """The limit of each row is that of the components which it has."""
         if robust not in self._gates:
-            a, level = self.arithmetic, LEVELS[robust.value]
-            gate, limit = a.loss("gate"), a.function("chi_square_limit")
+            gate = self.arithmetic.loss("gate")
             gate.run = robust.run
-            self._gates[robust] = gate, np.array([limit(count + 1, level) for count in range(self.model.m)], a.score)
+            self._gates[robust] = gate, np.array(robust.limits(self.arithmetic, self.model.m), self.arithmetic.score)
         q.loss, limits = self._gates[robust]
         q.limits = self._scores(limits)
         return limits

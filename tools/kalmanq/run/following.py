@@ -11,10 +11,11 @@ from kalmanq.core import require
 from kalmanq.data.rows import Rows, row_of
 from kalmanq.errors import KalmanqError
 from kalmanq.model import Model
-from kalmanq.run.filters import Filter, Robust
+from kalmanq.run.filters import Filter
 from kalmanq.run.parts import Parts
 from kalmanq.run.readings import Results
 from kalmanq.run.results import Run
+from kalmanq.run.robust import Robust
 
 
 class InstantSmoother(Filter):

@@ -9,12 +9,16 @@ from typing import Any, Optional, Sequence
 
 import numpy as np
 
-from kalmanq.compiler.given.names import identifiers
+from kalmanq.compiler.given.names import WORDS, identifiers
 from kalmanq.compiler.given.request import MOST_STEPS, Options
-from kalmanq.compiler.report import equation_costs, equation_report
+from kalmanq.compiler.report import equation_report
+from kalmanq.compiler.report.costs import costs_of, reasons
+from kalmanq.compiler.run.equation_records import drawn
 from kalmanq.compiler.run.equation_run import CompiledEquations, EquationRun
+from kalmanq.compiler.run.host import Host
+from kalmanq.compiler.run.trial import ROWS, trial
 from kalmanq.compiler.text.equation_product import compiled_equations
-from kalmanq.firmware.c_source import WORDS
+from kalmanq.errors import KalmanqError
 from kalmanq.firmware.costs import CORES
 from kalmanq.formulas.graph import needed
 from kalmanq.formulas.program import Program
@@ -50,7 +54,7 @@ def content(model: NonlinearModel, z: np.ndarray, u: Optional[np.ndarray], times
         "z": packed(z), "u": packed(np.zeros((len(z), 0)) if u is None else u), "clock": packed(clock), "times": packed(times), "unit": "s" if times is not None else "",
         "step": _step(clock), "flow": None, "noises": [noise_content(one) for one in noises], "template": _template(model, source, noises),
         "smooths": len(z) <= MOST_STEPS, "limits": _limits(model.m), "total": float(np.sum(run.log_likelihood)), "host": _found(run),
-        "filters": {one.name: _filter(one) for one in made}, "c_name": name, "cores": CORES, "costs": _costs(model, name)}, module
+        "filters": {one.name: _filter(one) for one in made}, "c_name": name, "cores": CORES, **_costs(model, name)}, module
 
 
 def _name_of(file: str) -> str:
@@ -128,7 +132,15 @@ def _plain_rows(model: NonlinearModel) -> tuple[np.ndarray, np.ndarray]:
     return H, d
 
 
-def _costs(model: NonlinearModel, name: str) -> dict[str, dict[str, dict[str, list[int]]]]:
-    """By core and call: instructions, as `kalmanq compile` has them"""
-    found = equation_costs.estimates(compiled_equations(model, name, Options("f32"))) or {}
-    return {core: {"f32": {call: [count] for call, count in of.items() if call not in ("rms", "off")}} for core, of in found.items()}
+def _costs(model: NonlinearModel, name: str) -> dict[str, Any]:
+    """By core and call: instructions, as `kalmanq compile` has them; and why there are none"""
+    product = compiled_equations(model, name, Options("f32"))
+    try:
+        record, _ = drawn(model, ROWS, equation_report.SEEDS[0])
+        with Host(product) as host:
+            found = costs_of(product, test=trial(product, host, record))
+    except KalmanqError as problem:  # no rows can be simulated
+        return {"costs": {}, "no_costs": str(problem)}
+    calls = ["predict", *(f"update{one.suffix}" for one in product.arithmetic.sensors)]
+    return {"costs": {core: {"f32": {call: [one.of[call]] for call in calls if one.of[call] is not None}} for core, one in found.items() if one.of},
+            "no_costs": " ".join(reasons(found))}

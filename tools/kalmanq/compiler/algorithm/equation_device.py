@@ -8,27 +8,20 @@ predict and innovation, and process or sensor are initialised with them; sigma p
 
 from __future__ import annotations
 
-import textwrap
 from dataclasses import dataclass
-from typing import Optional, Sequence
+from typing import Any, Optional, Sequence
 
 import numpy as np
 
 from kalmanq.compiler.algorithm import equation_rounding
 from kalmanq.compiler.algorithm.arithmetic import Arithmetic
 from kalmanq.compiler.algorithm.equations import Equations, equations, reads
-from kalmanq.compiler.given.request import Options, Request
-from kalmanq.errors import KalmanqError
+from kalmanq.compiler.given.request import Options, Request, refuse_over_library
 from kalmanq.formulas.calculus import jacobian, substituted
 from kalmanq.formulas.graph import Node, needed, node
 from kalmanq.formulas.printing import Floats
 from kalmanq.nonlinear import NonlinearModel
 from kalmanq.nonlinear.model import Sensor
-
-INSTEAD = (("--robust gate", "gate", "kq_update_robust with kq_loss_gate (kalmanq/robust.h)"),
-           ("--robust student", "student", "kq_update_robust with kq_loss_student (kalmanq/robust.h)"),
-           ("--nis", "nis", "kq_nis and kq_log_likelihood of NAME_filter (kalmanq/filter.h)"),
-           ("--smooth", "smooth", "kq_smooth of a history (kalmanq/smoother.h)"))
 
 
 @dataclass(frozen=True)
@@ -39,9 +32,7 @@ class DeviceRequest(Request):
 
 
 def refuse_options(options: Options) -> None:
-    for option, field, instead in INSTEAD:
-        if getattr(options, field) != getattr(Options(), field):
-            raise KalmanqError(f"{option}: is an option of the C without the library; over the library it is {instead}")
+    refuse_over_library(options, ("gate", "student", "nis", "smooth"))
 
 
 def device(model: NonlinearModel, name: str, options: Options) -> Device:
@@ -55,6 +46,7 @@ class Device(Arithmetic):
 
     code_includes = ("#include <math.h>", "")
     arrays = ()
+    fields: Sequence[str] = ()  # its template has them
 
     def __init__(self, of: Equations, given: DeviceRequest):
         self.given, self.sensors, self.steady, self.live = given, of.sensors, None, ()
@@ -161,21 +153,6 @@ class Device(Arithmetic):
     def mean_text(self, i: int) -> str:
         return f"f->x[{i}]" if self.has_errors else f"kq_mean_{self.T}(&f->filter, {i})"
 
-    @property
-    def fields(self) -> list[str]:
-        n, T, capital = self.n, self.T, self.T.upper()
-        lines = [f"kq_filter_{T} filter;", f"kq_process_{T} process;",
-                 *(f"kq_sensor_{T} {field(one)};" for one in self.sensors),
-                 f"{self.type} filter_memory[KQ_FILTER_LEN_{capital}({n})], process_memory[KQ_PROCESS_LEN({n})];",
-                 *(f"{self.type} {field(one)}_memory[{self.length(one)}];" for one in self.sensors)]
-        trial = [f"kq_filter_{T} trial; /* where an update comes out */",
-                 f"{self.type} trial_memory[KQ_FILTER_LEN_{capital}({n})];"]
-        lines += trial if self.iterates else []
-        lines += [f"{self.type} R{one.suffix}[{len(self.spreads(one))}];" for one in self.sensors if self.has_spread(one)]
-        lines += [f"{self.type} A[{n * n}];"] if varies(self.transition) else []
-        lines += [f"{self.type} H{one.suffix}[{one.m * n}];" for one in self.sensors if varies(self.rows_of(one))]
-        return lines + ([f"{self.type} x[{len(self.given.carried)}]; /* what the states are errors of */"] if self.has_errors else [])
-
     def length(self, sensor: Sensor) -> str:
         return f"KQ_SENSOR_{'DIAGONAL_' if self.is_diagonal(sensor) else ''}LEN({sensor.m})"
 
@@ -191,35 +168,24 @@ class Device(Arithmetic):
         return bool(np.all(R == np.diag(np.diag(R))))
 
     def routines(self, text: str) -> str:
-        """Tables"""
+        return "\n"
+
+    def tables(self) -> dict[str, Any]:
+        """Numbers of its C"""
         model = self.nonlinear
-        made = [("A", self.transition), *([("B", self.B.ravel())] if self.B is not None and self.B.size else []),
-                *([] if self.Q else [("F" if model.G is not None else "Q", np.ravel(model.Q if model.G is None else model.G))]),
-                ("first", model.x0), ("P0", np.ravel(model.P0))]
-        for one in self.sensors:
-            R = self.noise(one)
-            made += [(f"H{one.suffix}", self.rows_of(one))]
-            made += [] if self.has_spread(one) else [(f"R{one.suffix}", np.diag(R) if self.is_diagonal(one) else R.ravel())]
-        lines = (f"static const {self.type} {name}[] = {{{', '.join(map(self._entry, values))}}};" for name, values in made)
-        return "\n".join(textwrap.fill(one, 128, subsequent_indent="    ") for one in lines) + "\n\n"
+        made = {"constant_A": self.transition, "B": self.B.ravel() if self.B is not None else [], "first": model.x0, "P0": np.ravel(model.P0),
+                "noise": [] if self.Q else np.ravel(model.Q if model.G is None else model.G)}
+        return {name: [self._entry(one) for one in values] for name, values in made.items()}
+
+    def tables_of(self, sensor: Sensor) -> dict[str, Any]:
+        R = self.noise(sensor)
+        spread = [] if self.has_spread(sensor) else np.diag(R) if self.is_diagonal(sensor) else R.ravel()
+        return {"constant_H": [self._entry(one) for one in self.rows_of(sensor)], "R": [self._entry(one) for one in spread]}
 
     def _entry(self, one: object) -> str:
         if isinstance(one, Node):
             return self.number(one.value) if one.is_constant else self.zero
         return self.number(float(one))  # type: ignore[arg-type]
-
-    def told(self) -> list[str]:
-        """What the C does"""
-        def written(entries: Sequence[Node]) -> str:
-            return f"{sum(not one.is_constant for one in entries)} of {len(entries)} entries"
-
-        name, times = self.given.name, f", linearised {self.given.options.iterate} times" if self.iterates else ""
-        made = [f"{name}: {self.T}, a device over the library (kalmanq/extended.h)",
-                f"  {name}_predict: kq_predict, A and B are constant" if self.B is not None else
-                f"  {name}_predict: kq_predict_extended, writes {written(self.transition)} of A"]
-        return made + [f"  {name}_update{one.suffix}: kq_update of z, H is constant" if one in self.plain else
-                       f"  {name}_update{one.suffix}: kq_update of innovations{times}, writes {written(self.rows_of(one))} of H"
-                       for one in self.sensors]
 
 
 def field(sensor: Sensor) -> str:

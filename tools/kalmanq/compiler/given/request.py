@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
-from typing import Optional, Sequence
+from typing import Iterable, Optional, Sequence
 
 import numpy as np
 
@@ -19,6 +19,15 @@ MOST_STEPS = 32767  # of a history
 LONGEST_GAP = 16  # samples, of which it is known how soon the gain is constant again
 STUDENT_STEPS = 3  # of EM, to the variance that a measurement with the noise of Student is taken with
 RUN = 8  # rejections in a row after which a gate takes all, until one is near again
+INSTEAD = {  # of the C without the library: an option, and over the library what is in its place
+    "gate": ("--robust gate", "kq_update_robust with kq_loss_gate (kalmanq/robust.h)"),
+    "student": ("--robust student", "kq_update_robust with kq_loss_student (kalmanq/robust.h)"),
+    "nis": ("--nis", "kq_nis and kq_log_likelihood of NAME_filter (kalmanq/filter.h)"),
+    "smooth": ("--smooth", "kq_smooth of a history (kalmanq/smoother.h)"),
+    "lag": ("--lag", "kq_lag, attached to NAME_filter (kalmanq/lag.h)"),
+    "every": ("--every", "NAME_update, which takes what is present of a row"),
+    "tunable": ("--tunable", "`kalmanq design --any-dt` for steps of any length, and for other A, Q and R leave --library out instead"),
+    "loops": ("--loops or --straight", "loops in any case")}
 WIDE = 1e4  # sigma of an unknown state, in sigmas that it has once it is known
 
 
@@ -46,6 +55,13 @@ class Options:
     def settles(self) -> bool:
         """May the gain be a constant?"""
         return self.student is None and not self.tunable
+
+
+def refuse_over_library(options: Options, fields: Iterable[str]) -> None:
+    for field in fields:
+        if getattr(options, field) != getattr(Options(), field):
+            option, instead = INSTEAD[field]
+            raise KalmanqError(f"--library and {option}: leave {option} out; over the library it is {instead}")
 
 
 @dataclass(frozen=True)

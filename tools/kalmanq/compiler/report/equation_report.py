@@ -1,14 +1,14 @@
-"""NAME_report.txt of a nonlinear model: how the C was tried, and what float does to the model's own formulas."""
+"""For NAME_report.txt of a nonlinear model: how the C was tried, and what float does to the model's own formulas."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Sequence
+from typing import Any, Sequence
 
 import numpy as np
 
+from kalmanq.compiler.algorithm.equation_device import Device
 from kalmanq.compiler.given.request import Options
-from kalmanq.compiler.report import equation_costs
 from kalmanq.compiler.run import trial
 from kalmanq.compiler.run.equation_records import MISSING, drawn, irregular
 from kalmanq.compiler.run.host import Host, Ran
@@ -43,6 +43,22 @@ class Findings:
     why_not: str = ""
     first: float = 0.0
     coarse: str = ""
+
+    @property
+    def is_coarse(self) -> bool:
+        return self.mean > COARSE
+
+    @property
+    def worst(self) -> list[Lossy]:
+        return [one for one in self.lossy if one.error > FAINT]
+
+    def names(self, product: Product) -> dict[str, Any]:
+        """For report.txt.j2"""
+        given, a = product.given, product.arithmetic
+        if isinstance(a, Device):
+            return {"kind": "device", "rows": ROWS, "seeds": len(SEEDS), "missing": MISSING}
+        return {"kind": "equations", "rows": ROWS, "seeds": len(SEEDS), "missing": MISSING, "smoother": product.text.smoother,
+                "calls": [f"{given.name}_update{one.suffix}" for one in a.sensors], "watched": [given.measurements[j] for j in a.watched]}
 
 
 def findings(model: NonlinearModel, product: Product, host: Host) -> Findings:
@@ -116,45 +132,3 @@ def refuse_wrong(model: NonlinearModel) -> None:
     x, _, u = simulate(model, 50, SEEDS[0], times=times)
     for one in wrong_entries(model, prior_points(model) + points_along(x, u, model.instants(len(x), times))):
         raise KalmanqError(f"{one}: correct it, or leave {one.which} out, and it is derived")
-
-
-def lines(product: Product, found: Findings) -> list[str]:
-    given, arithmetic = product.given, product.given.options.arithmetic
-    sensors = ", ".join(f"{given.name}_update{one.suffix}" for one in product.arithmetic.sensors)
-    made = [f"{given.name}: {arithmetic}, {product.ram} bytes of RAM, {product.arithmetic.operations} operations of the covariance",
-            f"  {given.name}_predict; {sensors}. The covariance is carried as a factor, so it cannot lose positive definiteness.",
-            *(product.text.smoother.told() if product.text.smoother else []), *equation_costs.lines(product),
-            *product.told_late, *_watched(product)]
-    if found.why_not:
-        return [*made, f"  Not tried, because no rows can be simulated: {found.why_not}"]
-    made += [f"  Observed in {len(SEEDS)} records of {ROWS} simulated rows, {100 * MISSING:.0f} % of the measurements missing:"]
-    if arithmetic == "f32":
-        made.append(f"  beside the same C in double, means within {found.mean:.1e} sigma, covariances within {found.covariance:.1e}.")
-    if found.beside:
-        made.append(f"  The C in double is within {found.beside:.1e} sigma of the library's filter.")
-    if np.isfinite(found.least):
-        made.append(f"  The least R / S of a component was {found.least:.1e}.")
-    if found.lost:
-        made.append(f"  {found.lost} rows had a function or a derivative that was not finite; the call changed nothing there.")
-    return [*made, *(f"  {one}" for one in _told(found))]
-
-
-def _watched(product: Product) -> list[str]:
-    names = ", ".join(product.given.measurements[j] for j in product.arithmetic.watched)
-    return [f"  Float can round the function of {names} by about its sigma: {product.given.upper}_PRECISION is set where it is by more."] if names else []
-
-
-def _told(found: Findings) -> list[str]:
-    worst = [one for one in found.lossy if one.error > FAINT]
-    made = [f"In float {one} is off by {one.error:.1e} sigma at {one.where}: write it so that nothing cancels, or use --arith f64."
-            for one in worst]
-    if found.coarse:
-        made.append(f"Measurements are coarse: {found.coarse}.")
-    elif found.mean > COARSE and found.lossy and not worst:
-        made.append(f"Float is coarse here: means are off by {found.mean:.1e} sigma, and the formula that loses most is "
-                    f"{found.lossy[0]}, {found.lossy[0].error:.1e} sigma a row. --arith f64 is finer.")
-    return made
-
-
-def warned(found: Findings) -> list[str]:
-    return _told(found) + ([f"Not tried: {found.why_not}"] if found.why_not else [])

@@ -1,9 +1,9 @@
-"""NAME_report.txt of a device in q31: where its formats are from, and how it was tried."""
+"""For NAME_report.txt of a device in q31: where its formats are from, and how it was tried."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass, field
-from typing import Sequence
+from typing import Any, Sequence
 
 import numpy as np
 
@@ -22,9 +22,7 @@ from kalmanq.compiler.text.equation_product import compiled_equations
 from kalmanq.compiler.text.product import Product
 from kalmanq.core import names_of
 from kalmanq.errors import KalmanqError
-from kalmanq.model import Quantity
 from kalmanq.nonlinear import NonlinearModel
-
 
 WRONG = 0.3  # sigma: an error above, which no event tells, is no estimate
 STEP = 1e-3  # of the least sigma of a state: a step of its raw values that does no harm
@@ -42,6 +40,21 @@ class Tried:
     lossy: Sequence[Lossy] = ()
     why_not: str = ""
     least: np.ndarray = field(default_factory=lambda: np.zeros(0))
+
+    limit = COARSE
+
+    def names(self, product: Product) -> dict[str, Any]:
+        """For report.txt.j2"""
+        device: FixedDevice = product.arithmetic
+        model = device.nonlinear
+        pairs = ((device.carried, model.carried), (device.controls, model.controls), (device.taken, model.measurements))
+        return {"kind": "fixed", "rows": ROWS, "seeds": len(SEEDS), "missing": MISSING, "margin": MARGIN,
+                "lacks": [(device.taken[j], bits) for j, bits in device.lacks.items()],
+                "reached": [(one, device.seen.largest("x", i)) for i, one in enumerate(device.carried)],
+                "chosen": [f"{one.name} {one.range:.3g}" for pair in pairs for one, declared in zip(*pair) if declared.range is None]}
+
+    def causes(self, device: FixedDevice) -> str:
+        return " ".join(_steps(device, self)) or "--arith f32 is finer."
 
     def add(self, model: NonlinearModel, ran: Ran, exact: Ran) -> None:
         fixed, double = (np.sqrt(np.einsum("tii->ti", one.covariance)) for one in (ran, exact))
@@ -95,50 +108,7 @@ def _steps(device: FixedDevice, found: Tried) -> list[str]:
         step = 2.0 ** -fraction_of(one)
         if step > STEP * sigma:
             how = "its innovations" if one in device.taken and not device.is_plain(device.taken.index(one)) else "it"
-            made.append(f"{one.name}: a range of {_range(one):.3g} ({'declared' if declared.range else 'from the records'}) has steps of {step:.2g}, "
+            made.append(f"{one.name}: a range of {one.range or 0:.3g} ({'declared' if declared.range else 'from the records'}) has steps of {step:.2g}, "
                         f"and sigma is {sigma:.2g} at least: declare a range of at most {2.0**31 * STEP * sigma:.2g}, if {how} may stop there, or "
                         "use --arith f32.")
     return made
-
-
-def lines(product: Product, found: Tried) -> list[str]:
-    device: FixedDevice = product.arithmetic
-    made = [*device.told(), f"  Formats are of {device.seen.rows} simulated rows, with {MARGIN} bits more than they used.",
-            *([f"  They hold {', '.join(device.seen.ends)}."] if device.seen.ends else []), *_chosen(device)]
-    if found.why_not:
-        return [*made, f"  Not tried: {found.why_not}"]
-    low, high = found.ratios
-    made.append(f"  In {len(SEEDS)} other records of {ROWS} simulated rows, {100 * MISSING:.0f} % of the measurements missing,")
-    made.append(f"  compared with double: means within {found.mean:.1e} sigma, sigmas from {low:.4f} to {high:.4f} of those.")
-    return [*made, *(f"  {one}" for one in warned(device, found))]
-
-
-def _chosen(device: FixedDevice) -> list[str]:
-    """Ranges that the model does not declare"""
-    made = []
-    for mine, given in ((device.carried, device.nonlinear.carried), (device.controls, device.nonlinear.controls),
-                        (device.taken, device.nonlinear.measurements)):
-        made += [f"{one.name} {one.range:.3g}" for one, declared in zip(mine, given) if declared.range is None]
-    return [f"  No range is declared of these; the records chose: {', '.join(made)}."] if made else []
-
-
-def warned(device: FixedDevice, found: Tried) -> list[str]:
-    lacks = [(device.taken[j], bits) for j, bits in device.lacks.items()]
-    made = [f"{one.name}: in the records its Jacobian needs {bits} more integer bits, and an update there is refused: "
-            f"a range of {_range(one) * 2.0**bits:g} has them." for one, bits in lacks]
-    reached = [(one, device.seen.largest("x", i)) for i, one in enumerate(device.carried)]
-    made += [f"{one.name}: the records reach {most:.3g}, beyond its declared range of {one.range:g}."
-             for one, most in reached if most > _range(one)]
-    if found.refused:
-        made.append(f"{found.refused} rows had a call that was refused.")
-    made += [f"{name} in {count} rows." for name, count in found.events.items()]
-    made += [f"In fixed point {one} is off by {one.error:.1e} sigma at {one.where}: write it so that nothing cancels, "
-             "or use --arith f32." for one in found.lossy if one.error > COARSE]
-    if found.mean > COARSE and not found.events:
-        causes = " ".join(_steps(device, found)) or "--arith f32 is finer."
-        made.append(f"Fixed point is coarse here: means are off by {found.mean:.1e} sigma. {causes}")
-    return made
-
-
-def _range(one: Quantity) -> float:
-    return one.range or 0.0

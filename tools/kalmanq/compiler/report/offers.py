@@ -4,14 +4,14 @@ For kalmanq design and report, which write no file of it unless they are told to
 from __future__ import annotations
 
 import warnings
-from dataclasses import asdict, dataclass, field
+from dataclasses import dataclass, field
 from typing import Any, Iterator, Mapping, Optional, Sequence
 
 import numpy as np
 
 from kalmanq.compiler.given.request import Options
 from kalmanq.compiler.report import report
-from kalmanq.compiler.report.costs import ARITHMETICS, SOFT_FLOAT, Cost, estimates
+from kalmanq.compiler.report.costs import USUAL, Cost, costs_of
 from kalmanq.compiler.run.host import Host, NoCompiler
 from kalmanq.compiler.run.simulation import CompiledFilter
 from kalmanq.compiler.text.product import Product, compiled
@@ -24,17 +24,18 @@ from kalmanq.model import Model
 from kalmanq.run.filters import Filter
 from kalmanq.run.results import Run
 
+ARITHMETICS = ("f32", "q31")
 WAY = "compiled"
 SAID = "C for this model alone, in straight lines: --out writes what kalmanq compile writes"
 COLUMNS = ("arithmetic", "two calls", "settled", "settled step", "settles in", "flash", "RAM", "stack",
            "mean error", "P error")
 EXPLAINED = "instructions of a row in two calls before the gain is constant and after, and of one step after; full samples " \
-            "until then; bytes; errors in sigma and in sigma_i sigma_j; -: not estimated"
+            "until then; bytes; errors in sigma and in sigma_i sigma_j; -: not measured"
 
 
 @dataclass(frozen=True)
 class Offer:
-    """costs: by core, at -O2; samples: full ones, after which it has settled; mean, covariance: the largest errors, in
+    """costs: by core; samples: full ones, after which it has settled; mean, covariance: the largest errors, in
     sigma and in sigma_i sigma_j; remark: what it warns of, or why there is no product"""
 
     arithmetic: str
@@ -49,7 +50,7 @@ class Offer:
     def cells(self, core: str) -> list[str]:
         """Under COLUMNS"""
         cost = self.costs.get(core)
-        two, settled, step, flash, stack = [cost.cell(one) if cost else "" for one in
+        two, settled, step, flash, stack = [(cost or Cost({})).cell(one) if self.product else "" for one in
                                             ("two_calls", "two_calls_settled", "step_settled", "flash", "stack")]
         after = "" if self.ram is None else str(self.samples) if self.samples else "never"
         errors = ["" if one is None else f"{one:.1e}" for one in (self.mean, self.covariance)]
@@ -59,22 +60,22 @@ class Offer:
     def told(self, core: str) -> dict[str, Any]:
         """For machines"""
         return {"arithmetic": self.arithmetic,
-                **(asdict(self.costs[core]) if core in self.costs else {}), "ram": self.ram, "samples": self.samples,
+                **(self.costs[core].of if core in self.costs else {}), "ram": self.ram, "samples": self.samples,
                 "mean": self.mean, "covariance": self.covariance, "remark": self.remark}
 
 
-def offers(model: Model, ranged: Optional[Model] = None, name: str = "filter") -> list[Offer]:
+def offers(model: Model, ranged: Optional[Model] = None, name: str = "filter", cores: Sequence[str] = USUAL) -> list[Offer]:
     """ranged: the same with ranges that were chosen for it, which q31 takes"""
-    return [_offer(ranged if ranged is not None and arithmetic == "q31" else model, arithmetic, name) for arithmetic in ARITHMETICS]
+    return [_offer(ranged if ranged is not None and arithmetic == "q31" else model, arithmetic, name, cores) for arithmetic in ARITHMETICS]
 
 
-def _offer(model: Model, arithmetic: str, name: str) -> Offer:
+def _offer(model: Model, arithmetic: str, name: str, cores: Sequence[str]) -> Offer:
     try:
         product = compiled(model, name, Options(arithmetic))
     except KalmanqError as problem:
         return Offer(arithmetic, remark=f"refused: {problem}")
     samples = product.steady.samples if product.steady else None
-    made = dict(arithmetic=arithmetic, costs=estimates(product), ram=product.ram_delayed or product.ram, samples=samples, product=product)
+    made = dict(arithmetic=arithmetic, costs=costs_of(product, cores), ram=product.ram_delayed or product.ram, samples=samples, product=product)
     try:
         with Host(product) as host:
             found = report.findings(product, host)
@@ -89,16 +90,15 @@ def _offer(model: Model, arithmetic: str, name: str) -> Offer:
 
 
 def add_ways(made: Designs, found: Sequence[Offer], records: Sequence[Record]) -> None:
-    """Beside the library's ways: its cost is of a row in two calls that has not settled."""
+    """Beside the library's ways: its cost is of a row in two calls that has not settled; unknown where it was not measured."""
     exact = [Filter(made.model, "f64").run(one.z, one.u) for one in records] if any(one.product for one in found) else []
     for one in found:
-        cost = one.costs.get(made.part.core)
-        if one.product and cost and cost.two_calls and cost.flash is not None:
-            soft = SOFT_FLOAT.get(made.part.core, 0) if one.arithmetic == "f32" else 0
-            sums = library.Cost(cost.two_calls, cost.flash + soft, one.ram or 0, cost.stack or 0)
+        if one.product:
+            of = one.costs[made.part.core].of
+            sums = library.Cost(of["two_calls"], of["program"], one.ram or 0, of["stack"]) if of else None
             trial = trial_of(f"{WAY} in {one.arithmetic}", made.model.n, _tried(one, records, exact))
             trial.cause = cause_of(made.model, one.arithmetic, records, trial)
-            made.ways.append(Way(one.arithmetic, WAY, sums, made.part.holds(sums), trial))
+            made.ways.append(Way(one.arithmetic, WAY, sums, made.part.holds(sums) if sums else None, trial))
 
 
 def _tried(one: Offer, records: Sequence[Record], exact: Sequence[Run]) -> Iterator[tuple[Run, Run, Optional[Run]]]:

@@ -1,1 +1,1 @@
-"""Files of C with places for what Python makes; engine fills them."""
+"""Files of C, and the report, with places for what Python makes; engine fills them."""

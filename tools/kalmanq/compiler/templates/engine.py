@@ -1,4 +1,4 @@
-"""C from the templates beside this: each reads as the C that comes of it.
+"""C and reports from the templates beside this: each reads as what comes of it.
 
 A template has `${name}` for a text, and for lines alone in a line, which are all written with what stands before them there
 (an indent, or ` * `).  A line that ends with `//? CONDITION` is written where that holds, one with `//* NAME in LIST` for each, up
@@ -42,12 +42,14 @@ def _environment() -> Environment:
     made = Environment(loader=FileSystemLoader(Path(__file__).parent, encoding="utf-8"), undefined=StrictUndefined, trim_blocks=True,
                        lstrip_blocks=True, keep_trailing_newline=True, variable_start_string="${", variable_end_string="}",
                        finalize=_marked, extensions=[Guards])
-    made.filters.update(lines=_lines, aligned=_aligned, counted=counted)
+    made.filters.update(lines=_lines, aligned=_aligned, chained=_chained, counted=counted, wrapped=textwrap.wrap)
     return made
 
 
-def rendered(template: str, given: dict[str, Any]) -> str:
-    return _placed(_environment().get_template(template).render(given)).rstrip("\n") + "\n"
+def rendered(template: str, given: dict[str, Any], block: str = "") -> str:
+    """block: that alone"""
+    of = _environment().get_template(template)
+    return _placed("".join(of.blocks[block](of.new_context(given))) if block else of.render(given)).rstrip("\n") + "\n"
 
 
 def rendered_c(template: str, given: dict[str, Any], routines: Callable[[str], str]) -> str:
@@ -83,6 +85,14 @@ def _aligned(text: str) -> list[str]:
     rows = [line.partition(" // ") for line in text.splitlines()]
     width = max(len(call) for call, _, _ in rows) + 4
     return [f"{call:<{width}}{what}".rstrip() for call, _, what in rows]
+
+
+def _chained(text: str) -> list[str]:
+    """The body of a function that calls one after the other as long as each is right"""
+    first, *others = text.splitlines()
+    if not others:
+        return [f"return {first};"]
+    return [f"kq_status status = {first};", *(f"if (!status) status = {one};" for one in others), "return status;"]
 
 
 def counted(number: int, what: str) -> str:

@@ -9,6 +9,7 @@ import numpy as np
 from kalmanq.compiler.algorithm.equation_device import Device, device, field, varies
 from kalmanq.compiler.algorithm.equation_rounding import PER_SIGMA
 from kalmanq.compiler.algorithm.floats import MOST
+from kalmanq.compiler.given.cells import array
 from kalmanq.compiler.given.request import Options
 from kalmanq.compiler.text.emit import PREDICTS, UPDATES, Row, within
 from kalmanq.compiler.text.equation_text import EquationText
@@ -41,24 +42,25 @@ class DeviceText(EquationText):
         columns = (len(a.Q[0]) if a.is_root else 0) if a.Q else 0 if G is None else np.atleast_2d(G).shape[1]
         return {**super().names(), "t": a.T, "is_fixed": self.is_fixed, "has_errors": a.has_errors, "is_plain": a.B is not None, "l": self._l,
                 "noises": bool(a.Q), "root_columns": columns, "iterates": self.given.options.iterate if a.iterates else 0, "points": points,
-                "moves_points": a.moves_points, "row_fields": a.row_fields()}
+                "moves_points": a.moves_points, "row_fields": a.row_fields(), "varies": self._varies()}
 
     def names_of_sensors(self) -> list[dict[str, Any]]:
         a = self.of
-        return [{**names, "is_plain": one in a.plain, "measures_points": one in a.measures_points}
+        return [{**names, "is_plain": one in a.plain, "measures_points": one in a.measures_points, "varies": self._varies_with(one),
+                 "length": a.length(one), "spreads": len(a.spreads(one)) if a.has_spread(one) else 0}
                 for names, one in zip(super().names_of_sensors(), a.sensors)]
 
     def bodies(self) -> dict[str, Any]:
         a = self.of
         sensors = [{**names, **self._sensor(one)} for names, one in zip(self.names_of_sensors(), a.sensors)]
-        return {"code_includes": a.code_includes, "sensors": sensors, "varies": self._varies(), "A": "f->A" if self._varies() else "A",
+        return {"code_includes": a.code_includes, "sensors": sensors, "array": array, **a.tables(), "A": "f->A" if self._varies() else "A",
                 **({"predicted": []} if a.B is not None else self._predicted()), **(self._reset() if a.has_errors else {}),
                 "increment": self._at_point("d", a.change) if a.moves_points else []}
 
     def _sensor(self, sensor: Sensor) -> dict[str, Any]:
         a = self.of
-        made = {"varies": self._varies_with(sensor), "is_diagonal": a.is_diagonal(sensor), "kind": self._kind(sensor), "H": self._H(sensor), "length": a.length(sensor),
-                "has_spread": a.has_spread(sensor), "spreads": len(a.spreads(sensor)), "unit": self._unit(sensor),
+        made = {**a.tables_of(sensor), "is_diagonal": a.is_diagonal(sensor), "kind": self._kind(sensor), "H": self._H(sensor),
+                "has_spread": a.has_spread(sensor), "unit": self._unit(sensor),
                 "point": self._at_point("e", a.innovations(sensor), sensor.first) if sensor in a.measures_points else []}
         return made if sensor in a.plain else {**made, **self._innovations(sensor)}
 

@@ -51,12 +51,6 @@ class Smoother:
         align = 4 if self.a.type == "float" else 8
         return self.record_size * self.steps + align
 
-    def told(self) -> list[str]:
-        """Of the report"""
-        where = "straight lines" if self.is_straight else "loops"
-        return [f"  {self.name}_smooth, {self.name}_lagged: a step back in {where}; the history holds {self.steps} steps of "
-                f"{self.record_size} bytes, {self.history_size} bytes in all."]
-
     def names(self) -> dict[str, Any]:
         """For NAME.h and NAME.c"""
         return {"steps": self.steps, "times": self.times, "controls": self.controls_kept, "entries": max(len(self.a.live), 1),

@@ -5,11 +5,11 @@ from __future__ import annotations
 from typing import Optional
 
 from kalmanq.compiler.algorithm.arithmetic import Arithmetic
+from kalmanq.compiler.given.names import plain
 from kalmanq.compiler.given.request import Request
 from kalmanq.compiler.templates.engine import rendered
 from kalmanq.compiler.text import delayed
 from kalmanq.compiler.text.emit import Text
-from kalmanq.firmware.c_source import plain
 
 
 def header(given: Request, a: Arithmetic, text: Text, late: Optional[delayed.Delayed] = None) -> str:

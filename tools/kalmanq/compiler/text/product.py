@@ -65,14 +65,6 @@ class Product:
         return self.late.ram(self.ram, self._align) if self.late else 0
 
     @property
-    def told_late(self) -> list[str]:
-        """Lines of a report"""
-        late = self.late
-        return [f"  {late.type}: {self.ram_delayed} bytes of RAM. It keeps {late.kept} steps: a measurement of one of them counts as if it had",
-                f"  come in time, and costs {late.kept} steps; each predict costs one step more. The costs of {late.given.type} leave both out."] \
-            if late else []
-
-    @property
     def _align(self) -> int:
         return 4 if self.given.options.arithmetic == "f32" else 8
 

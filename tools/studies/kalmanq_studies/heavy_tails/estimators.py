@@ -11,7 +11,8 @@ import numpy as np
 from kalmanq.errors import KalmanqWarning
 from kalmanq.fitting import Estimation, fit
 from kalmanq.model import Model
-from kalmanq.run.filters import Filter, Robust, Smoother
+from kalmanq.run.filters import Filter, Smoother
+from kalmanq.run.robust import Robust
 from kalmanq.run.parts import Parts
 from kalmanq.run.reweighting import ReweightedSmoother
 from kalmanq_studies.heavy_tails.settings import SETTINGS, Setting

@@ -8,13 +8,15 @@ from typing import Any, Callable, Mapping, Sequence
 
 import numpy as np
 
-from kalmanq.compiler.algorithm.equation_device import Device, DeviceRequest, field, refuse_options
+from kalmanq.compiler.algorithm.equation_device import Device, DeviceRequest, refuse_options
 from kalmanq.compiler.algorithm.equations import Equations, equations
 from kalmanq.compiler.algorithm.fixed import functions as fixed_functions
 from kalmanq.compiler.algorithm.fixed.formulas import FixedFormulas, Input, formulas_for
-from kalmanq.compiler.algorithm.fixed.tables import constants, fraction_of, tables_of_process, tables_of_sensor, words
+from kalmanq.compiler.algorithm.fixed.tables import constants, fraction_of
 from kalmanq.compiler.algorithm.fixed.values import MARGIN, Seen, Values, fraction_for, largest, lowered
+from kalmanq.compiler.given.cells import formats, scaled, words
 from kalmanq.compiler.given.request import Options
+from kalmanq.core import lib
 from kalmanq.errors import KalmanqError
 from kalmanq.formulas.graph import Node
 from kalmanq.formulas.program import Program
@@ -197,16 +199,6 @@ class FixedDevice(Device):
 
     # ---- the text
 
-    @property
-    def fields(self) -> list[str]:
-        n = self.n
-        lines = ["kq_filter_q31 filter;", "kq_process_q31 process;", *(f"kq_sensor_q31 {field(one)};" for one in self.sensors),
-                 f"int32_t filter_memory[KQ_FILTER_LEN_Q31({n})];"]
-        lines += [f"kq_scaled_q31 A[{n * n}];"] if self.predicted and self.predicted.table else []
-        lines += [f"kq_scaled_q31 H{one.suffix}[{one.m * n}];" for one in self.sensors if self.varies(one)]
-        lines += [f"int32_t x[{len(self.x)}]; /* what the states are errors of */"] if self.has_errors else []
-        return [*lines, "uint32_t events;"]
-
     def varies(self, sensor: Sensor) -> bool:
         return sensor not in self.plain and bool(self.measured_by[sensor.name].table)
 
@@ -226,15 +218,22 @@ class FixedDevice(Device):
         return [round(math.ldexp(value, n)) for value, n in zip(self.nonlinear.x0, self.x)]
 
     def routines(self, text: str) -> str:
-        return fixed_functions.routines(text) + "\n" + "\n".join(self._tables()) + "\n\n"
+        return fixed_functions.routines(text) + "\n"
 
-    def _tables(self) -> list[str]:
-        lines = tables_of_process(self.n, self.B.shape[1] if self.B is not None else 0, self.process)
-        lines += [constants("A", self.transition, np.subtract.outer(self.d, self.d).ravel())] if self.predicted else []
-        lines += [words("first", self.first, len(self.x))] if self.has_errors else []
-        for one in self.sensors:
-            lines += tables_of_sensor(self.n, one.m, one.suffix, self.is_diagonal(one), self.parts[one.name])
-        return lines
+    def tables(self) -> dict[str, Any]:
+        n, l, table, prior = self.n, self.B.shape[1] if self.B is not None else 0, self.process.process_table, self.process.prior
+        root = int(lib.kq_length_q31(lib.KQ_OBJECT_ROOT, n, 0, 0, 0))
+        return {"state_format": formats(self.process.formats["states"], n), "transition": scaled(table.transition, n * n),
+                "control_format": formats(self.process.formats["controls"], l) if l else [], "control": scaled(table.control, n * l) if l else [],
+                "noise_root": words(table.noise_root, root), "first_mean": words(prior.mean, n), "first_root": words(prior.root, root),
+                "constant_A": constants(self.transition, np.subtract.outer(self.d, self.d).ravel()) if self.predicted else [],
+                "first": words(self.first, len(self.x)) if self.has_errors else []}
+
+    def tables_of(self, sensor: Sensor) -> dict[str, Any]:
+        n, m, parts = self.n, sensor.m, self.parts[sensor.name]
+        table = parts.sensor_table
+        return {"format": formats(parts.formats["measurements"], m), "constant_H": scaled(table.measurement, m * n),
+                "R": scaled(table.noise, m if self.is_diagonal(sensor) else m * (m + 1) // 2)}
 
 
 def _ranged(one: Quantity, most: float) -> Quantity:

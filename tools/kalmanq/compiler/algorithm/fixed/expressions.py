@@ -1,37 +1,20 @@
-"""Lines of C over words: values are constants, names or nothing (0); equal expressions are written once."""
+"""Expressions of a factor in words: values are constants, names or nothing (0)."""
 
 from __future__ import annotations
 
-import re
-from dataclasses import dataclass, field
-from typing import Iterable, Sequence, Union
+from typing import Iterable, Union
 
 from kalmanq.compiler.algorithm.fixed.formats import down
+from kalmanq.compiler.algorithm.fixed.lines import Lines
 
 Value = Union[None, int, str]  # 0, a constant word, a name
 Pair = tuple[Value, Value]
-CONSTANT, NAME = re.compile(r"\s*const \w+ (\w+) = "), re.compile(r"[A-Za-z_]\w*")
 PRODUCT, ROUNDED, ROOT, INVERSE, LOAD = 1, 2, 48, 16, 1  # instructions, near enough to compare texts
 COARSEST = 22  # bits that a small coefficient has at least
 
 
-@dataclass
-class Lines:
-    """cost: an estimate, to compare two texts that do the same"""
-
-    lines: list[str] = field(default_factory=list)
-    cost: int = 0
-    known: dict[str, str] = field(default_factory=dict)
-    used: dict[str, int] = field(default_factory=dict)
-
-    def let(self, base: str, text: str, type_: str = "int32_t", cost: int = 0) -> str:
-        """The name of an expression"""
-        if text not in self.known:
-            count = self.used[base] = self.used.get(base, -1) + 1
-            self.known[text] = f"{base}{count}"
-            self.lines.append(f"const {type_} {base}{count} = {text};")
-            self.cost += cost
-        return self.known[text]
+class Expressions(Lines):
+    """Of the factor"""
 
     def root(self, square: str) -> str:
         return self.let("r", f"inverse_root({square})", "reciprocal", ROOT)
@@ -83,18 +66,6 @@ class Lines:
         text = self.products((v, round(c * 2.0**by)) for c, v in terms)
         return f"part({text})" if by == 30 else f"half_part({text})" if by == 31 else \
             f"(int32_t)(({text or 0} + (INT64_C(1) << {by - 1})) >> {by})"
-
-
-def living(lines: Sequence[str]) -> list[str]:
-    """Without the constants that no later line reads"""
-    kept: list[str] = []
-    needed: set[str] = set()
-    for line in reversed(lines):
-        made = CONSTANT.match(line)
-        if made is None or made[1] in needed:
-            needed |= set(NAME.findall(line.split(" = ", 1)[1] if made else line))
-            kept.append(line)
-    return kept[::-1]
 
 
 def _is_there(pair: Pair) -> bool:

@@ -14,7 +14,7 @@ from typing import Optional, Sequence
 
 import numpy as np
 
-from kalmanq.compiler.algorithm.fixed.expressions import INVERSE, ROUNDED, Lines, Value
+from kalmanq.compiler.algorithm.fixed.expressions import INVERSE, ROUNDED, Expressions, Value
 from kalmanq.compiler.algorithm.fixed.formats import BITS, Formats, root_of, variance_word
 from kalmanq.compiler.given.exact import Numbers, root
 
@@ -79,7 +79,7 @@ class Factor:
 
     # ---- predict
 
-    def predict(self, lines: Lines, S: Entries) -> Entries:
+    def predict(self, lines: Expressions, S: Entries) -> Entries:
         columns = [Column([lines.weighed((self.scaled(self.of.A[i, k], k, i), S.get((k, c))) for k in range(c + 1))
                            for i in range(self.n)]) for c in range(self.n)]
         columns += self.noises(lines)
@@ -93,7 +93,7 @@ class Factor:
             after.update({(i, row): pivot.entries[i] for i in range(row + 1)})
         return after
 
-    def _turned(self, lines: Lines, parts: Sequence[Column], row: int) -> Column:
+    def _turned(self, lines: Expressions, parts: Sequence[Column], row: int) -> Column:
         """The column that takes all of a row; the others keep none of it."""
         if len(parts) == 1:
             return parts[0]
@@ -118,17 +118,17 @@ class Factor:
             one.entries[row] = None
         return pivot
 
-    def _length(self, lines: Lines, r: str) -> str:
+    def _length(self, lines: Expressions, r: str) -> str:
         return lines.let("w", f"word({r})", cost=5)
 
-    def _rotate(self, lines: Lines, pivot: Column, other: Column, turns: Sequence[str], row: int) -> None:
+    def _rotate(self, lines: Expressions, pivot: Column, other: Column, turns: Sequence[str], row: int) -> None:
         c, s = turns
         for i in range(row):
             p, e = pivot.entries[i], other.entries[i]
             pivot.entries[i] = lines.mixed([(c, p), (s, e)])
             other.entries[i] = lines.mixed([(c, e)], [(s, p)])
 
-    def _reflect(self, lines: Lines, pivot: Column, others: Sequence[Column], turns: Sequence[str], row: int) -> None:
+    def _reflect(self, lines: Expressions, pivot: Column, others: Sequence[Column], turns: Sequence[str], row: int) -> None:
         """I - v v' / (1 + |u|), where u are the turns, and v is u with its pivot's 1 + |u|: nothing cancels."""
         weight = lines.let("v", f"inverse({turns[0]})", cost=INVERSE)
         is_positive = pivot.is_constant(row) and pivot.entries[row] > 0
@@ -144,12 +144,12 @@ class Factor:
                 one.entries[i] = self._less(lines, one.entries[i], turn, half)
             pivot.entries[i] = made
 
-    def _less(self, lines: Lines, entry: Value, turn: str, half: str) -> str:
+    def _less(self, lines: Expressions, entry: Value, turn: str, half: str) -> str:
         lines.cost += ROUNDED
         text = lines.product(turn, half)
         return lines.let("w", f"{entry or ''}{' ' if entry else ''}- twice_part({text})", cost=ROUNDED)
 
-    def too_long(self, lines: Lines, S: Entries) -> str:
+    def too_long(self, lines: Expressions, S: Entries) -> str:
         """C: is a row of S beyond what is held?"""
         sums: dict[int, list[str]] = {}
         for i in range(self.n):
@@ -161,17 +161,17 @@ class Factor:
 
     # ---- update
 
-    def _seen(self, lines: Lines, S: Entries, j: int, c: int) -> Value:
+    def _seen(self, lines: Expressions, S: Entries, j: int, c: int) -> Value:
         """Entry c of H_j S"""
         a = self.formats.row[j]
         return lines.weighed(((math.ldexp(self.of.H[j, i], self.exponent[i] - a), S.get((i, c))) for i in range(c + 1)), "f")
 
-    def spread(self, lines: Lines, S: Entries, j: int) -> str:
+    def spread(self, lines: Expressions, S: Entries, j: int) -> str:
         """The name of H_j P H_j'"""
         seen = [self._seen(lines, S, j, c) for c in range(self.n)]
         return lines.let("q", lines.squares(f for f in seen if f is not None) or "0", "uint64_t")
 
-    def update(self, lines: Lines, S: Entries, j: int, weight: Value = None) -> tuple[Entries, list[Value], Optional[str]]:
+    def update(self, lines: Expressions, S: Entries, j: int, weight: Value = None) -> tuple[Entries, list[Value], Optional[str]]:
         """S after component j, gain times sigma of the innovation, and the name of the inverse of that sigma; weight: of
         the component and its innovation"""
         total, before = self.variance(j)

@@ -14,7 +14,7 @@ from dataclasses import dataclass, field
 from typing import Any, Callable, Iterable, Mapping, Optional, Sequence
 
 from kalmanq.compiler.algorithm.fixed.functions import HALF, LOG2_E, TURN, WORD
-from kalmanq.compiler.algorithm.fixed.lines import Line, c_of, gathered, python_of
+from kalmanq.compiler.algorithm.fixed.lines import Lines, c_of, gathered, python_of
 from kalmanq.compiler.algorithm.fixed.needs import divided, doubled, kind, needs, weighed
 from kalmanq.compiler.algorithm.fixed.python import Far
 from kalmanq.compiler.algorithm.fixed.values import WORD_BITS, Guard, Number, constant_word, fraction_for, guards
@@ -41,7 +41,7 @@ class FixedFormulas:
     roots: Sequence[Node]
     inputs: Mapping[str, Input]
     most: Mapping[int, float]
-    lines: list[Line] = field(default_factory=list)
+    lines: Lines = field(default_factory=Lines)
 
     def __post_init__(self) -> None:
         self.guards = guards(self.roots)
@@ -56,7 +56,7 @@ class FixedFormulas:
                 self._condition(one)
             elif one.op not in ("constant", "symbol") and doubled(one) is None:
                 self._make(one)
-        self.lines = gathered(self.lines)
+        self.order = gathered(self.lines.made)
 
     # ---- numbers in a form
 
@@ -118,10 +118,8 @@ class FixedFormulas:
     # ---- lines
 
     def _let(self, one: Node, type_: str, text: str, python: Optional[str] = None) -> str:
-        name = f"{STEMS[type_]}{len(self.lines)}"
         guard = tuple((self.bits[condition], answer) for condition, answer in self.guards[id(one)])
-        self.lines.append(Line(guard, type_, name, text, python or text))
-        return name
+        return self.lines.let(STEMS[type_], text, type_, guard=guard, python=python)
 
     def _condition(self, one: Node) -> None:
         if one.op in ("lt", "le", "eq"):
@@ -294,15 +292,15 @@ class FixedFormulas:
         return f"scaled({text}, {exponent - fraction})"
 
     def c(self, outputs: Sequence[str]) -> list[str]:
-        return c_of(self.lines, outputs)
+        return c_of(self.order, outputs)
 
     def python(self, outputs: Sequence[str]) -> Callable[..., list[Any]]:
         """(far, numbers by name) -> outputs"""
-        return python_of(self.lines, list(self.inputs), outputs)
+        return python_of(self.order, list(self.inputs), outputs)
 
     def lacks(self, rows: Iterable[Mapping[str, int]]) -> dict[int, int]:
         """Bits that formulas' words have too few for, by id: what cancels in double leaves what words are rounded by"""
-        run, far = python_of(self.lines, list(self.inputs), [], True), Far()
+        run, far = python_of(self.order, list(self.inputs), [], True), Far()
         for row in rows:
             run(far, **row)
         of = {number.text: id_ for id_, number in self.words.items()}

@@ -1,29 +1,97 @@
-"""Lines of formulas in fixed point, as C and as Python."""
+"""Lines of C over words, that q31's two algorithms make: names of expressions, in C and in Python."""
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+import math
+import re
+from dataclasses import dataclass, field
 from heapq import heappop, heappush
 from itertools import groupby
-from typing import Any, Callable, Sequence
+from typing import Any, Callable, Optional, Sequence
 
 from kalmanq.compiler.algorithm.fixed.python import PYTHON
 from kalmanq.formulas.printing import WORD, indented
 
 EMPTY = {"reciprocal": "{0, 0, 1}", "inverted": "{0, 0}"}
 END = 1 << 63
+CONSTANT, NAME = re.compile(r"\s*const \w+ (\w+) = "), re.compile(r"[A-Za-z_]\w*")
 Guard = tuple[tuple[str, bool], ...]  # names of conditions, and their answers
 
 
 @dataclass(frozen=True)
 class Line:
-    """guard: what it is worked out with; python: where it is not C's text"""
+    """guard: what it is worked out with; python: where it is not C's text; without a name the text is a statement"""
 
     guard: Guard
     type: str
     name: str
     text: str
     python: str
+
+    @property
+    def c(self) -> str:
+        return f"const {self.type} {self.name} = {self.text};" if self.name else self.text
+
+
+@dataclass
+class Lines:
+    """cost: an estimate, to compare two texts that do the same"""
+
+    made: list[Line] = field(default_factory=list)
+    cost: int = 0
+    known: dict[tuple[str, Guard], str] = field(default_factory=dict)
+    used: dict[str, int] = field(default_factory=dict)
+
+    def let(self, base: str, text: str, type_: str = "int32_t", cost: int = 0, guard: Guard = (), python: Optional[str] = None) -> str:
+        """The name of an expression; equal ones are written once"""
+        if (text, guard) not in self.known:
+            count = self.used[base] = self.used.get(base, -1) + 1
+            self.known[text, guard] = f"{base}{count}"
+            self.made.append(Line(guard, type_, f"{base}{count}", text, python or text))
+            self.cost += cost
+        return self.known[text, guard]
+
+    def do(self, statement: str) -> None:
+        self.made.append(Line((), "", "", statement, ""))
+
+    @property
+    def c(self) -> list[str]:
+        """Of lines without conditions"""
+        return [one.c for one in self.made]
+
+
+# ------------------------------------------------------------------------------ what an expression is written by
+
+
+def aligned(text: str, by: int) -> str:
+    """2^-by of it"""
+    return text if not by else f"({text} >> {min(by, 62)})" if by > 0 else f"{text} * (INT64_C(1) << {-by})"
+
+
+def rounded(text: str, by: int) -> str:
+    """2^-by of it, to the nearest"""
+    if by <= 0:
+        return aligned(text, by)
+    return f"(({text} + (INT64_C(1) << {min(by, 62) - 1})) >> {min(by, 62)})"
+
+
+def word_of(c: float, digits: int) -> int:
+    return min(round(math.ldexp(c, digits)), 2**31 - 1)
+
+
+# ------------------------------------------------------------------------------ in which order, and in Python
+
+
+def living(lines: Sequence[str]) -> list[str]:
+    """Without the constants that no later line reads"""
+    kept: list[str] = []
+    needed: set[str] = set()
+    for line in reversed(lines):
+        made = CONSTANT.match(line)
+        if made is None or made[1] in needed:
+            needed |= set(NAME.findall(line.split(" = ", 1)[1] if made else line))
+            kept.append(line)
+    return kept[::-1]
 
 
 def gathered(lines: Sequence[Line]) -> list[Line]:

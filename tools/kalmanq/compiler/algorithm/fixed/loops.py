@@ -9,10 +9,10 @@ from __future__ import annotations
 import math
 from typing import Optional, Sequence
 
-from kalmanq.compiler.algorithm.fixed.expressions import Lines, Value
+from kalmanq.compiler.algorithm.fixed.expressions import Expressions, Value
 from kalmanq.compiler.algorithm.fixed.factor import Factor, Key, keys
 from kalmanq.compiler.algorithm.fixed.formats import BITS, down, root_of, variance_word
-from kalmanq.compiler.algorithm.fixed.mean import word_of
+from kalmanq.compiler.algorithm.fixed.lines import word_of
 from kalmanq.compiler.algorithm.fixed.words import WordFilter
 from kalmanq.compiler.algorithm.loops import sparse, table
 from kalmanq.compiler.templates.engine import rendered
@@ -31,20 +31,20 @@ class LoopedWords(WordFilter):
     def predict_factor(self) -> list[str]:
         return [f"if (predict_factor(f->P)) {self.event('SIGMA_SATURATED')}"]
 
-    def _spread(self, lines: Lines, j: int) -> str:
+    def _spread(self, lines: Expressions, j: int) -> str:
         text = f"seen(f->P, H[{j}], {self._seen()[j][1]}, f{j})"
-        if text not in lines.known:
-            lines.lines.append(f"int32_t f{j}[{self.of.n}];")
+        if (text, ()) not in lines.known:
+            lines.do(f"int32_t f{j}[{self.of.n}];")
         return lines.let("q", text, "uint64_t")
 
-    def _updated(self, lines: Lines, j: int, weight: Value) -> tuple[list[Value], Optional[str], list[str], list[str]]:
+    def _updated(self, lines: Expressions, j: int, weight: Value) -> tuple[list[Value], Optional[str], list[str], list[str]]:
         n, f, there = self.of.n, f"f{j}", {key: "s" for key in self.there}
-        moves = [one is not None for one in self.factor.update(Lines(), there, j)[1]]
+        moves = [one is not None for one in self.factor.update(Expressions(), there, j)[1]]
         if not any(moves):
             return [], None, [], []
         spread, square = self._spread(lines, j), variance_word(self.formats.least[j], 2 * self.formats.row[j])
         if weight is not None:
-            lines.lines.append(f"for (int c = 0; c < {n}; c++) {f}[c] = part(product({weight}, {f}[c]));")
+            lines.do(f"for (int c = 0; c < {n}; c++) {f}[c] = part(product({weight}, {f}[c]));")
             spread = f"16 * (uint64_t)wide({weight}, wide({weight}, (int64_t){spread}))"
         last = lines.root(f"UINT64_C({square}) + {spread}")
         root, half = root_of(square)

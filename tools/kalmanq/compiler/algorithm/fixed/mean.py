@@ -11,6 +11,7 @@ from typing import Iterable, Mapping, Sequence
 import numpy as np
 
 from kalmanq.compiler.algorithm.fixed.formats import Formats, down
+from kalmanq.compiler.algorithm.fixed.lines import aligned, rounded, word_of
 from kalmanq.compiler.given.exact import Numbers
 
 NARROW = 34  # bits of a mean that has next to none in its high word
@@ -160,19 +161,3 @@ class Mean:
         """C: a function that takes all means within their ends"""
         ends = [f"    f->x[{i}] = stopped(f->x[{i}], INT64_C(1) << {end});" for i, end in enumerate(self.formats.end)]
         return [f"static void stop({type_} *f)", "{", *ends, f"    {self.saturated}", "}", ""]
-
-
-def word_of(c: float, digits: int) -> int:
-    return min(round(math.ldexp(c, digits)), 2**31 - 1)
-
-
-def aligned(text: str, by: int) -> str:
-    """2^-by of it"""
-    return text if not by else f"({text} >> {min(by, 62)})" if by > 0 else f"{text} * (INT64_C(1) << {-by})"
-
-
-def rounded(text: str, by: int) -> str:
-    """2^-by of it, to the nearest"""
-    if by <= 0:
-        return aligned(text, by)
-    return f"(({text} + (INT64_C(1) << {min(by, 62) - 1})) >> {min(by, 62)})"

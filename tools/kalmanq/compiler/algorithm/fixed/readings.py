@@ -11,7 +11,7 @@ from kalmanq.compiler.algorithm.fixed.factor import Factor, Key, keys
 from kalmanq.compiler.algorithm.fixed.formats import BITS, Formats
 from kalmanq.compiler.algorithm.fixed.mean import Mean
 from kalmanq.compiler.given.request import Request
-from kalmanq.firmware.conversions import to_raw
+from kalmanq.compiler.templates.engine import rendered
 from kalmanq.formulas.printing import indented
 
 
@@ -78,8 +78,9 @@ class Readings(Arithmetic):
             lines += [f"{upper}_S_{name.upper()}_FRACTION = {BITS - self.formats.row[j]}"
                       for j, name in enumerate(given.measurements)]
         converted = [one for name, which, k in rows for one in self._converted(f"{upper}_{name.upper()}", self.fraction(which, k))]
+        to_raw = {"name": given.name, "missing": "INT32_MIN", "control": f"takes 0 for such a control, with {upper}_CONTROL_REFUSED"}
         return ["/* value = raw value 2^-FRACTION; a covariance has the sum of two fractions of sigmas */", "enum {",
-                *indented([f"{one}," for one in lines[:-1]] + lines[-1:]), "};", "", *to_raw(given.name, "INT32_MIN", f"takes 0 for such a control, with {upper}_CONTROL_REFUSED"), *converted, ""]
+                *indented([f"{one}," for one in lines[:-1]] + lines[-1:]), "};", "", *rendered("to_raw.h.j2", to_raw).splitlines(), *converted, ""]
 
     def _converted(self, name: str, fraction: int) -> list[str]:
         return [f"#define {name}_RAW(value) {self.given.name}_to_raw((double)(value), {2.0**fraction!r})",

@@ -14,11 +14,12 @@ import numpy as np
 
 from kalmanq.compiler.algorithm import lag
 from kalmanq.compiler.algorithm.cycle import Cycle
-from kalmanq.compiler.algorithm.fixed.expressions import Lines, Value, living
+from kalmanq.compiler.algorithm.fixed.expressions import Expressions, Value
 from kalmanq.compiler.algorithm.fixed.factor import Entries, Factor, Key
 from kalmanq.compiler.algorithm.fixed.first import told_variances
 from kalmanq.compiler.algorithm.fixed.formats import BITS, formats, gap_of, largest_sigmas, ranged, root_of, variance_word
-from kalmanq.compiler.algorithm.fixed.mean import Mean, aligned
+from kalmanq.compiler.algorithm.fixed.lines import aligned, living
+from kalmanq.compiler.algorithm.fixed.mean import Mean
 from kalmanq.compiler.algorithm.fixed.readings import Readings
 from kalmanq.compiler.given.enclosure import Settled
 from kalmanq.compiler.given.request import RUN, Request
@@ -81,7 +82,7 @@ class WordFilter(Readings):
         there = {key for key, word in factor.words(factor.exact.P0).items() if word}
         while True:
             S: Entries = {key: entry(key) for key in there}
-            lines = Lines()
+            lines = Expressions()
             predicted = factor.predict(lines, dict(S))
             factor.too_long(lines, predicted)
             after = [predicted, *(factor.update(lines, dict(S), j)[0] for j in range(self.of.m))]
@@ -161,12 +162,12 @@ class WordFilter(Readings):
         return [*lines, *self.mean.stored(moved)]
 
     def predict_factor(self) -> list[str]:
-        lines = Lines()
+        lines = Expressions()
         after = self.factor.predict(lines, self.entries)
         beyond = self.factor.too_long(lines, after)
         if not beyond:
-            return living([*lines.lines, *self._stored(after)])
-        return living([*lines.lines, f"if ({beyond}) {self.event('SIGMA_SATURATED')}", "else {",
+            return living([*lines.c, *self._stored(after)])
+        return living([*lines.c, f"if ({beyond}) {self.event('SIGMA_SATURATED')}", "else {",
                        *indented(self._stored(after)), "}"])
 
     def _stored(self, after: Entries) -> list[str]:
@@ -174,13 +175,13 @@ class WordFilter(Readings):
 
     def update(self, j: int) -> list[str]:
         """Component j, whose value is z<j>"""
-        f, lines = self.formats, Lines()
+        f, lines = self.formats, Expressions()
         weight = self._student(lines, j) if self.given.options.student else None
         b, last, first, stores = self._updated(lines, j, weight)
         if last is None:
             return []
         more, shift = f.more[j], f.wide[j] + f.row[j] - f.weighed[j] - f.more[j]
-        made = [f"const int64_t y = {self.mean.wide_innovation(j)};", *lines.lines,
+        made = [f"const int64_t y = {self.mean.wide_innovation(j)};", *lines.c,
                 f"const int64_t weighed = shifted(wide({last}.over, {f'4 * wide({weight}, y)' if weight else 'y'}), "
                 f"{shift}{self.less} - {last}.half);",
                 f"const int32_t v = narrow(weighed{f' >> {more}' if more else ''});"]
@@ -207,16 +208,16 @@ class WordFilter(Readings):
                 *indented([*writes, f"if (is_near) f->rejected[{j}] = 0;"]), "} else {",
                 *indented([f"f->rejected[{j}]++;", self.event("GATED"), f"taken &= ~{1 << j}u;"]), "}"]
 
-    def _updated(self, lines: Lines, j: int, weight: Value) -> tuple[list[Value], Optional[str], list[str], list[str]]:
+    def _updated(self, lines: Expressions, j: int, weight: Value) -> tuple[list[Value], Optional[str], list[str], list[str]]:
         """Gain times sigma of the innovation, the name of that sigma, and lines before and after the mean's"""
         after, b, last = self.factor.update(lines, self.entries, j, weight)
         return b, last, [], self._stored(after)
 
-    def _spread(self, lines: Lines, j: int) -> str:
+    def _spread(self, lines: Expressions, j: int) -> str:
         """The name of H_j P H_j'"""
         return self.factor.spread(lines, self.entries, j)
 
-    def _student(self, lines: Lines, j: int) -> str:
+    def _student(self, lines: Expressions, j: int) -> str:
         """Name of the weight of component j, a fraction: sqrt of the least variance over that which it is taken with"""
         f, nu = self.formats, float(self.given.options.student or 0)
         r, least = (variance_word(one, 2 * f.far[j]) for one in (self.of.R[j], f.least[j]))

@@ -1,5 +1,5 @@
-/* A filter that kalmanq compile has written, on a target: compiled.h names it (tools/cost/compiled.py). */
-#include "compiled.h"
+/* A filter that kalmanq compile has written, on a target: cost-calls.h names it (measured.py). */
+#include "cost-calls.h"
 
 void cost_region(unsigned region);
 void cost_failed(int status);

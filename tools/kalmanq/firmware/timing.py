@@ -19,7 +19,7 @@ from __future__ import annotations
 import re
 from typing import Callable
 
-from elf import Instruction
+from kalmanq.firmware.elf import Instruction
 
 # cycles of an instruction, and what a change of the program counter adds
 Timing = tuple[Callable[[Instruction], int], int]

@@ -12,8 +12,7 @@ from typing import Iterator
 from elftools.elf.elffile import ELFFile
 from elftools.elf.sections import SymbolTableSection
 
-from cores import run
-from errors import UserError
+from kalmanq.firmware.cores import NotMeasured, run
 
 WRITABLE, ALLOCATED, WITHOUT_BYTES = 1, 2, "SHT_NOBITS"
 LINE = re.compile(r"^ *([0-9a-f]+):\t([0-9a-f ]+?) *\t(\S+)(?:[ \t]+(.*))?$", re.MULTILINE)
@@ -34,7 +33,7 @@ class Elf:
 
     def address(self, name: str) -> int:
         if name not in self.symbols:
-            raise UserError(f"{self.path.name}: has no function {name}")
+            raise NotMeasured(f"{self.path.name}: has no function {name}")
         return self.symbols[name]
 
     def function_at(self, address: int) -> str:

@@ -1,6 +1,6 @@
-/* A nonlinear filter that kalmanq compile has written, on a target: compiled.h names it (tools/cost/compiled.py).  Its
+/* A nonlinear filter that kalmanq compile has written, on a target: cost-calls.h names it (measured.py).  Its
  * predict and the update of each sensor, at the simulated rows of NAME_test.c after it has started. */
-#include "compiled.h"
+#include "cost-calls.h"
 
 void cost_region(unsigned region);
 void cost_failed(int status);

@@ -1,0 +1,131 @@
+"""kalmanq compile --library of a constant model: the C that design writes, built with the library, is the filter of kalmanq.run bit for bit."""
+
+from __future__ import annotations
+
+import json
+import shutil
+from pathlib import Path
+from typing import Any, Optional
+
+import numpy as np
+import pytest
+from command import kalmanq
+from firmware_here import Firmware
+from library import ROOT, STRICT, cc
+
+from kalmanq import Filter, Robust
+from kalmanq.firmware.ranges import with_ranges
+from kalmanq.model import model_file
+from kalmanq.run.simulation import simulate
+
+EXAMPLES = Path(model_file.__file__).parents[1] / "examples"
+LOSSES = (None, ("gate", 2.5), ("student", 4.0), ("huber", 1.5), ("jump", 6.0))
+LATE = """
+[model]
+A = [[0.98, 0.05], [0.0, 0.9]]
+B = [0.1, 0.0]
+Q = [0.01, 0.02]
+P0 = [4.0, 1.0]
+[states]
+names = ["a", "b"]
+ranges = [100, 50]
+[controls]
+names = ["push"]
+ranges = [10]
+[[sensors]]
+name = "quick"
+H = [1.0, 0.0]
+R = 0.25
+ranges = [100]
+[[sensors]]
+name = "late"
+H = [1.0, 1.0]
+R = 0.1
+ranges = [100]
+delay = 3
+"""
+ROWS = 150
+
+
+def compiled(folder: Path, model: Path, *options: Any) -> dict[str, Any]:
+    done = kalmanq("compile", model, "-o", folder / "own.c", "--library", "--json", *options)
+    assert done.returncode == 0, done.stderr
+    return json.loads(done.stdout)
+
+
+@pytest.mark.parametrize("arithmetic", ["f32", "f64", "q31"])
+@pytest.mark.parametrize("loss", LOSSES, ids=lambda loss: loss[0] if loss else "plain")
+@pytest.mark.parametrize("name", ["cart", "track", "factor", "oscillator"])
+def test_it_is_the_filter_of_the_host(name: str, loss: Optional[tuple[str, float]], arithmetic: str, tmp_path: Path) -> None:
+    """With outliers and rows that are missing in part or whole: its memory after each row"""
+    path = EXAMPLES / f"{name}.toml"
+    model = model_file.read(path)
+    told = compiled(tmp_path, path, "--arith", arithmetic, *([] if loss is None else ["--robust", f"{loss[0]}={loss[1]}"]))
+    if arithmetic == "q31":
+        model, notes = with_ranges(model, [])
+        assert [one["range"] for one in told["chosen_ranges"]] == [one.range for one in notes]
+    f, robust = Filter(model, arithmetic, way=told["way"]), None if loss is None else Robust(*loss)
+    firmware = Firmware(tmp_path, "own", arithmetic)
+    draw = np.random.default_rng(1)
+    u = draw.uniform(-1, 1, (ROWS, len(model.inputs))) if model.inputs else None
+    z = simulate(model, ROWS, 1, u)[1]
+    z += np.sqrt(np.diag(model.R)) * np.where(draw.random(z.shape) < 0.1, draw.normal(size=z.shape) * 12, 0)
+    z[draw.random(z.shape) < 0.2], z[40:50] = np.nan, np.nan
+    for t in range(ROWS):
+        if t:
+            f.predict(None if u is None else u[t - 1])
+        f.update(z[t], robust)
+        words = f.parts.words(np.nan_to_num(z[t:t + 1]), "measurements")[0]
+        moved = [] if u is None or not t else [f.parts.words(u[t - 1:t], "controls")[0]]
+        assert firmware.call("step" if t else "update", *moved, words, int((~np.isnan(z[t])) @ (1 << np.arange(model.m)))) == 0
+        assert np.array_equal(firmware.memory(len(f.memory)), f.memory), t
+
+
+@pytest.mark.parametrize("compiler", ["gcc", "clang"])
+def test_compilers_have_nothing_to_say(compiler: str, tmp_path: Path) -> None:
+    if not shutil.which(compiler):
+        pytest.skip(f"no {compiler}")
+    for arithmetic, loss in (("f32", "gate=4"), ("f64", "student"), ("q31", "gate"), ("q31", "jump=12")):
+        compiled(tmp_path, EXAMPLES / "track.toml", "--arith", arithmetic, "--robust", loss)
+        cc(compiler, *STRICT, f"-I{ROOT / 'include'}", "-fsyntax-only", "own.c", folder=tmp_path)
+
+
+@pytest.mark.parametrize("options, instead", [
+    (["--nis"], "kq_nis"), (["--lag", 3], "kq_lag"), (["--tunable"], "leave --library out instead"), (["--every", "1,2"], "NAME_update"),
+    (["--loops"], "loops in any case"), (["--straight"], "loops in any case"), (["--smooth", 9], "kalmanq run"), (["--iterate", 2], "leave --iterate out"),
+    (["--robust", "median"], "one of gate, huber, student, jump")])
+def test_options_that_it_has_not_name_what_has_them(options: list, instead: str, tmp_path: Path) -> None:
+    done = kalmanq("compile", EXAMPLES / "track.toml", "--library", *options, "-o", tmp_path / "own.c")
+    assert done.returncode == 1 and options[0] in done.stderr and instead in done.stderr and done.stderr.count("\n") == 1
+    assert not list(tmp_path.iterdir())
+
+
+def test_design_writes_the_same(tmp_path: Path) -> None:
+    """But for what it says of a core"""
+    for arithmetic in ("f32", "q31"):
+        told = compiled(tmp_path, EXAMPLES / "track.toml", "--arith", arithmetic)
+        done = kalmanq("design", EXAMPLES / "track.toml", "--core", "m3", "--arith", arithmetic, "--way", told["way"], "--name", "own", "-o", tmp_path / "..")
+        assert done.returncode == 0 and (tmp_path / "own.c").read_bytes() == (tmp_path / ".." / "own.c").read_bytes()
+
+
+@pytest.mark.parametrize("arithmetic", ["f32", "f64", "q31"])
+def test_what_comes_late_is_taken(arithmetic: str, tmp_path: Path) -> None:
+    """As if it had come in time"""
+    (tmp_path / "late.toml").write_text(LATE)
+    compiled(tmp_path, tmp_path / "late.toml", "--arith", arithmetic)
+    done = kalmanq("compile", tmp_path / "late.toml", "-o", tmp_path / "x.c", "--library", "--robust", "gate")
+    assert done.returncode and "leave --robust out" in done.stderr
+    model, firmware = model_file.read(tmp_path / "late.toml"), Firmware(tmp_path, "own", arithmetic)
+    f, draw = Filter(model, arithmetic, way="tables"), np.random.default_rng(2)
+    z, u = draw.normal(size=(30, 2)), draw.normal(size=(30, 1))
+    for t in range(30):
+        words, moved = f.parts.words(z[t:t + 1], "measurements")[0], f.parts.words(u[t:t + 1], "controls")[0]
+        if t:
+            f.predict(u[t])
+            assert firmware.call("predict", moved) == 0
+        f.update([np.nan if t > 26 else z[t, 0], np.nan if t > 26 else z[t, 1]])
+        assert firmware.call("update_quick", words[:1], 0 if t > 26 else 1) == 0
+        if 3 <= t:
+            late = f.parts.words(z[t - 3:t - 2], "measurements")[0]
+            assert firmware.call("update_late", late[1:], 1, 3) == 0
+    assert np.array_equal(firmware.memory(len(f.memory)), f.memory)

@@ -1,0 +1,90 @@
+"""Updates for noise that is not Gaussian: the losses of robust.h, and the limits of a gate."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from statistics import NormalDist
+from typing import Optional
+
+from kalmanq.core import Arithmetic, lib
+from kalmanq.errors import KalmanqError
+
+LEVELS = {0.9: lib.KQ_LEVEL_90, 0.95: lib.KQ_LEVEL_95, 0.99: lib.KQ_LEVEL_99, 0.999: lib.KQ_LEVEL_999,
+          0.9999: lib.KQ_LEVEL_9999}
+LOSSES = {"gate": 0.9999, "huber": 3.0, "student": 10.0, "jump": 9.0}  # with their usual parameters
+LEAST = {"huber": 0.0, "student": 2.0**-20, "jump": 1.0}  # of a parameter; 0 is too little
+FINEST = 2.0**24  # a limit of q31 is in Q39.24
+
+
+@dataclass(frozen=True)
+class Robust:
+    """An update for noise that is not Gaussian: a loss of robust.h, which says which to take.
+
+    way        "gate": a row that is too far off, for as many components as it has, is not taken;
+               "huber", "student": it counts less;
+               "jump": the covariance is raised
+    parameter  gate: the probability that a good measurement passes (0.9, 0.95, 0.99, 0.999, 0.9999), or above 1 how many
+               sigma a single one may be off, with that limit's probability for rows of several;
+               k of Huber, nu of Student, g of jump; None: what is usual
+    run        gate: after so many rejections in a row one is taken; 65535: never
+    While something of an unknown start is still unknown, measurements are taken as they are.
+    """
+
+    way: str
+    parameter: Optional[float] = None
+    run: int = 8
+
+    def __post_init__(self) -> None:
+        if self.way not in LOSSES:
+            raise KalmanqError(f"there is no robust {self.way!r}: {', '.join(LOSSES)}")
+        if self.way == "gate" and self.value not in LEVELS and not 1 < self.value < math.inf:
+            raise KalmanqError(f"a gate's level is one of {', '.join(map(str, LEVELS))}, or above 1: in sigma")
+        if self.way != "gate" and not (LEAST[self.way] <= self.value < math.inf and self.value > 0):
+            raise KalmanqError(f"{self.way}: {self.value:g} is not a parameter: give {'1 or more' if self.way == 'jump' else 'one above 0'}, "
+                               f"usually {LOSSES[self.way]:g}")
+
+    @property
+    def value(self) -> float:
+        return LOSSES[self.way] if self.parameter is None else self.parameter
+
+    @property
+    def sigmas(self) -> float:
+        """Of a gate: how far off a single measurement may be"""
+        return self.value if self.value > 1 else round(NormalDist().inv_cdf((1 + self.value) / 2), 4)
+
+    def limits(self, of: Arithmetic, count: int) -> list[float]:
+        """Of a gate: of the NIS of 1 to `count` components, as scores"""
+        if self.value in LEVELS:
+            return [of.function("chi_square_limit")(m, LEVELS[self.value]) for m in range(1, count + 1)]
+        made = [limit_of(self.value, m) for m in range(1, count + 1)]
+        return [min(round(one * FINEST), 2**63 - 1) for one in made] if of.is_fixed else made
+
+
+def limit_of(sigmas: float, count: int) -> float:
+    """What chi-square of `count` is above as seldom as a Gaussian is so many sigma off"""
+    low = high = sigmas**2
+    wanted = _log_tail(low, 1)
+    while _log_tail(high, count) > wanted:
+        low, high = high, 2 * high
+    while low < (middle := (low + high) / 2) < high:
+        low, high = (middle, high) if _log_tail(middle, count) > wanted else (low, middle)
+    return high
+
+
+def _log_tail(x: float, count: int) -> float:
+    """The logarithm of the probability that chi-square is above x: powers of x / 2 over their factorials, times exp(-x / 2)"""
+    half, first = x / 2, 0.5 * (count % 2)
+    term, total = (half**first / math.gamma(1 + first) if first else 1.0), 0.0
+    for k in range(count // 2):
+        total += term
+        term *= half / (k + 1 + first)
+    return -half + math.log(total + (_scaled_tail(half) if first else 0.0))
+
+
+def _scaled_tail(half: float) -> float:
+    """exp(half) erfc(sqrt(half))"""
+    root = math.sqrt(half)
+    if root < 20:
+        return math.exp(half) * math.erfc(root)
+    return (1 - 0.5 / half + 0.75 / half**2) / (root * math.sqrt(math.pi))
