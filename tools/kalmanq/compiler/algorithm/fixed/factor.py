@@ -67,7 +67,7 @@ class Factor:
 
     # ---- constants of a row
 
-    def noises(self, lines: Lines) -> list[Column]:
+    def noises(self, lines: Expressions) -> list[Column]:
         """Of the root of Q"""
         return [Column(list(one.entries)) for one in self.noise]
 

@@ -13,10 +13,11 @@ from typing import Any, Optional, Sequence
 import numpy as np
 
 from kalmanq.compiler.algorithm.cycle import Cycle
-from kalmanq.compiler.algorithm.fixed.expressions import Lines, living
+from kalmanq.compiler.algorithm.fixed.expressions import Expressions
 from kalmanq.compiler.algorithm.fixed.factor import Column, Factor
 from kalmanq.compiler.algorithm.fixed.first import settled_covariance
 from kalmanq.compiler.algorithm.fixed.formats import BITS, Formats, formats, gap_of, largest_sigmas, root_of, variance_word
+from kalmanq.compiler.algorithm.fixed.lines import living
 from kalmanq.compiler.algorithm.fixed.words import Place, WordFilter, entry
 from kalmanq.compiler.given.enclosure import Settled
 from kalmanq.compiler.given.request import Request
@@ -39,7 +40,7 @@ class RescaledFactor(Factor):
         made = self.finest(P)
         return [Column([made.get((i, j)) or None for i in range(self.n)]) for j in range(self.n)]
 
-    def noises(self, lines: Lines) -> list[Column]:
+    def noises(self, lines: Expressions) -> list[Column]:
         return [Column([None if word is None else lines.let("q", f"{word} >> coarse", cost=1) for word in one.entries]) for one in self.noise]
 
     def variance(self, j: int) -> tuple[str, tuple[str, str]]:
@@ -97,15 +98,15 @@ class RescaledWords(WordFilter):
         return [f"const int coarse = {self.power} - finer;"]
 
     def predict_factor(self) -> list[str]:
-        lines = Lines()
+        lines = Expressions()
         after = self.factor.predict(lines, self.entries)
         beyond = self.factor.too_long(lines, after)
         halves = [f"{entry(key)} = ({entry(key)} + 1) >> 1;" for key in self.live]
         if not beyond:
-            return living([*self.coarse, *lines.lines, *self._stored(after)])
+            return living([*self.coarse, *lines.c, *self._stored(after)])
         again = [f"if ({beyond}) {{", "    if (finer) {", *indented(indented([*halves, "finer -= 1;", "continue;"])), "    }",
                  f"    {self.event('SIGMA_SATURATED')}", "} else {", *indented(self._stored(after)), "}", "break;"]
-        return living(["for (;;) {", *indented([*self.coarse, *lines.lines, *again]), "}"])
+        return living(["for (;;) {", *indented([*self.coarse, *lines.c, *again]), "}"])
 
     def update(self, j: int) -> list[str]:
         made = super().update(j)
