@@ -20,6 +20,7 @@ from whole import WHOLE, first
 
 import kalmanq
 from kalmanq import Model
+from kalmanq.compiler.algorithm.ud import columns_of_noise
 from kalmanq.compiler.given.request import GAP, LONGEST_GAP, Options
 from kalmanq.compiler.report import report
 from kalmanq.compiler.run.host import Host
@@ -76,6 +77,13 @@ def accurate(model: Model, arithmetic: str, rows: int, seeds: tuple, folder: Pat
 def test_every_product(make: Callable[[], Model], arithmetic: str, tmp_path: Path) -> None:
     seeds = (1, 2, 3) if make in (gps, tilt, rover) else (1,)
     accurate(make(), arithmetic, 1000, seeds, tmp_path)
+
+
+@pytest.mark.parametrize("make", [gps, ultrasound, interferometer, drone])
+def test_noise_of_fewer_columns_than_states_is_as_many(make: Callable[[], Model]) -> None:
+    """In double G G' has a rank that is rounding"""
+    model = make()
+    assert len(columns_of_noise(compiled(model, "flt").given.of.Q)) == model.G.shape[1]
 
 
 @pytest.mark.parametrize("make", first(2, (interferometer, load_cell, ultrasound, gps, rover, tank)))

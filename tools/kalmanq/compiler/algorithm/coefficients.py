@@ -58,7 +58,7 @@ class Tunable(Constant):
             self.A[i][k] = symbol(f"f->A[{slot}]")
             self.A_less_one[i][k] = self.A[i][k] - float(i == k)
         self.R = [symbol(f"f->r[{j}]") for j in range(of.m)]
-        self.q = ud.factor(given.of.Q)
+        self.q = ud.factor_of_noise(given.of.Q)
         self.columns = [c for c in range(of.n) if self.q[c, c]]
         self.rows = [(i, c) for c in self.columns for i in range(c) if self.q[i, c]]
         sizes = (("A", len(self.places)), ("B", len(self.pushes)), ("q", len(self.columns)), ("g", len(self.rows)), ("r", of.m))

@@ -105,7 +105,7 @@ class FloatFilter(Arithmetic):
 
     def _shorter(self) -> ud.UD:
         """Of the two ways to predict the one with fewer operations"""
-        least = min(min(ud.factor(self._in_order(self.given.of.Q))[i, i], self.first[i, i]) for i in range(self.of.n))
+        least = min(min(ud.factor_of_noise(self._in_order(self.given.of.Q))[i, i], self.first[i, i]) for i in range(self.of.n))
         guards = least <= 0 or self.given.options.tunable
         forms = [ud.UD(rotates, guards, LEAST[self.type]) for rotates in (True, False)]
         P = {key: symbol(entry(key)) for key in self.first}

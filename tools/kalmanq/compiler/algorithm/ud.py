@@ -19,6 +19,7 @@ Key = tuple[int, int]
 Entries = dict[Key, Node]
 Row = Sequence[Given]
 ZERO, ONE = 0.0, 1.0
+ROUNDED = 2.0**-50  # of a variance of Q
 LEAST = 1e-36  # a D below this is 0: its inverse would overflow a float
 
 
@@ -152,8 +153,13 @@ def carried(high: Node, change: Node) -> tuple[Node, Node]:
     return total, change - make("sub", total, high) if total is not high else change
 
 
+def factor_of_noise(Q: np.ndarray) -> dict[Key, float]:
+    """Without what G G' is rounded by, of fewer columns than states"""
+    return {(i, j): 0.0 if i == j and one <= ROUNDED * float(Q[i, i]) else one for (i, j), one in factor(Q).items()}
+
+
 def columns_of_noise(Q: np.ndarray) -> list[Column]:
-    q = factor(Q)
+    q = factor_of_noise(Q)
     n = len(Q)
     return [Column(node(q[c, c]), [node(q[i, c] if i < c else float(i == c)) for i in range(n)])
             for c in range(n) if q[c, c]]
