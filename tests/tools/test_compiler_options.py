@@ -168,7 +168,7 @@ def test_a_cycle_of_rows_settles(arithmetic, make, every):
 
 
 def test_what_is_refused_of_rates():
-    for every, options, said in (((2, 2), {}, "longer step"), ((1,), {}, "each of 2"), ((1, 997), {}, "997 rows"),
+    for every, options, said in (((2, 2), {}, "longer step"), ((1,), {}, "give 2 whole numbers"), ((1, 997), {}, "997 rows"),
                                  ((1, 4), {"nis": True}, "--nis")):
         with pytest.raises(KalmanqError, match=said):
             compiled(gps(), "flt", Options(every=every, **options))
@@ -241,7 +241,7 @@ def test_nis_with_student_is_that_of_the_model_s_noise(make, tmp_path):
 
 
 def test_words_are_not_tuned():
-    with pytest.raises(KalmanqError, match="--tunable: .*constants.*; compile one filter for each"):
+    with pytest.raises(KalmanqError, match="--tunable: .*constants.* compile one filter for each"):
         compiled(gps(), "flt", Options("q31", tunable=True))
 
 

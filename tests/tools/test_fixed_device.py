@@ -338,7 +338,7 @@ def test_its_files_are_free_of_warnings_and_its_test_says_ok(name, tmp_path):
 
 
 @pytest.mark.parametrize("arguments, said", [
-    ([EXAMPLES / "battery.py", "--arith", "q31"], "--library has q31"),
+    ([EXAMPLES / "battery.py", "--arith", "q31"], "add --library"),
     ([EXAMPLES / "battery.py", "--arith", "q31", "--library", "--robust", "gate=3"], "kq_loss_gate"),
     ([EXAMPLES / "battery.py", "--arith", "q31", "--library", "--iterate", 3], "--iterate")])
 def test_what_it_has_not_is_said_in_a_line(arguments, said, tmp_path):

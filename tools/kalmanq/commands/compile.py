@@ -113,14 +113,14 @@ def _rates(given: str) -> tuple[int, ...]:
     try:
         return tuple(int(one) for one in given.split(",")) if given else ()
     except ValueError:
-        raise KalmanqError(f"--every: {given} is not a list of whole numbers, such as 1,10") from None
+        raise KalmanqError(f"--every: {given} is not a list of whole numbers: give one, such as 1,10") from None
 
 
 def name_of(out: Path) -> str:
     if out.suffix == ".c" and out.stem in WORDS:
-        raise KalmanqError(f"-o {out}: {out.stem} is a word or a header of C or C++; functions need another name")
+        raise KalmanqError(f"-o {out}: {out.stem} is a word or a header of C or C++: give another name")
     if out.suffix != ".c" or identifier(out.stem) != out.stem:
-        raise KalmanqError(f"-o {out}: is called as its functions are: a name in small letters, digits and _, and .c")
+        raise KalmanqError(f"-o {out}: its functions are called so: give a name in small letters, digits and _, and .c")
     return out.stem
 
 
