@@ -20,7 +20,7 @@ import kalmanq as kalmanq_package
 from kalmanq.compiler.algorithm.fixed.device import EVENTS
 from kalmanq.compiler.algorithm.fixed.python import Far
 from kalmanq.compiler.given.request import Options
-from kalmanq.compiler.report import equation_report, fixed_costs, fixed_report, report
+from kalmanq.compiler.report import fixed_costs, fixed_report, report
 from kalmanq.compiler.run.equation_records import drawn, recorded
 from kalmanq.compiler.run.equation_run import FixedEquations, compiled_equations_run
 from kalmanq.compiler.run.fixed_records import simulated
@@ -335,12 +335,3 @@ def test_its_files_are_free_of_warnings_and_its_test_says_ok(name, tmp_path):
         assert subprocess.run([tmp_path / "one" / "trial"], capture_output=True, text=True).stdout.endswith("OK\n"), compiler
     cc("g++", "-std=c++17", "-Wall", "-Wextra", "-Wpedantic", "-Werror", f"-I{ROOT / 'include'}", "-fsyntax-only", "-x", "c++", "-include",
        "own.h", os.devnull, folder=tmp_path / "one")
-
-
-@pytest.mark.parametrize("arguments, said", [
-    ([EXAMPLES / "battery.py", "--arith", "q31"], "add --library"),
-    ([EXAMPLES / "battery.py", "--arith", "q31", "--library", "--robust", "gate=3"], "kq_loss_gate"),
-    ([EXAMPLES / "battery.py", "--arith", "q31", "--library", "--iterate", 3], "--iterate")])
-def test_what_it_has_not_is_said_in_a_line(arguments, said, tmp_path):
-    done = kalmanq("compile", *arguments, "-o", tmp_path / "own.c")
-    assert done.returncode and said in done.stderr and "Traceback" not in done.stderr and not list(tmp_path.iterdir())

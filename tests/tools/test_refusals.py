@@ -19,7 +19,8 @@ from kalmanq.commands import compile as command, compile_equations
 from kalmanq.model import model_file
 
 EXAMPLES = Path(model_file.__file__).parents[1] / "examples"
-LATE = {
+FILES = {
+    "drifts.toml": "[model]\nA = [[1, 1], [0, 1]]\nH = [1, 0]\nR = 1.0\nQ = [0.1, 0]\nP0 = [1, 1]\n",
     "late.toml": """
 [model]
 A = [[0.98, 0.05], [0.0, 0.9]]
@@ -63,9 +64,9 @@ def refused(monkeypatch, capsys, tmp_path):
     def stop(*_: object) -> None:
         raise Compiled
 
-    for module, name in ((command, "alone"), (command, "_write"), (compile_equations, "Host"), (compile_equations, "in_whole_groups")):
+    for module, name in ((command, "alone"), (command, "write"), (compile_equations, "Host"), (compile_equations, "in_whole_groups")):
         monkeypatch.setattr(module, name, stop)
-    for name, text in LATE.items():
+    for name, text in FILES.items():
         (tmp_path / name).write_text(text)
     compiler = loaded("compile")
 
@@ -78,7 +79,7 @@ def refused(monkeypatch, capsys, tmp_path):
             return ""
         except SystemExit:
             said = capsys.readouterr().err
-            assert said.count("\n") == 1, said
+            assert said.count("\n") == 1 and not list(tmp_path.glob("own*")), said
             return said
         raise AssertionError("neither compiled nor refused")
 
@@ -94,6 +95,29 @@ def test_each_message_says_what_to_do() -> None:
         sys.path.pop(0)
     of = [text for text, place in collected.items() if place.startswith(("compiler/", "commands/compile"))]
     assert len(of) > 40 and not [text for text in of if not CURE.search(text) and not text.endswith(": {...}")]
+
+
+@pytest.mark.parametrize("model, options, said", [
+    *((model, options, said) for model in ("track.toml", "battery.py") for options, said in (
+        (["--library", "--nis"], "kq_nis"), (["--robust=gate=x"], "x is not a number"), (["--robust=huber"], "give one of gate, student; "),
+        *(([f"--robust={one}"], f"--robust {one}") for one in ("gate=0", "gate=-3", "gate=nan", "gate=1", "student=0", "student=inf")))),
+    *(("battery.py", [f"--robust={one}", "--library"], call) for one, call in (("gate=3", "kq_loss_gate"), ("student", "kq_loss_student"),
+                                                                               ("huber=2", "kq_loss_huber"))),
+    *(("battery.py", [one], one.split("=")[0]) for one in ("--lag=2", "--tunable", "--every=2", "--loops")),
+    ("battery.py", ["--library", "--smooth=9"], "kq_smooth"), ("battery.py", ["--arith=q31"], "add --library"),
+    ("battery.py", ["--arith=q31", "--library", "--robust=gate=3"], "kq_loss_gate"), ("battery.py", ["--arith=q31", "--library", "--iterate=3"], "--iterate"),
+    *(("track.toml", ["--library", *options], said) for options, said in (
+        (["--lag=3"], "kq_lag"), (["--tunable"], "leave --library out instead"), (["--every=1,2"], "NAME_update"), (["--loops"], "loops in any case"),
+        (["--straight"], "loops in any case"), (["--smooth=9"], "kalmanq run"), (["--iterate=2"], "leave --iterate out"),
+        (["--robust=median"], "one of gate, huber, student, jump"))),
+    *(("track.toml", [f"--every={given}", *more], said) for given, more, said in (
+        ("2,2", [], "longer step"), ("1", [], "give 2 whole numbers"), ("1,997", [], "997 rows"), ("1,4", ["--nis"], "--nis"), ("a", [], "such as 1,10"))),
+    ("track.toml", ["--arith=q31", "--tunable"], "compile one filter for each"), ("drifts.toml", ["--lag=2"], "kalmanq check says why"),
+    ("late.toml", ["--lag=3"], "--lag: and a sensor with a delay"), ("late.toml", ["--tunable"], "--tunable: and a sensor with a delay"),
+    ("late.toml", ["--library", "--robust=gate"], "--robust: and a sensor with a delay"),
+    ("late.py", ["--library"], "--library: and a sensor with a delay"), ("late.py", ["--smooth=9"], "--smooth: and a sensor with a delay")])
+def test_an_option_that_is_refused(model: str, options: Sequence[str], said: str, refused) -> None:
+    assert said in refused(model, options)
 
 
 @pytest.mark.parametrize("model", MODELS)
