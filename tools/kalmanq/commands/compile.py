@@ -34,7 +34,8 @@ class Options:
     out: Path = typer.Option(..., "-o", "--out", metavar="NAME.c", help="The C file. NAME.h, NAME_test.c and NAME_report.txt are written next to it.")
     arithmetic: choices("Compiled", ARITHMETICS) = typer.Option("f32", "--arith", help="The arithmetic of the C file.")
     robust: Optional[str] = typer.Option(None, "--robust", metavar="gate[=K]|student[=NU]", help="Against outliers. gate: reject what is more than K sigma "
-                                         "(3.8906) from its prediction; student: less weight, as Student's noise with NU (10) degrees of freedom gives it.")
+                                         "(3.8906) from its prediction; student: less weight, as Student's noise with NU (10) degrees of freedom gives it. "
+                                         "--library: huber[=K] and jump[=G], too.")
     nis: bool = typer.Option(False, "--nis", help="Also compute NIS and the variances of innovations (f32, f64: the likelihood, too).")
     lag: int = typer.Option(0, "--lag", metavar="L", min=0, max=64, help="Also give the mean of L samples ago, once the gain is constant.")
     tunable: bool = typer.Option(False, "--tunable", help="f32, f64: a program may change A, Q and R while it runs; without the fast path.")

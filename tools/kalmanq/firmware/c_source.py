@@ -571,6 +571,7 @@ def _loss(w: Writer) -> list[str]:
 
 def _robust(w: Writer, call: str, plain: str) -> tuple[str, str]:
     """What comes before, and what an update returns"""
+    assert w.robust
     before = "" if w.robust.way != "gate" else "    unsigned count = 0;\n" \
         f"    for (unsigned j = 0; j < {w.model.m}u; j++) count += present >> j & 1u;\n" \
         "    model_loss.limit = gate_limit[count ? count - 1u : 0];\n"
