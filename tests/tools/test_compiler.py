@@ -663,7 +663,7 @@ REFUSED = [
     (tank, Options(gate=0.0), "--robust gate: 0 is not a positive number"),
     (tank, Options(student=-1.0), "--robust student: -1 is not a positive number"),
     (tank, Options(settle=0.0), "settle: 0 is not"),
-    (tank, Options(gate=3.0, student=3.0), "gate and student: .*choose one"),
+    (tank, Options(gate=3.0, student=3.0), "gate and student: .*leave one of them out"),
 ]
 
 

@@ -19,7 +19,6 @@ from kalmanq.compiler.run import record
 from kalmanq.compiler.run.host import Host, compiler
 from kalmanq.compiler.text.emit import PREDICTS, UPDATES
 from kalmanq.compiler.text.product import compiled
-from kalmanq.errors import KalmanqError
 
 MEAN, COVARIANCE = 7e-4, 5e-4  # of q31: sigma, sigma_i sigma_j
 
@@ -127,12 +126,6 @@ unsigned run(int rows, int *is_there)
     assert np.array_equal(*there) and there[0].sum() > 100
 
 
-def test_a_lag_needs_a_constant_gain():
-    drifts = Model([[1, 1], [0, 1]], H=[1, 0], R=1.0, Q=[0.1, 0], P0=[1, 1])
-    with pytest.raises(KalmanqError, match="--lag"):
-        compiled(drifts, "flt", Options(lag=2))
-
-
 # ------------------------------------------------------------------------------ --every
 
 
@@ -165,13 +158,6 @@ def test_a_cycle_of_rows_settles(arithmetic, make, every):
     assert found.mean < of_settled[0] and found.covariance < of_settled[1] and not found.events
     last = ran.covariance[-2 * length:]
     assert rows < length * (cycles + 4) or np.array_equal(last[:length], last[length:])
-
-
-def test_what_is_refused_of_rates():
-    for every, options, said in (((2, 2), {}, "longer step"), ((1,), {}, "each of 2"), ((1, 997), {}, "997 rows"),
-                                 ((1, 4), {"nis": True}, "--nis")):
-        with pytest.raises(KalmanqError, match=said):
-            compiled(gps(), "flt", Options(every=every, **options))
 
 
 # ------------------------------------------------------------------------------ --student
@@ -238,11 +224,6 @@ def test_nis_with_student_is_that_of_the_model_s_noise(make, tmp_path):
 
 
 # ------------------------------------------------------------------------------ --tunable
-
-
-def test_words_are_not_tuned():
-    with pytest.raises(KalmanqError, match="--tunable: .*constants.*; compile one filter for each"):
-        compiled(gps(), "flt", Options("q31", tunable=True))
 
 
 @pytest.mark.parametrize("make", [gps, oven, motor])

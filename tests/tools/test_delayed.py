@@ -21,7 +21,6 @@ from kalmanq.compiler.run.host import Host
 from kalmanq.compiler.text.equation_product import compiled_equations
 from kalmanq.compiler.text.product import compiled
 from kalmanq.core import lib
-from kalmanq.errors import KalmanqError
 from kalmanq.firmware.c_source import bytes_of_delays
 from kalmanq.firmware.steps_kept import latest_of
 from kalmanq.model import Model, Quantity, Sensor, model_file
@@ -174,12 +173,6 @@ def test_what_is_no_step_that_is_kept_is_refused(tmp_path):
     assert all(np.array_equal(one, other) for one, other in zip(before, late.read()))
     assert late.update(np.ones(model.m), 3, kept) == 3 and late.update(np.ones(model.m), 2, kept) == 0
     assert late.update(np.full(model.m, 1e30), 1, 0) == 0 and late.events == bit | 1
-
-
-def test_options_that_go_with_no_delay(tmp_path):
-    for options, said in ((Options(lag=3), "--lag: and a sensor with a delay"), (Options(tunable=True), "--tunable: and a sensor")):
-        with pytest.raises(KalmanqError, match=said):
-            compiled(some_model(2), "late", options)
 
 
 # ------------------------------------------------------------------------------ over the library, as design writes it
@@ -384,8 +377,6 @@ def test_a_late_log_of_a_nonlinear_model(tmp_path):
 @pytest.mark.parametrize("old, new, command, said", [
     ('"gps": 0.2', '"gsp": 0.2', ("run",), "delays: is {name of a sensor: how late it tells}; sensors: compass, gps, mast"),
     ('"gps": 0.2', '"gps": -1', ("run",), "delays: gps is to be 0 or more"),
-    ("0.05\n", "0.05\n", ("compile", "-o", "rover.c", "--library"), "--library: and a sensor with a delay"),
-    ("0.05\n", "0.05\n", ("compile", "-o", "rover.c", "--smooth", "9"), "--smooth: and a sensor with a delay"),
     ("0.05\n", "0.05\n", ("compare",), "compare cannot use delays (run, report, check and fit can)"),
 ])
 def test_what_is_no_delay_is_refused(old, new, command, said, tmp_path):

@@ -300,8 +300,13 @@ def test_what_is_linear_is_told_once_and_the_rest_in_each_call(tmp_path):
     assert "kq_move_f32" in texts["attitude"]
 
 
-@pytest.mark.parametrize("option, call", [(["--robust", "gate=3"], "kq_loss_gate"), (["--robust", "student"], "kq_loss_student"), (["--nis"], "kq_nis"),
-                                          (["--smooth", 9], "kq_smooth")])
-def test_options_of_straight_lines_name_the_library_s_call(option, call, tmp_path):
-    done = kalmanq("compile", EXAMPLES / "range_bearing.py", "--library", *option, "-o", tmp_path / "own.c")
-    assert done.returncode and option[0] in done.stderr and call in done.stderr and not (tmp_path / "own.c").exists()
+@pytest.mark.parametrize("share, told", [(1, 128), (1e8, 0)])  # KQ_EVENT_PRECISION
+@pytest.mark.parametrize("iterate", [1, 3])
+def test_an_event_where_float_rounds_an_innovation_by_more_than_sigma(share, told, iterate, tmp_path):
+    given = random_model(602)
+    model = NonlinearModel(given.given["f"].function, given.given["h"].function, x0=given.x0, P0=given.P0, Q=given.Q, R=share * given.R)
+    recorded, _ = drawn(model, 40, 1)
+    product = compiled_device(model, "rounded", Options("f32", iterate=iterate))
+    made = Program(product, tmp_path, uses="unsigned events(void); unsigned events(void) { return kq_events_f32(&f.filter); }")
+    made.run(recorded)
+    assert made.library.events() == told and ("PRECISION" in product.code) == (told > 0)

@@ -369,12 +369,3 @@ def test_its_files_are_free_of_warnings_and_its_test_says_ok(name, tmp_path):
         assert subprocess.run([tmp_path / "one" / "trial"], capture_output=True, text=True).stdout.endswith("OK\n"), compiler
     cc("g++", "-std=c++17", "-Wall", "-Wextra", "-Wpedantic", "-Werror", f"-I{ROOT / 'include'}", "-fsyntax-only", "-x", "c++", "-include",
        "own.h", os.devnull, folder=tmp_path / "one")
-
-
-@pytest.mark.parametrize("arguments, said", [
-    ([EXAMPLES / "battery.py", "--arith", "q31"], "--library has q31"),
-    ([EXAMPLES / "battery.py", "--arith", "q31", "--library", "--robust", "gate=3"], "kq_loss_gate"),
-    ([EXAMPLES / "battery.py", "--arith", "q31", "--library", "--iterate", 3], "--iterate")])
-def test_what_it_has_not_is_said_in_a_line(arguments, said, tmp_path):
-    done = kalmanq("compile", *arguments, "-o", tmp_path / "own.c")
-    assert done.returncode and said in done.stderr and "Traceback" not in done.stderr and not list(tmp_path.iterdir())

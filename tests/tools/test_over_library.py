@@ -90,16 +90,6 @@ def test_compilers_have_nothing_to_say(compiler: str, tmp_path: Path) -> None:
         cc(compiler, *STRICT, f"-I{ROOT / 'include'}", "-fsyntax-only", "own.c", folder=tmp_path)
 
 
-@pytest.mark.parametrize("options, instead", [
-    (["--nis"], "kq_nis"), (["--lag", 3], "kq_lag"), (["--tunable"], "leave --library out instead"), (["--every", "1,2"], "NAME_update"),
-    (["--loops"], "loops in any case"), (["--straight"], "loops in any case"), (["--smooth", 9], "kalmanq run"), (["--iterate", 2], "leave --iterate out"),
-    (["--robust", "median"], "one of gate, huber, student, jump")])
-def test_options_that_it_has_not_name_what_has_them(options: list, instead: str, tmp_path: Path) -> None:
-    done = kalmanq("compile", EXAMPLES / "track.toml", "--library", *options, "-o", tmp_path / "own.c")
-    assert done.returncode == 1 and options[0] in done.stderr and instead in done.stderr and done.stderr.count("\n") == 1
-    assert not list(tmp_path.iterdir())
-
-
 def test_design_writes_the_same(tmp_path: Path) -> None:
     """But for what it says of a core"""
     for arithmetic in ("f32", "q31"):
@@ -113,8 +103,6 @@ def test_what_comes_late_is_taken(arithmetic: str, tmp_path: Path) -> None:
     """As if it had come in time"""
     (tmp_path / "late.toml").write_text(LATE)
     compiled(tmp_path, tmp_path / "late.toml", "--arith", arithmetic)
-    done = kalmanq("compile", tmp_path / "late.toml", "-o", tmp_path / "x.c", "--library", "--robust", "gate")
-    assert done.returncode and "leave --robust out" in done.stderr
     model, firmware = model_file.read(tmp_path / "late.toml"), Firmware(tmp_path, "own", arithmetic)
     f, draw = Filter(model, arithmetic, way="tables"), np.random.default_rng(2)
     z, u = draw.normal(size=(30, 2)), draw.normal(size=(30, 1))

@@ -35,7 +35,8 @@ class Options:
     out: Path = typer.Option(..., "-o", "--out", metavar="NAME.c", help="The C file. NAME.h, NAME_test.c and NAME_report.txt are written next to it.")
     arithmetic: choices("Compiled", ARITHMETICS) = typer.Option("f32", "--arith", help="The arithmetic of the C file.")
     robust: Optional[str] = typer.Option(None, "--robust", metavar="gate[=K]|student[=NU]", help="Against outliers. gate: reject what is more than K sigma "
-                                         "(3.8906) from its prediction; student: less weight, as Student's noise with NU (10) degrees of freedom gives it.")
+                                         "(3.8906) from its prediction; student: less weight, as Student's noise with NU (10) degrees of freedom gives it. "
+                                         "--library: huber[=K] and jump[=G], too.")
     nis: bool = typer.Option(False, "--nis", help="Also compute NIS and the variances of innovations (f32, f64: the likelihood, too).")
     lag: int = typer.Option(0, "--lag", metavar="L", min=0, max=64, help="Also give the mean of L samples ago, once the gain is constant.")
     tunable: bool = typer.Option(False, "--tunable", help="f32, f64: a program may change A, Q and R while it runs; without the fast path.")
@@ -114,14 +115,14 @@ def _rates(given: str) -> tuple[int, ...]:
     try:
         return tuple(int(one) for one in given.split(",")) if given else ()
     except ValueError:
-        raise KalmanqError(f"--every: {given} is not a list of whole numbers, such as 1,10") from None
+        raise KalmanqError(f"--every: {given} is not a list of whole numbers: give one, such as 1,10") from None
 
 
 def name_of(out: Path) -> str:
     if out.suffix == ".c" and out.stem in WORDS:
-        raise KalmanqError(f"-o {out}: {out.stem} is a word or a header of C or C++; functions need another name")
+        raise KalmanqError(f"-o {out}: {out.stem} is a word or a header of C or C++: give another name")
     if out.suffix != ".c" or identifier(out.stem) != out.stem:
-        raise KalmanqError(f"-o {out}: is called as its functions are: a name in small letters, digits and _, and .c")
+        raise KalmanqError(f"-o {out}: its functions are called so: give a name in small letters, digits and _, and .c")
     return out.stem
 
 

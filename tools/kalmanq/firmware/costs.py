@@ -11,13 +11,11 @@ from typing import Mapping
 
 import numpy as np
 
+from kalmanq.firmware import cores
 from kalmanq.model import Model
 from kalmanq.run.parts import is_diagonal
 
-CORES = {
-    "m0": "Cortex-M0", "m3": "Cortex-M3", "m4f": "Cortex-M4F", "m7": "Cortex-M7, double FPU",
-    "m33": "Cortex-M33, FPU", "rv32": "RISC-V RV32IMAC", "avr": "ATmega328P",
-}
+CORES = {core.name: core.description for core in cores.CORES}
 # What costs.csv was measured with (tests/target/cores.sh): other flags, or q31 without its port, cost more
 FLAGS = "-ffp-contract=off -ffunction-sections -fdata-sections -fno-math-errno -fno-tree-loop-distribute-patterns"
 COMPACT = "--param=max-inline-insns-single=15"  # not of files of compile-time sizes

@@ -60,14 +60,19 @@ class Cycle:
 
 def check(given: Request) -> None:
     every = given.options.every
+    if given.of.m == 1:
+        raise KalmanqError("--every: is of several measurements: leave --every out")
     if len(every) != given.of.m or min(every) < 1:
-        raise KalmanqError(f"--every: gives rows between two values of each of {given.of.m} measurements: whole numbers")
+        raise KalmanqError(f"--every: give {given.of.m} whole numbers, the rows from one value to the next of each measurement, such as 1,10")
     if min(every) != 1:
         raise KalmanqError("--every: one measurement has to be in every row: give the model a longer step")
     if math.lcm(*every) > LONGEST:
-        raise KalmanqError(f"--every: all measurements meet after {math.lcm(*every)} rows, at most {LONGEST}")
-    if given.options.nis or given.options.gate is not None or given.options.lag:
-        raise KalmanqError("--every: is without --nis, --robust gate and --lag; leave it out, and every row is worked out")
+        raise KalmanqError(f"--every: all measurements meet after {math.lcm(*every)} rows, at most {LONGEST}: give numbers that meet earlier, or leave --every out")
+    options = given.options
+    for other, is_given in (("--nis", options.nis), ("--robust gate", options.gate is not None), ("--lag", options.lag)):
+        if is_given:
+            raise KalmanqError(f"--every and {other}: a cycle of constant gains has no {other}: leave {other} or --every out; without "
+                               "--every each row is worked out")
 
 
 def settled(of: Numbers, every: Sequence[int], tolerance: float) -> Optional[Cycle]:

@@ -63,25 +63,25 @@ def equations(model: NonlinearModel, name: str, options: Options) -> Equations:
     if not model.has_errors:
         return Equations(model, given, model.sensors)
     if options.iterate > 1:
-        raise KalmanqError("--iterate: is of models without nominal numbers")
+        raise KalmanqError("--iterate: is of models without nominal numbers: leave --iterate out")
     names, _, _ = named(model.carried, (), ())
     return Equations(model, replace(given, nominal=names), model.sensors)
 
 
 def _refuse(options: Options) -> None:
     if options.arithmetic == "q31":
-        raise KalmanqError("--arith q31: without the library a nonlinear model is compiled in f32 and f64; --library has q31, too")
+        raise KalmanqError("--arith q31: without the library a nonlinear model is compiled in f32 and f64: add --library, or leave --arith q31 out")
     for name, value in (("--lag", options.lag), ("--every", options.every), ("--tunable", options.tunable),
                         ("--loops", options.loops and not options.smooth)):
         if value:
-            raise KalmanqError(f"{name}: is of models with constant matrices")
+            raise KalmanqError(f"{name}: is of models with constant matrices: leave {name} out")
 
 
 def _refuse_names(sensors: Sequence[Sensor]) -> None:
     """A sensor's name is a part of names of C."""
     for one in sensors:
         if not one.name.isascii():
-            raise KalmanqError(f"sensors: {one.name} is to be a part of functions' names: letters without accents, digits and _")
+            raise KalmanqError(f"sensors: {one.name} is a part of functions' names: write it in letters without accents, digits and _")
         for other in sensors:
             if other.m > 1 and one.name == f"{other.name}_some":
                 raise KalmanqError(f"sensors: {one.name} has the name of a function of {other.name}: give it another one")

@@ -59,7 +59,7 @@ def inverse(matrix: np.ndarray) -> np.ndarray:
     for k in range(n):
         best = max(range(k, n), key=lambda i: abs(work[i, k]))
         if not work[best, k]:
-            raise KalmanqError("a matrix is singular")
+            raise KalmanqError("a matrix is singular: give Q, R and P0 in units in which their sizes are nearer to each other")
         work[[k, best]] = work[[best, k]]
         work[k] = work[k] / work[k, k]
         for i in range(n):

@@ -198,16 +198,17 @@ def _refuse(model: Model, options: Options) -> None:
         scale = np.sqrt(np.maximum(np.diag(matrix), 0))
         scaled = matrix / np.outer(np.where(scale > 0, scale, 1), np.where(scale > 0, scale, 1))
         if np.linalg.eigvalsh(scaled).min() < (1e-12 if name == "R" else -1e-9):
-            raise KalmanqError(f"{name}: is no covariance: it is not positive {'' if name == 'R' else 'semi-'}definite")
+            raise KalmanqError(f"{name}: is no covariance: it is not positive {'' if name == 'R' else 'semi-'}definite: give one whose "
+                               f"eigenvalues are {'above 0' if name == 'R' else '0 or more'}")
     if options.arithmetic == "f32":
         _refuse_beyond(model)
     for name, value in (("--robust gate", options.gate), ("--robust student", options.student), ("settle", options.settle)):
         if value is not None and not 0 < value < np.inf:
-            raise KalmanqError(f"{name}: {value:g} is not a positive number")
+            raise KalmanqError(f"{name}: {value:g} is not a positive number: give one above 0")
     if options.loops and options.tunable:
-        raise KalmanqError("--loops: the tables of loops are constants; leave out --tunable or --loops")
+        raise KalmanqError("--loops: the tables of loops are constants: leave --tunable or --loops out")
     if options.gate is not None and options.student is not None:
-        raise KalmanqError("gate and student: each is an answer to outliers; choose one")
+        raise KalmanqError("gate and student: each is an answer to outliers: leave one of them out")
 
 
 def _refuse_beyond(model: Model) -> None:

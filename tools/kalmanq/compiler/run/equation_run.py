@@ -52,7 +52,7 @@ class CompiledEquations(CompiledFilter):
     def __init__(self, model: NonlinearModel, arithmetic: str, iterate: int = 1, smooths: int = 0):
         if smooths > MOST_STEPS:
             raise KalmanqError(f"--smooth: {smooths} rows; the C's history holds {MOST_STEPS}" + (
-                "" if model.has_errors else ": without --compiled there is no limit"))
+                ": give fewer rows" if model.has_errors else ": without --compiled there is no limit"))
         options = Options(arithmetic, iterate=iterate, smooth=smooths)
         super().__init__(model, arithmetic, compiled_equations(model, NAME, options))
         self.method, self.programs = "iterated" if iterate > 1 else "extended", _programs(model)
@@ -64,7 +64,7 @@ class CompiledEquations(CompiledFilter):
     def _see(self, times: Optional[np.ndarray], rows: int) -> None:
         """The clock of the rows; last: the time of the last one before them"""
         if self.row and (times is None) != (self.last is None):
-            raise KalmanqError("times: of all rows, or of none")
+            raise KalmanqError("times: give the times of all rows, or of none")
         if times is None and self.model.takes_step and self.model.dt is None:
             raise self.model.step_error()
         if times is None and self.model.dt is None:

@@ -137,7 +137,7 @@ def build(folder: Path, sources: Sequence[str], target: str, flags: Sequence[str
     if done.returncode:
         lines = done.stderr.strip().splitlines() or ["no reason given"]
         said = next((line for line in lines if "error" in line), lines[0])
-        raise KalmanqError(f"this machine's C compiler refused the filter: {said}")
+        raise KalmanqError(f"this machine's C compiler refused the filter: {said}; set CC to gcc or clang, or report it with the model file")
     return folder / target
 
 

@@ -102,10 +102,10 @@ def delayed(given: Request, a: Arithmetic, text: Text) -> Optional[Delayed]:
     if not latest_of(given.model):
         return None
     if given.options.lag:
-        raise KalmanqError("--lag: and a sensor with a delay: the means that --lag keeps would not know of what comes late")
+        raise KalmanqError("--lag: and a sensor with a delay: the means that --lag keeps would not know of what comes late: leave --lag out")
     if given.options.tunable and given.model.continuous is None:
-        raise KalmanqError("--tunable: and a sensor with a delay: fields that a program changes are not kept with the steps; of a model "
-                           "with F, Qc and dt the dt of each step is")
+        raise KalmanqError("--tunable: and a sensor with a delay: fields that a program changes are not kept with the steps: leave "
+                           "--tunable out, or write the model with F, Qc and dt, whose dt is kept with each step")
     return LinearDelayed(given, a, text)
 
 

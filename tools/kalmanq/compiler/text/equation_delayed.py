@@ -20,7 +20,7 @@ def delayed_equations(a: EquationFilter, text: EquationText, model: NonlinearMod
     if not model.is_late:
         return None
     if text.given.options.smooth:
-        raise KalmanqError("--smooth: and a sensor with a delay: the history would not know of what comes late")
+        raise KalmanqError("--smooth: and a sensor with a delay: the history would not know of what comes late: leave --smooth out")
     step = model.dt if model.reads_times else 1.0
     if step is None:
         raise KalmanqError("delays: are in seconds, as functions take t: give dt, and let a function take it, so that they are steps")

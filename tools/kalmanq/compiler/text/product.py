@@ -74,10 +74,13 @@ def compiled(model: Model, name: str, options: Options = Options(), source: str 
     given = request(model, name, options)
     gap = min(max(model.gaps.max_gap, GAP), LONGEST_GAP)
     steady = None if options.every else enclosure.settled(given.of, gap, options.settle)
-    if options.lag and (steady is None or not options.settles):
-        raise KalmanqError("--lag: is of a constant gain, and this filter has none (kalmanq check says why); the library's "
-                           "kq_lag takes any model")
     turn = _cycle(given)
+    if options.lag and not options.settles:
+        other = "--tunable" if options.tunable else "--robust student"
+        raise KalmanqError(f"--lag and {other}: a lag has a constant gain, and {other} works it out in each row: leave --lag or {other} out")
+    if options.lag and steady is None:
+        raise KalmanqError("--lag: is of a constant gain, and this filter has none (kalmanq check says why): leave --lag out; the "
+                           "library's kq_lag takes any model")
     with graph.fresh():
         a = _arithmetic(given, steady if options.settles else None, turn)
         text = emit.Text(given, a) if turn is None else CycleText(given, a, turn)

@@ -46,7 +46,7 @@ class Evaluated:
 def fixed_device(model: NonlinearModel, name: str, options: Options, seen: Seen) -> FixedDevice:
     refuse_options(options)
     if options.iterate > 1:
-        raise KalmanqError("--iterate: q31 linearises an update once; f32 over the library iterates")
+        raise KalmanqError("--iterate: q31 linearises an update once: leave --iterate out, or take --arith f32")
     of = equations(model, name, replace(options, arithmetic="f64"))
     return FixedDevice(of, DeviceRequest(**{**vars(of.given), "options": options}), seen)
 

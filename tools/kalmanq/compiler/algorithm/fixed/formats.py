@@ -163,7 +163,8 @@ def _fraction(one: Quantity, bits: int, span: float) -> int:
     most = 31 - up(one.range or 0)
     if one.fraction is not None:
         if one.range and one.range * 2.0 ** one.fraction >= 2.0 ** 31:
-            raise KalmanqError(f"{one.name}: {one.range:g} does not fit Q{31 - one.fraction}.{one.fraction}")
+            raise KalmanqError(f"{one.name}: {one.range:g} does not fit Q{31 - one.fraction}.{one.fraction}: declare a smaller range, or fewer bits "
+                               "of fraction")
         return one.fraction
     made = min(most, bits - up(span))
     return made - (bool(one.range) and one.range * 2.0 ** made >= 2.0 ** 31)  # its end is a raw value, too: 2^31 is none

@@ -30,8 +30,8 @@ from kalmanq.formulas.printing import indented
 NEGLIGIBLE = 1e-12  # of an innovation's sigma
 GAIN_ERROR = 4e-6
 ALL_ORDERS = 4  # states, of which all orders are tried
-TUNABLE = ("--tunable: q31's formats are constants that follow from A, Q and R; compile one filter for each set of them, take "
-           "f32, or the library in q31, whose formats follow the numbers")
+TUNABLE = ("--tunable: q31's formats are constants that follow from A, Q and R: leave --tunable out and compile one filter for "
+           "each set of them, or take --arith f32")
 Place = tuple[str, str, str]
 
 

@@ -1,0 +1,136 @@
+"""What kalmanq compile refuses: of any two options together it says which one to leave out, of all else what to do."""
+
+from __future__ import annotations
+
+import importlib
+import re
+import sys
+from itertools import combinations
+from pathlib import Path
+from typing import Sequence
+
+import pytest
+from equations import FOLDER
+from library import ROOT
+from whole import WHOLE
+
+from kalmanq.command_line import loaded
+from kalmanq.commands import compile as command, compile_equations
+from kalmanq.model import model_file
+
+EXAMPLES = Path(model_file.__file__).parents[1] / "examples"
+FILES = {
+    "drifts.toml": "[model]\nA = [[1, 1], [0, 1]]\nH = [1, 0]\nR = 1.0\nQ = [0.1, 0]\nP0 = [1, 1]\n",
+    "late.toml": """
+[model]
+A = [[0.98, 0.05], [0.0, 0.9]]
+Q = [0.01, 0.02]
+P0 = [4.0, 1.0]
+[states]
+names = ["a", "b"]
+ranges = [100, 50]
+[[sensors]]
+name = "quick"
+H = [1.0, 0.0]
+R = 0.25
+ranges = [100]
+[[sensors]]
+name = "slow"
+H = [1.0, 1.0]
+R = 0.1
+ranges = [100]
+delay = 3
+""",
+    "late.py": """
+states, measurements, x0, P0, Q = ["a", "b"], ["quick", "slow"], [0, 0], [4, 1], [0.01, 0.02]
+sensors = {"quick": (lambda x: [x[0] + x[0]**3], [0.25]), "slow": (lambda x: [x[1]**2 + x[0]], [0.1])}
+delays = {"slow": 3}
+
+def f(x):
+    return [0.98 * x[0] + 0.05 * x[1], 0.9 * x[1]]
+"""}
+MODELS = ("track.toml", "constant_velocity.toml", "late.toml", "late.py", "range_bearing.py", pytest.param("attitude.py", marks=WHOLE))
+OPTIONS = ("--arith=f64", "--arith=q31", "--robust=gate=4", "--robust=student", "--robust=jump", "--nis", "--lag=3", "--tunable", "--every=1,2",
+           "--iterate=3", "--smooth=9", "--library", "--loops", "--straight")
+CURE = re.compile(r"\b(leave|give|take|use|write|add|declare|correct|install|set)\b")
+
+
+class Compiled(BaseException):
+    """No more is wanted"""
+
+
+@pytest.fixture
+def refused(monkeypatch, capsys, tmp_path):
+    def stop(*_: object) -> None:
+        raise Compiled
+
+    for module, name in ((command, "alone"), (command, "write"), (compile_equations, "Host"), (compile_equations, "in_whole_groups")):
+        monkeypatch.setattr(module, name, stop)
+    for name, text in FILES.items():
+        (tmp_path / name).write_text(text)
+    compiler = loaded("compile")
+
+    def of(model: str, options: Sequence[str]) -> str:
+        """The message; empty: it is compiled"""
+        path = next(one for one in (tmp_path / model, EXAMPLES / model, FOLDER / model) if one.exists())
+        try:
+            compiler.main([str(path), "-o", str(tmp_path / "own.c"), *options], standalone_mode=False)
+        except Compiled:
+            return ""
+        except SystemExit:
+            said = capsys.readouterr().err
+            assert said.count("\n") == 1 and not list(tmp_path.glob("own*")), said
+            return said
+        raise AssertionError("neither compiled nor refused")
+
+    return of
+
+
+def test_each_message_says_what_to_do() -> None:
+    """Of those whose end is not put in"""
+    sys.path.insert(0, str(ROOT / "tools" / "docs"))
+    try:
+        collected = importlib.import_module("messages").collected()
+    finally:
+        sys.path.pop(0)
+    of = [text for text, place in collected.items() if place.startswith(("compiler/", "commands/compile"))]
+    assert len(of) > 40 and not [text for text in of if not CURE.search(text) and not text.endswith(": {...}")]
+
+
+@pytest.mark.parametrize("model, options, said", [
+    *((model, options, said) for model in ("track.toml", "battery.py") for options, said in (
+        (["--library", "--nis"], "kq_nis"), (["--robust=gate=x"], "x is not a number"), (["--robust=huber"], "give one of gate, student; "),
+        *(([f"--robust={one}"], f"--robust {one}") for one in ("gate=0", "gate=-3", "gate=nan", "gate=1", "student=0", "student=inf")))),
+    *(("battery.py", [f"--robust={one}", "--library"], call) for one, call in (("gate=3", "kq_loss_gate"), ("student", "kq_loss_student"),
+                                                                               ("huber=2", "kq_loss_huber"))),
+    *(("battery.py", [one], one.split("=")[0]) for one in ("--lag=2", "--tunable", "--every=2", "--loops")),
+    ("battery.py", ["--library", "--smooth=9"], "kq_smooth"), ("battery.py", ["--arith=q31"], "add --library"),
+    ("battery.py", ["--arith=q31", "--library", "--robust=gate=3"], "kq_loss_gate"), ("battery.py", ["--arith=q31", "--library", "--iterate=3"], "--iterate"),
+    *(("track.toml", ["--library", *options], said) for options, said in (
+        (["--lag=3"], "kq_lag"), (["--tunable"], "leave --library out instead"), (["--every=1,2"], "NAME_update"), (["--loops"], "loops in any case"),
+        (["--straight"], "loops in any case"), (["--smooth=9"], "kalmanq run"), (["--iterate=2"], "leave --iterate out"),
+        (["--robust=median"], "one of gate, huber, student, jump"))),
+    *(("track.toml", [f"--every={given}", *more], said) for given, more, said in (
+        ("2,2", [], "longer step"), ("1", [], "give 2 whole numbers"), ("1,997", [], "997 rows"), ("1,4", ["--nis"], "--nis"), ("a", [], "such as 1,10"))),
+    ("track.toml", ["--arith=q31", "--tunable"], "compile one filter for each"), ("drifts.toml", ["--lag=2"], "kalmanq check says why"),
+    ("late.toml", ["--lag=3"], "--lag: and a sensor with a delay"), ("late.toml", ["--tunable"], "--tunable: and a sensor with a delay"),
+    ("late.toml", ["--library", "--robust=gate"], "--robust: and a sensor with a delay"),
+    ("late.py", ["--library"], "--library: and a sensor with a delay"), ("late.py", ["--smooth=9"], "--smooth: and a sensor with a delay")])
+def test_an_option_that_is_refused(model: str, options: Sequence[str], said: str, refused) -> None:
+    assert said in refused(model, options)
+
+
+@pytest.mark.parametrize("model", MODELS)
+def test_two_options(model: str, refused) -> None:
+    alone = {one: refused(model, [one]) for one in OPTIONS}
+    wrong = [f"{one}: {said}" for one, said in alone.items() if said and not CURE.search(said)]
+    for one, other in combinations(OPTIONS, 2):
+        names = [name.split("=")[0] for name in (one, other)]
+        if names[0] == names[1]:
+            continue
+        said = refused(model, [one, other])
+        is_of_both = "kalmanq: --" in said and not alone[one] and not alone[other]
+        leaves = re.search(rf"leave [^;:,.]*(?:{'|'.join(names)})\b[^;:,.]* out", said)
+        if said and not (leaves if is_of_both else CURE.search(said)):
+            wrong.append(f"{one} {other}: {said}")
+    assert not wrong, "\n".join(wrong)
