@@ -110,7 +110,7 @@ def test_the_p0_that_is_told_does(make: Callable[[], Model]) -> None:
     product = compiled(make(), make.__name__, Options("q31"))
     with Host(product) as host:
         found = report.findings(product, host)
-    times = max(found.mean / MEAN, found.covariance / COVARIANCE["q31"])
+    times = max(found.mean / report.MEAN, found.covariance / COVARIANCE["q31"])
     said, of = product.arithmetic.finer(times), product.given.of.doubles()
     less = first_variances(product.given, product.arithmetic.formats, product.steady, times)
     assert all(f"{product.given.model.states[i].name} " in said for i in less) and "P0 of at most" in said

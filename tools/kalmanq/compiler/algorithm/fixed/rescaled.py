@@ -23,7 +23,7 @@ from kalmanq.compiler.given.enclosure import Settled
 from kalmanq.compiler.given.request import Request
 from kalmanq.formulas.printing import indented
 
-ENOUGH, RIGHT = 17.5, 1.5e-4  # bits at most, however late it settles; of sigma_i sigma_j
+ENOUGH, RIGHT = 17.5, 1e-4  # bits at most, however late it settles; of sigma_i sigma_j
 LEAST = 2  # bits that are worth their instructions
 MOST = 62  # bits of a shift
 
@@ -122,7 +122,7 @@ class RescaledWords(WordFilter):
 
 
 def _enough(steady: Optional[Settled]) -> float:
-    """Bits of a sigma with which covariances are right to 1.5e-4: roundings add up while it settles"""
+    """Bits of a sigma with which covariances are right to 1e-4: roundings add up while it settles"""
     return ENOUGH if steady is None else min(ENOUGH, math.log2(math.sqrt(steady.samples) / RIGHT))
 
 
