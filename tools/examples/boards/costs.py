@@ -38,7 +38,7 @@ def cost_of(job: Job, libraries: Libraries) -> Cost:
         build.avr_counter(place)
     counted = count_program(core, program, {0: "example"}, place.avr_counter)[0]
     with_it, without = (flash_and_ram(build.linked(core, made[name], job.folder / f"{name}.elf", entry="example")) for name in ("own", "nothing"))
-    rows = len(next(iter(table(job.example.data_of(job.name)).values())))
+    rows = len(next(iter(table(job.data).values())))
     return Cost(with_it[0] - without[0], with_it[1] - without[1], counted.stack, round(counted.instructions / rows))
 
 
