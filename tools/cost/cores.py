@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from dataclasses import dataclass
 from functools import lru_cache
 from pathlib import Path
@@ -83,11 +84,28 @@ def ask(core: Core, compiler: str, *variables: str) -> list[str]:
     return run(["sh", "-c", script, str(ROOT), core.known_as or core.name, compiler]).splitlines()
 
 
-def compilers() -> tuple[str, ...]:
+def compilers(cores: Sequence[Core] = CORES, with_clang: bool = True) -> tuple[str, ...]:
     """The first line that each compiler says of itself."""
-    names = [toolchain(core, "gcc").compiler[0] for core in CORES]
-    names.append(toolchain(CORES[0], "clang").compiler[0])
+    names = [toolchain(core, "gcc").compiler[0] for core in cores]
+    names += [toolchain(CORES[0], "clang").compiler[0]] if with_clang else []
     return tuple(run([name, "--version"]).splitlines()[0] for name in dict.fromkeys(names))
+
+
+def incomparable(versions: Sequence[str], cores: Sequence[Core] = CORES, with_clang: bool = True) -> str:
+    """Why figures of compilers of these versions are not compared with what is measured here, in a line that has CTest skip the test:
+    a compiler is missing, or is of another major version.  Empty if they are"""
+    known = dict(map(major, versions))
+    try:
+        others = [one for one in compilers(cores, with_clang) if major(one) not in known.items()]
+    except UserError as problem:
+        return f"skipped: figures are of cross compilers: {problem}"
+    return f"skipped: figures are of {', '.join(known.get(major(one)[0], 'none') for one in others)}, not of {', '.join(others)}" if others else ""
+
+
+def major(line: str) -> tuple[str, str]:
+    """A compiler and its major version, of what it says of itself"""
+    name = "clang" if "clang" in line else line.split()[0]
+    return name, f"{name} {(re.search(r'(?<![.:-])(?<![0-9])([0-9]+)[.][0-9]+[.][0-9]+', line) or ['', '?'])[1]}"
 
 
 def run(command: Sequence[str]) -> str:

@@ -99,7 +99,19 @@ def settle(page: Path, table_of: Callable[[str], str], check: bool, write: bool)
         page.write_text(text[:begin] + made + text[end:], encoding="utf-8")
 
 
+def unlike_the_pages(jobs: Sequence[Job]) -> str:
+    """Why figures of their compilers are not compared here, if they are not: those of tools/cost.csv"""
+    sys.path.insert(0, str(ROOT / "tools" / "cost"))
+    import table as cost_table
+    from cores import BY_NAME, incomparable
+
+    cores = {counted_as(job.core): None for job in jobs}
+    return incomparable(cost_table.read(ROOT / "tools" / "cost.csv").versions, [BY_NAME[core] for core in cores], with_clang=False)
+
+
 def costs(jobs: Sequence[Job], check: bool, write: bool) -> None:
+    if check and (reason := unlike_the_pages(jobs)):
+        return print(reason)
     libraries: Libraries = {}
     every: dict[Job, Cost] = {}
     for name in dict.fromkeys(job.name for job in jobs):
