@@ -66,7 +66,8 @@ class Text:
         given, a = self.given, self.a
         sensor = {**self.names_of_sensors()[0], "controls": [], "measured": self.measured(), "lines": self._taken(), "accepted": self._accepted(),
                   "accepts": a.accepts_all(), "groups": self.groups(given.together)}
-        return {**self.shared(), **self._steady(), "sensors": [sensor], "predict_mean": commented(within(a.places(factor=False), block(a.predict_mean())), given),
+        return {**self.shared(), **self._steady(), "sensors": [sensor],
+                "predict_mean": commented(within(a.places(factor=False), block(a.predict_mean())), given),
                 "predict_factor": within([] if a.predicts_at_once else a.places(mean=False), block(a.predict_factor()))}
 
     def _taken(self) -> list[str]:
@@ -80,10 +81,10 @@ class Text:
     def shared(self) -> dict[str, Any]:
         """Of filters of all models"""
         a = self.a
-        return {"settles": self.settles, "cycle": None, "code_includes": a.code_includes, "entries": max(len(a.live), 1), "start": commented(a.start(), self.given),
-                "start_at": a.start_at(), "started_at": a.started_at(), "looks_at_controls": bool(self.given.inputs), "hold": a.hold(),
-                "controls": self.controls(), "within_numbers": a.within_numbers(), "factor": self._factor() if self.settles else "f->P",
-                "covariance": a.covariance()}
+        return {"settles": self.settles, "cycle": None, "code_includes": a.code_includes, "entries": max(len(a.live), 1),
+                "start": commented(a.start(), self.given), "start_at": a.start_at(), "started_at": a.started_at(),
+                "looks_at_controls": bool(self.given.inputs), "hold": a.hold(), "controls": self.controls(), "within_numbers": a.within_numbers(),
+                "factor": self._factor() if self.settles else "f->P", "covariance": a.covariance()}
 
     def _steady(self) -> dict[str, Any]:
         a = self.a
@@ -100,8 +101,8 @@ class Text:
 
     def controls(self) -> list[str]:
         given = [f"control(f, u[{k}], {self.a.most_control(k)})" for k in range(self.given.inputs)]
-        return commented([f"const {self.a.type} u{k} = {one};" for k, one in enumerate([*given, *(self.a.one for _ in range(self.given.of.l - len(given)))])],
-                         self.given)
+        given += [self.a.one for _ in range(self.given.of.l - len(given))]
+        return commented([f"const {self.a.type} u{k} = {one};" for k, one in enumerate(given)], self.given)
 
     def predict_arguments(self) -> str:
         return self.u

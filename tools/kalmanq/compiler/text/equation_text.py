@@ -67,8 +67,8 @@ class EquationText(Text):
     # ---- bodies
 
     def controls(self) -> list[str]:
-        looked_at = super().controls()
-        return [line if self.of.looks_at(k) else commented([f"const {self.a.type} u{k} = u[{k}];"], self.given)[0] for k, line in enumerate(looked_at)]
+        lines = [line if self.of.looks_at(k) else f"const {self.a.type} u{k} = u[{k}];" for k, line in enumerate(super().controls())]
+        return commented(lines, self.given)
 
     def _refusal(self, answer: str) -> list[str]:
         return [f"f->events |= {self.given.upper}_NOT_FINITE;", f"return{answer};"]
@@ -77,7 +77,8 @@ class EquationText(Text):
         groups = self.groups(self.given.together[sensor.first:sensor.first + sensor.m])
         return {"controls": self.controls() if self.of.updates_by(sensor, "u") else [], "lines": self._taken(sensor),
                 "measured": commented([f"const {self.a.type} z{sensor.first + j} = z[{j}];" for j in range(sensor.m)], self.given),
-                "accepted": self.of.accepts_of(sensor), "accepts": self.of.all_within(sensor.m), "groups": [group >> sensor.first for group in groups]}
+                "accepted": self.of.accepts_of(sensor), "accepts": self.of.all_within(sensor.m),
+                "groups": [group >> sensor.first for group in groups]}
 
     def _taken(self, sensor: Sensor) -> list[str]:
         """The components whose bits are set"""
