@@ -27,7 +27,7 @@ look_over() {
     vcpkg) [ "$(python3 -c 'import json; print(json.load(open("kalmanq/vcpkg.json"))["version"])')" = "$version" ] ;;
     meson) grep -q "version: '$version'" kalmanq/meson.build && listed kalmanq kalmanq/meson.build ;;
     onefile) compile . kalmanq_f32.c kalmanq.h ;;
-    rust) grep -qx "version = \"$version\"" Cargo.toml && [ -f core/src/kq_status.c ] ;;
+    rust) grep -qx "version = \"$version\"" Cargo.toml && [ -f core/src/kq_status.c ] && grep -q 'pub fn kq_step_q31(' src/sys.rs ;;
     python) ! grep -q '[.][.]/' pyproject.toml && [ -f core/src/kq_status.c ] ;;
     esac
 }

@@ -37,7 +37,7 @@ groups_of() { # [NAME]
     package.sdist) echo tools ;;
     package.wheel) echo wheel ;;
     package.rust.*) echo rust cores ;;
-    package.rust) echo tools ;;
+    package.rust) echo interpreter ;;
     package.micropython*) echo micropython cores ;;
     package.cross*) echo cores ;;
     package.checked* | package.reuse | package.platformio | package.zephyr | package.esp-idf | package.cmsis-pack) echo packagers cores ;;

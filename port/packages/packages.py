@@ -271,8 +271,12 @@ def python(to):
 
 
 def rust(to):
-    """A crate, with the C library in core/."""
-    shutil.copytree(ROOT / "port/rust", to, ignore=shutil.ignore_patterns("target", "Cargo.lock", "bindings.py"))
+    """A crate, with the C library in core/ and its declarations."""
+    sys.path.insert(0, str(ROOT / "port/rust"))
+    import bindings
+
+    shutil.copytree(ROOT / "port/rust", to, ignore=shutil.ignore_patterns("target", "Cargo.lock", "bindings.py", "sys.rs", "__pycache__"))
+    write(to / "src/sys.rs", bindings.text())
     shutil.copy(ROOT / "LICENSE", to)
     for name in ("include", "src"):
         shutil.copytree(ROOT / name, to / "core" / name)

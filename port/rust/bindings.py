@@ -1,6 +1,8 @@
 #!/usr/bin/env python3
-"""Writes src/sys.rs, the declarations of the C library in Rust, from its headers: `bindings.py [OUTPUT]`.  It needs
-pycparser and a C preprocessor."""
+"""Writes src/sys.rs, the declarations of the C library in Rust, from its headers: `bindings.py [OUTPUT]`.
+
+It needs a C preprocessor, and reads the C that our headers use: no functions by pointer, sizes that are numbers.
+"""
 
 import os
 import re
@@ -8,17 +10,13 @@ import subprocess
 import sys
 from pathlib import Path
 
-from pycparser import c_ast, c_parser
-
 ROOT = Path(__file__).resolve().parents[2]
-STAND_INS = ROOT / "tools/kalmanq/native/freestanding"  # empty headers of C; the parser gets the types below
+STAND_INS = ROOT / "tools/kalmanq/native/freestanding"  # empty headers of C; the reader knows the types below
 KNOWN = {"uint8_t": "u8", "uint16_t": "u16", "uint32_t": "u32", "uint64_t": "u64", "int8_t": "i8", "int16_t": "i16",
          "int32_t": "i32", "int64_t": "i64", "size_t": "usize", "float": "f32", "double": "f64", "void": "c_void",
-         "char": "c_char", "int": "c_int", "unsigned": "c_uint", "unsigned int": "c_uint", "long": "c_long"}
+         "char": "c_char", "int": "c_int", "unsigned": "c_uint", "unsigned int": "c_uint", "long": "c_long",
+         "kq_length": "u64"}  # 64 bits everywhere; the headers say it by the width of size_t
 WORDS = {"as", "in", "loop", "match", "mod", "move", "ref", "type", "use", "where", "fn", "let", "box", "final", "yield"}
-
-
-KNOWN["kq_length"] = "u64"  # 64 bits everywhere; the headers say it by the width of size_t
 FUNCTION = 'unsafe extern "C" fn'
 
 
@@ -26,122 +24,131 @@ def name_of(name):
     return f"r#{name}" if name in WORDS else name
 
 
+def answering(arguments, type_):
+    return f"({', '.join(arguments)})" + ("" if type_ == "c_void" else f" -> {type_}")
+
+
 class Writer:
-    def __init__(self):
-        self.items, self.numbers, self.functions, self.opaque, self.defined = [], {}, [], set(), set()
+    """Reads declarations from tokens, and keeps what they are in Rust"""
 
-    def type(self, node):
-        """A type as a field or an argument has it"""
-        if isinstance(node, c_ast.TypeDecl):
-            return self.type(node.type)
-        if isinstance(node, c_ast.IdentifierType):
-            name = " ".join(node.names)
-            return KNOWN.get(name, name)
-        if isinstance(node, c_ast.PtrDecl):
-            return self.pointer(node.type)
-        if isinstance(node, c_ast.ArrayDecl):
-            return f"[{self.type(node.type)}; {self.number(node.dim)}]"
-        if isinstance(node, (c_ast.Struct, c_ast.Union)):
-            if node.decls is None:
-                self.opaque.add(node.name)
-            return node.name
-        if isinstance(node, c_ast.Enum):
-            return "c_int"
-        raise NotImplementedError(node)
+    def __init__(self, text):
+        self.tokens = re.findall(r"\w+|[^\w\s]", text)
+        self.at, self.items, self.functions, self.opaque, self.defined, self.calls = 0, [], [], set(), set(), set()
 
-    def pointer(self, to):
-        if isinstance(to, c_ast.FuncDecl):
-            return f"Option<{self.signature(to, FUNCTION)}>"
-        if isinstance(to, c_ast.TypeDecl) and getattr(to.type, "names", None) and self.type(to) in self.functions_of_users:
-            return self.type(to)  # such a type is a pointer already
-        return f"*{'const' if 'const' in getattr(to, 'quals', []) else 'mut'} {self.type(to)}"
+    def next(self, wanted=None):
+        """The next token; None if it is another than the wanted one"""
+        if wanted not in (None, self.tokens[self.at]):
+            return None
+        self.at += 1
+        return self.tokens[self.at - 1]
 
-    functions_of_users = set()
+    def need(self, wanted):
+        if not self.next(wanted):
+            raise SystemExit(f"bindings.py: {' '.join(self.tokens[self.at - 8:self.at + 8])}: no {wanted} where it is needed")
 
-    def signature(self, node, head):
-        arguments = []
-        for index, one in enumerate(node.args.params if node.args else []):
-            if isinstance(one, c_ast.Typename) and self.type(one.type) == "c_void":
-                continue
-            type_ = one.type
-            written = self.pointer(type_.type) if isinstance(type_, c_ast.ArrayDecl) else self.type(type_)
-            arguments.append(f"{name_of(one.name or f'a{index}')}: {written}")
-        result = self.type(node.type)
-        return f"{head}({', '.join(arguments)})" + ("" if result == "c_void" else f" -> {result}")
+    def declaration(self):
+        is_typedef, is_extern = self.next("typedef"), self.next("extern")
+        base = self.base()
+        while not self.next(";"):
+            name, type_, arguments = self.declarator(base)
+            if is_typedef:
+                self.typedef(name, base, type_, arguments)
+            elif arguments is not None:
+                self.functions.append(f"    pub fn {name}{answering(arguments, type_)};")
+            elif is_extern:
+                self.functions.append(f"    pub static {name}: {type_};")
+            self.next(",")
+        if isinstance(base[0], list) and not is_typedef:
+            self.struct(base[2], base[0], base[3])
 
-    def number(self, node):
-        """The value of a constant expression"""
-        if isinstance(node, c_ast.Constant):
-            return int(node.value.rstrip("uUlL"), 0)
-        if isinstance(node, c_ast.ID):
-            return self.numbers[node.name]
-        if isinstance(node, c_ast.UnaryOp) and node.op == "-":
-            return -self.number(node.expr)
-        if isinstance(node, c_ast.BinaryOp):
-            left, right = self.number(node.left), self.number(node.right)
-            return {"+": left + right, "-": left - right, "*": left * right, "<<": left << right if right >= 0 else 0,
-                    "/": left // right if right else 0}[node.op]
-        raise NotImplementedError(node)
+    def base(self):
+        """The type, or the fields where a struct or union is defined; whether it is const; tag and kind"""
+        is_const = bool(self.next("const"))
+        kind = self.next("struct") or self.next("union")
+        if self.next("enum"):
+            self.enumeration()
+            return "c_int", is_const, "", "enum"
+        if not kind:
+            name = self.next()
+            name += " int" if name == "unsigned" and self.next("int") else ""
+            return KNOWN.get(name, name), is_const, "", ""
+        tag = self.next() if self.tokens[self.at] != "{" else ""
+        if self.next("{"):
+            return self.fields(), is_const, tag, kind
+        self.opaque.add(tag)
+        return tag, is_const, tag, kind
 
-    def enumeration(self, node):
+    def fields(self):
+        """Base, name and type of each"""
+        made = []
+        while not self.next("}"):
+            base = self.base()
+            if self.tokens[self.at] == ";":
+                made.append((base, f"nameless_{len(made)}", ""))
+            while not self.next(";"):
+                made.append((base, *self.declarator(base)[:2]))
+                self.next(",")
+        return made
+
+    def enumeration(self):
+        self.need("{")
         value = -1
-        for one in node.values.enumerators:
-            value = value + 1 if one.value is None else self.number(one.value)
-            self.numbers[one.name] = value
-            kind = "c_uint" if one.name.startswith("KQ_EVENT_") else "c_int"
-            if not one.name.endswith("_IS_INT"):
-                self.items.append(f"pub const {one.name}: {kind} = {value};")
+        while not self.next("}"):
+            name = self.next()
+            value = int(("-" if self.next("-") else "") + self.next(), 0) if self.next("=") else value + 1
+            if not name.endswith("_IS_INT"):
+                self.items.append(f"pub const {name}: {'c_uint' if name.startswith('KQ_EVENT_') else 'c_int'} = {value};")
+            self.next(",")
 
-    def struct(self, name, node):
+    def declarator(self, base, is_argument=False):
+        """A name, its type, and the arguments of a function"""
+        type_, is_const = base[0], base[1]
+        while self.next("*"):
+            is_call = isinstance(type_, str) and type_ in self.calls  # which is a pointer already
+            type_ = type_ if is_call else f"*{'const' if is_const else 'mut'} {type_}"
+            is_const = bool(self.next("const"))
+        name = self.next() if self.tokens[self.at] not in ",);[" else ""
+        if self.next("["):
+            size = "" if self.tokens[self.at] == "]" else self.next()
+            self.need("]")
+            type_ = f"*{'const' if is_const else 'mut'} {type_}" if is_argument else f"[{type_}; {size}]"
+        return name, type_, self.arguments() if self.next("(") else None
+
+    def arguments(self):
+        made = []
+        while not self.next(")"):
+            name, type_, _ = self.declarator(self.base(), is_argument=True)
+            made += [] if type_ == "c_void" else [f"{name_of(name or f'a{len(made)}')}: {type_}"]
+            self.next(",")
+        return made
+
+    def struct(self, name, fields, kind):
         self.defined.add(name)
-        fields = []
-        for index, one in enumerate(node.decls):
-            inner = one.type.type if isinstance(one.type, c_ast.TypeDecl) else one.type
-            one.name = one.name or f"nameless_{index}"
-            if isinstance(inner, (c_ast.Struct, c_ast.Union)) and inner.decls:
-                inner.name = inner.name or f"{name}_{one.name}"
-                self.struct(inner.name, inner)
-            fields.append(f"    pub {name_of(one.name)}: {self.type(one.type)},")
-        kind = "union" if isinstance(node, c_ast.Union) else "struct"
-        self.items.append("\n".join(["#[repr(C)]", "#[derive(Clone, Copy)]", f"pub {kind} {name} {{", *fields, "}"]))
+        lines = []
+        for base, field, type_ in fields:
+            if isinstance(base[0], list):
+                type_ = base[2] or f"{name}_{field}"
+                self.struct(type_, base[0], base[3])
+            lines.append(f"    pub {name_of(field)}: {type_},")
+        self.items.append("\n".join(["#[repr(C)]", "#[derive(Clone, Copy)]", f"pub {kind} {name} {{", *lines, "}"]))
 
-    def typedef(self, node):
-        of = node.type.type if isinstance(node.type, c_ast.TypeDecl) else None
-        if isinstance(of, (c_ast.Struct, c_ast.Union)) and of.decls:
-            self.struct(node.name, of)
-        elif isinstance(of, c_ast.Struct):
-            self.opaque.add(of.name)
-            if of.name != node.name:
-                self.items.append(f"pub type {node.name} = {of.name};")
-        elif isinstance(of, c_ast.Enum):
-            self.enumeration(of)
-            self.items.append(f"pub type {node.name} = c_int;")
-        elif isinstance(node.type, c_ast.FuncDecl):
-            self.functions_of_users = self.functions_of_users | {node.name}
-            self.items.append(f"pub type {node.name} = Option<{self.signature(node.type, FUNCTION)}>;")
-        elif node.name not in KNOWN:
-            self.items.append(f"pub type {node.name} = {self.type(node.type)};")
-
-    def declaration(self, node):
-        if isinstance(node.type, c_ast.FuncDecl):
-            self.functions.append(f"    {self.signature(node.type, f'pub fn {node.name}')};")
-        elif isinstance(node.type, c_ast.Struct) and node.type.decls:
-            self.struct(node.type.name, node.type)
-        elif isinstance(node.type, c_ast.Enum):
-            self.enumeration(node.type)
-        elif "extern" in node.storage:
-            self.functions.append(f"    pub static {node.name}: {self.type(node.type)};")
+    def typedef(self, name, base, type_, arguments):
+        if arguments is not None:
+            self.calls.add(name)
+            type_ = f"Option<{FUNCTION}{answering(arguments, type_)}>"
+        if isinstance(type_, list):
+            self.struct(name, type_, base[3])
+        elif name not in KNOWN and name != type_:
+            self.items.append(f"pub type {name} = {type_};")
 
 
 def text():
     command = [os.environ.get("CC", "cc"), "-E", "-P", "-nostdinc", f"-I{STAND_INS}", f"-I{ROOT / 'include'}",
                str(ROOT / "include/kalmanq/kalmanq.h")]
     headers = subprocess.run(command, check=True, capture_output=True, text=True).stdout
-    headers = re.sub(r"__attribute__\(\(warn_unused_result\)\)|\[\[nodiscard\]\]", "", headers)
-    types = "".join(f"typedef int {name};" for name in KNOWN if name.endswith("_t"))
-    writer = Writer()
-    for node in c_parser.CParser().parse(types + headers).ext:
-        writer.typedef(node) if isinstance(node, c_ast.Typedef) else writer.declaration(node)
+    writer = Writer(re.sub(r"__attribute__\(\(warn_unused_result\)\)|\[\[nodiscard\]\]", "", headers))
+    while writer.at < len(writer.tokens):
+        writer.declaration()
     hidden = [f"#[repr(C)]\npub struct {name} {{\n    _private: [u8; 0],\n}}" for name in sorted(writer.opaque - writer.defined)]
     return "\n".join(["//! The C library's declarations, made by bindings.py from its headers.", "",
                       "#![allow(non_camel_case_types, non_snake_case, missing_docs)]", "",

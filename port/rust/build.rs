@@ -4,6 +4,7 @@ use std::path::Path;
 
 fn main() {
     let here = std::env::var("CARGO_MANIFEST_DIR").unwrap();
+    assert!(Path::new(&here).join("src/sys.rs").exists(), "src/sys.rs is made from the C headers: python3 {here}/bindings.py writes it");
     let staged = Path::new(&here).join("core");
     let root = if staged.exists() { staged } else { Path::new(&here).join("../..") };
     println!("cargo::rerun-if-changed={}", root.join("src").display());

@@ -32,6 +32,9 @@ static inline unsigned coordinate_of(wide *a, scaled value)
     return 0;
 }
 
+/* An entry of a row of Theta */
+static inline scaled unit_entry(num entry) { return entry; }
+
 /* The first `count` >= 1 terms of a row's product with a */
 KQ_KERNEL wide coordinate_dot(const num *row, const num *a, int n, int count)
 {
@@ -110,9 +113,6 @@ static inline void rotation_of(num word, scaled *c, scaled *s)
         if (word < 0) *s = -*s;
     }
 }
-
-/* An entry of a row of Theta */
-static inline scaled unit_entry(num entry) { return entry; }
 
 static inline int32_t row_exponent(const num *row, int width)
 {

@@ -36,6 +36,9 @@ static inline unsigned coordinate_of(wide *a, scaled value)
     return coordinate_saturate(a, wide_from(value.mantissa, value.exponent - coordinate_exponent, 56));
 }
 
+/* An entry of a row of Theta */
+KQ_INLINE scaled unit_entry(int32_t entry) { return scaled_fraction(entry, -one_exponent); }
+
 /* c a in units of 2^-26 of a word of a */
 static inline int64_t coordinate_part(scaled c, wide a)
 {
@@ -49,7 +52,7 @@ KQ_KERNEL wide coordinate_dot(const int32_t *row, const int32_t *a, int n, int c
     int64_t total = 0;
     KQ_UNROLL
     for (int k = 0; k < count; k++) {
-        const scaled c = {row[k], one_exponent};
+        const scaled c = unit_entry(row[k]);
         total = sum_of(total, wide_product(c, a[k], a[n + k]), 62);
     }
     return shift_down_rounded_wide(total, 2);
@@ -72,14 +75,14 @@ static inline unsigned reflect_back(int32_t *xi, int n, int first, wide alpha, c
     wide length, d;
     int64_t along = 0; /* |V| <= 1: at most 16 2^57 */
     for (int k = first; k < n; k++) {
-        const scaled c = {V[k - first], -30};
+        const scaled c = scaled_fraction(V[k - first], 30);
         along = sum_of(along, wide_product(c, xi[k], xi[n + k]), 62);
     }
-    const scaled share = {pq[1], -31};
+    const scaled share = scaled_fraction(pq[1], 31);
     unsigned events = coordinate_saturate(&length, shift_down_rounded_wide(along, 2));
     events |= coordinate_saturate(&d, alpha - shift_down_rounded_wide(coordinate_part(share, length), 2));
     for (int k = first; k < n; k++) {
-        const scaled c = {V[k - first], -30};
+        const scaled c = scaled_fraction(V[k - first], 30);
         const wide move = shift_down_rounded_wide(coordinate_part(c, d), 2);
         events |= coordinate_set(xi, n, k, sum_of(wide_get(xi, n, k), move, 57));
     }
@@ -188,7 +191,7 @@ static inline int32_t rotation_word(scaled f, scaled before, scaled after)
 
 KQ_SHARED void rotation_of(int32_t word, scaled *c, scaled *s)
 {
-    const scaled one = {INT32_C(1) << 30, -30};
+    const scaled one = SCALED_POWER(0);
     const uint32_t bits = (uint32_t)word;
     const int32_t down = (int32_t)(bits >> 25 & 31) - 1;
     const scaled smaller = {(int32_t)((bits & 0x1ffffff) | 0x2000000) << 5, -31 - down};
@@ -202,9 +205,6 @@ KQ_SHARED void rotation_of(int32_t word, scaled *c, scaled *s)
     }
     if (bits >> 31) *s = scaled_negative(*s);
 }
-
-/* An entry of a row of Theta */
-static inline scaled unit_entry(int32_t entry) { return (scaled){entry, one_exponent}; }
 
 static inline int32_t row_exponent(const int32_t *row, int width) { return row[width]; }
 

@@ -72,7 +72,7 @@ KQ_SHARED wide coordinate_through(const int32_t *J, int k, const int32_t *a, con
 {
     int64_t total = 0;
     for (int i = 0; i < n; i++) {
-        const scaled c = {J[i * n + k], one_exponent};
+        const scaled c = unit_entry(J[i * n + k]);
         total = sum_of(total, wide_product_inline(c, a[i], a[n + i]), 62);
     }
     return sum_of(wide_get(shift, n, k), shift_down_rounded_wide(total, 2), 60);

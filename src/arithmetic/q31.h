@@ -18,16 +18,14 @@ typedef int32_t num;
 
 static const scaled num_tiny = {0, 0}; /* a noise of it is none */
 static const scaled num_left_over = {0, 0};
-static const scaled num_row_rounding = {INT32_C(1) << 30, -58}; /* 2^-28 of what a row was: entries below it are rounding */
-static const scaled num_most_sure = {INT32_C(1) << 30, 20}; /* NIS that says that the sigma is
-                                                              rounding */
+static const scaled num_row_rounding = SCALED_POWER(-28); /* of what a row was: entries below it are rounding */
+static const scaled num_most_sure = SCALED_POWER(50); /* NIS that says that the sigma is rounding */
 enum { num_watched = -58 }; /* 2^-58 of the terms of h'S, squared: the most that an update rounds it by */
-static const scaled num_tape_rounding = {INT32_C(1) << 30, -88}; /* of a filtered sigma, squared: what a measurement leaves in the smoothed one */
-static const scaled num_known_exactly = {INT32_C(1) << 30, -80}; /* the same: a smoothed one below it is rounding */
-static const scaled num_most_condition = {INT32_C(1) << 30, 24}; /* of S, squared: above it rounding counts */
-static const scaled num_zero_variance = {INT32_C(1) << 30,
-                                         -230}; /* 2^-200 words squared counts as 0 */
-static const scaled num_most_variance = {INT32_C(1) << 30, 170}; /* 2^200: fading stops there */
+static const scaled num_tape_rounding = SCALED_POWER(-58); /* of a filtered sigma, squared: what a measurement leaves in the smoothed one */
+static const scaled num_known_exactly = SCALED_POWER(-50); /* the same: a smoothed one below it is rounding */
+static const scaled num_most_condition = SCALED_POWER(54); /* of S, squared: above it rounding counts */
+static const scaled num_zero_variance = SCALED_POWER(-200); /* words squared: it counts as 0 */
+static const scaled num_most_variance = SCALED_POWER(200); /* fading stops there */
 
 /* What tells a number from others, in 32 bits */
 static inline uint32_t num_bits(num a) { return (uint32_t)a; }

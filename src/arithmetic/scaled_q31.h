@@ -21,7 +21,13 @@ static inline uint32_t scaled_bits(scaled a)
     return (uint32_t)a.mantissa ^ (uint32_t)a.exponent * UINT32_C(0x9e3779b1);
 }
 
-static const scaled scaled_one = {INT32_C(1) << 30, -30};
+/* 2^k */
+#define SCALED_POWER(k) {INT32_C(1) << 30, (k) - 30}
+
+static const scaled scaled_one = SCALED_POWER(0);
+
+/* A word with so many bits behind the point.  Its mantissa is not normalised: for products that take such a factor */
+KQ_INLINE scaled scaled_fraction(int32_t word, int32_t bits) { return (scaled){word, -bits}; }
 
 /* 0 by two stores: of (scaled){0} gcc makes a call for a Cortex-M0 */
 static inline scaled scaled_zero(void)
@@ -237,7 +243,7 @@ static inline int scaled_is_finite(scaled a)
 }
 
 /* More than an operation rounds a number by, of its size: 16 units, as in rounding_floor */
-static inline scaled scaled_rounding(void) { return (scaled){INT32_C(1) << 30, -56}; }
+static inline scaled scaled_rounding(void) { return (scaled)SCALED_POWER(-26); }
 
 /* A row that holds nothing; what is below it is not followed further down. */
 static const int32_t lowest_exponent = -16384;

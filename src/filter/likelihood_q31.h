@@ -17,7 +17,7 @@ static const int32_t likelihood_reach = INT32_C(1) << 20;
 static void likelihood_clear(likelihood *p)
 {
     p->nis = 0;
-    p->determinant = (scaled){INT32_C(1) << 30, -30};
+    p->determinant = (scaled)SCALED_POWER(0);
     p->count = 0;
 }
 

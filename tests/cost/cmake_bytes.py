@@ -2,7 +2,8 @@
 
     cmake_bytes.py WORK
 
-A program that links CMake's own library takes the bytes that the tool's flags give, and what the table says of it.
+A program that links CMake's own library takes the bytes that the tool's flags give, and what the table says of it, if its gcc is of the
+same major version.
 """
 
 from __future__ import annotations
@@ -19,7 +20,7 @@ import build
 import table
 from build import Place
 from cases import FILTER, GCC, LEAN, RUNTIME, Program
-from cores import BY_NAME, run
+from cores import BY_NAME, incomparable, run
 from kalmanq.firmware.elf import flash_and_ram
 
 CORE, SIZE = "m4f", (4, 2)  # of the preset
@@ -54,6 +55,9 @@ def compared(place: Place, arithmetic: str, library: Path) -> int:
 
 
 def main(work: Path) -> int:
+    if reason := incomparable(table.read(ROOT / "tools" / "cost.csv").versions, [BY_NAME[CORE]], with_clang=False):
+        print(reason)
+        return 0
     shutil.rmtree(work, ignore_errors=True)
     run(["cmake", "--preset", "cross", "-S", str(ROOT), "-B", str(work)])
     run(["cmake", "--build", str(work)])

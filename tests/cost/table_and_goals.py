@@ -10,7 +10,7 @@ from __future__ import annotations
 import sys
 from dataclasses import replace
 
-from goals import GOALS, ROOT, missed, wanted
+from goals import GOALS, ROOT, missed, unlike_the_table, wanted
 
 import command_line
 from cases import GCC, Choice, Program, programs
@@ -30,6 +30,9 @@ def merged(every: list[Program]) -> list[Program]:
 
 
 def main() -> int:
+    if reason := unlike_the_table(CORES):
+        print(reason)
+        return 0
     goals = [goal for goal in GOALS if goal.n <= MOST and goal.core in CORES]
     found = measure_all(ROOT, merged([*wanted(goals), *command_line.of_kept(programs(TABLE))]))
     few = missed(goals, [row for measured in found for row in measured.rows])

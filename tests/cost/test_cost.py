@@ -8,6 +8,7 @@ import subprocess
 import sys
 import tempfile
 import unittest
+import unittest.mock
 from dataclasses import replace
 from pathlib import Path
 
@@ -16,6 +17,7 @@ sys.path[:0] = [str(ROOT / "tools" / "cost"), str(ROOT / "tools")]
 
 import build
 import command_line
+import cores
 import emulators
 import readme
 import table
@@ -326,6 +328,25 @@ class Headers(unittest.TestCase):
                  if (row.core, row.arithmetic, row.sizes, row.profile, row.what) == ("m3", "q31", "runtime", GCC, "step")}  # fmt: skip
         page = (ROOT / "tests/README.md").read_text(encoding="utf-8")
         self.assertIn(f"Cortex-M3: {steps[2, 1]}, {steps[4, 2]}, {steps[9, 3]} instructions against", page)
+
+
+class Compilers(unittest.TestCase):
+    VERSIONS = ("arm-none-eabi-gcc (15:12.2.rel1-1) 12.2.1 20221205", "avr-gcc (GCC) 5.4.0", "Debian clang version 14.0.6")
+
+    def reason(self, *said: str) -> str:
+        with unittest.mock.patch.object(cores, "compilers", lambda *_: said):
+            return cores.incomparable(self.VERSIONS)
+
+    def test_figures_of_another_major_version_are_skipped(self) -> None:
+        self.assertEqual(self.reason("arm-none-eabi-gcc (Arm GNU Toolchain 12.3.Rel1) 12.3.1 20230626", "Ubuntu clang version 14.0.0-1ubuntu1"), "")
+        self.assertEqual(self.reason(*self.VERSIONS[:2], "clang version 15.0.7"),
+                         "skipped: figures are of clang 14, not of clang version 15.0.7")
+        self.assertIn("of arm-none-eabi-gcc 12, not of arm-none-eabi-gcc (15:13.2.rel1-2) 13.2.1",
+                      self.reason("arm-none-eabi-gcc (15:13.2.rel1-2) 13.2.1 20231009"))
+
+    def test_so_are_figures_without_a_compiler(self) -> None:
+        with unittest.mock.patch.object(cores, "compilers", side_effect=UserError("avr-gcc: No such file or directory")):
+            self.assertEqual(cores.incomparable(self.VERSIONS), "skipped: figures are of cross compilers: avr-gcc: No such file or directory")
 
 
 class Kept(unittest.TestCase):

@@ -3,11 +3,11 @@
 
 A comment /** */ is of the functions that follow it up to an empty line; a function of another arithmetic has that of its
 twin, too, and "As kq_..." brings the comment of that function.  Of every function:
-  - each parameter has a line: name, two spaces, what it is.  Several share a line only to say where they are described.
-  - each status that its code in src/ can answer is named, or the function whose errors they are; other results say what
-    they are for a bad argument
-  - each event that its code can set, and, if the code has a loop, what it costs
-Answers 0 where that holds; prints each fault.
+  - each parameter has a line: name, two spaces, what it is
+  - each status that its code in src/ can answer is named, or the function whose errors they are
+  - each event that its code can set is named
+Answers 0 where that holds; prints each fault.  And as advice: several parameters share a line only to say where they are described;
+results that are no status say what they are for a bad argument; what the code has a loop for has a cost.
 """
 import pathlib
 import re
@@ -57,7 +57,7 @@ class Manual:
         self.functions = [one for header in sorted((root / "include/kalmanq").glob("*.h")) for one in functions(header)]
         self.code = {"q31": code(root, "_float.h"), "f32": code(root, "_q31.h")}
         self.code["f64"] = self.code["f32"]
-        self.faults, self.comments = [], {}
+        self.faults, self.advice, self.comments = [], [], {}
         for one in self.functions:
             if one.block and one.block not in self.comments.setdefault(one.stem, []):
                 self.comments[one.stem].append(one.block)
@@ -88,6 +88,9 @@ class Manual:
     def fault(self, function, what):
         self.faults.append(f"{function.header}: {function.name}: {what}")
 
+    def advise(self, function, what):
+        self.advice.append(f"{function.header}: {function.name}: {what}")
+
     def check_parameters(self, one):
         rows = [(names.split(", "), text) for block in self.said(one.stem, r"\bAs\b") for names, text in ROW.findall(block)]
         for name in one.parameters:
@@ -95,14 +98,14 @@ class Manual:
             if not mine:
                 self.fault(one, f"no line for {name}")
             elif all(len(names) > 1 and not re.search(r"as (in|for|by|of) kq_", text) for names, text in mine):
-                self.fault(one, f"{name} shares a line with {', '.join(x for x in mine[0][0] if x != name)}")
+                self.advise(one, f"{name} shares a line with {', '.join(x for x in mine[0][0] if x != name)}")
 
     def check_rows(self, one):
         """A row is of a parameter of one of the functions that follow"""
         names = {name for other in self.functions if other.block == one.block for name in other.parameters}
         for row, _ in ROW.findall(one.block):
             for name in set(row.split(", ")) - names:
-                self.fault(one, f"has no parameter {name}")
+                self.advise(one, f"has no parameter {name}")
 
     def check_result(self, one):
         text = "\n".join(self.said(one.stem, r"[Ee]rrors?\b|\b[Aa]s\b|answers"))
@@ -110,7 +113,7 @@ class Manual:
             if not re.search(rf"\b{status}\b", text):
                 self.fault(one, f"does not name {status}")
         if one.answers == "value" and not FAILURE.search("\n".join(self.blocks(one.stem))):
-            self.fault(one, "does not say what a bad argument gives")
+            self.advise(one, "does not say what a bad argument gives")
 
     def check_work(self, one):
         text = "\n".join(self.said(one.stem, r"\b[Ee]vents?\b|\b[Aa]s\b|\bone\b"))
@@ -119,7 +122,7 @@ class Manual:
                 self.fault(one, f"does not name {event}")
         cost = "\n".join(self.said(one.stem, r"\b[Aa]s\b|[Cc]ost\b"))
         if "for" in self.reached(one, "for") and not re.search(r"\b[Cc]osts?\b|multiplications|additions", cost):
-            self.fault(one, "does not say what it costs")
+            self.advise(one, "does not say what it costs")
 
     def reached(self, one, beginning):
         """What the code of a function, and the functions that it calls by name, have of words of a beginning.  A status comes
@@ -146,7 +149,7 @@ def code(root, twin):
 def main():
     manual = Manual(pathlib.Path(sys.argv[1] if len(sys.argv) > 1 else pathlib.Path(__file__).parents[2]))
     manual.check()
-    print(*manual.faults, sep="\n")
+    print(*(f"advice: {one}" for one in manual.advice), *manual.faults, sep="\n")
     print(f"{len(manual.functions)} functions, {sum(len(one.parameters) for one in manual.functions)} parameters, {len(manual.faults)} faults")
     return bool(manual.faults) or not manual.functions
 

@@ -193,7 +193,7 @@ class House:
             count = text.count("\n")
             if count > LINES:
                 yield f"src/{name}: {count} lines"
-            for match in re.finditer(r"^(?!#)[^\n]*\b(\w+)\)?\(([^;{}]*)\)\n\{\n(.*?)^\}", text, re.M | re.S):
+            for match in re.finditer(r"^(?!#)[^\n]*\b(\w+)\)?\(([^;{}]*)\)\n\{\n(.*?)^\}", without_comments(text), re.M | re.S):
                 lines = match.group(3).count("\n") + 2
                 if lines > FUNCTION_LINES:
                     yield f"src/{name}: {match.group(1)} has {lines} lines"

@@ -81,6 +81,14 @@ class Broken(unittest.TestCase):
         file.write_text(text.replace("#endif\n", moved + "\n#endif\n"))
         self.found("arithmetic", "model/units_float.h: sensor_is_correlated is where")
 
+    def test_parameters_are_a_functions(self):
+        """Not what is in a comment above it"""
+        house = House(self.root)
+        for parameters, comment, count in (9, "", 1), (8, "", 0), (8, "/* s = norm(w, g), of each row */\n", 0):
+            one = ", ".join(f"int x{k}" for k in range(parameters))
+            house.headers = {"model/one.h": f"{comment}static int one({one})\n{{\n    return x0;\n}}\n"}
+            self.assertEqual(len(list(house.guides())), count, comment)
+
 
 if __name__ == "__main__":
     unittest.main()

@@ -1,11 +1,11 @@
 #!/usr/bin/env bash
-# rust.sh HOW WORK [PYTHON]: the crate of port/rust.
-#   bindings  src/sys.rs is what bindings.py makes of the headers; PYTHON has pycparser
-#   host      the crate's tests, and the crate as tools/package.sh stages it
+# rust.sh HOW WORK [LIBRARY]: the crate of port/rust.
+#   bindings  what bindings.py declares are the functions and objects that the headers name, and LIBRARY has them
+#   host      the crate as tools/package.sh stages it, its package and its tests
 #   chip      a program on an emulated Cortex-M4F answers what it does here, bit for bit
 # Crates come from where setup.sh has fetched them; nothing is asked of the network.
 set -euo pipefail
-how=$1 work=$2 python=${3:-python3}
+how=$1 work=$2 library=${3:-}
 root=$(cd "$(dirname "$0")/../.." && pwd)
 crate="$root/port/rust" chip="$root/tests/package/rust_chip" target=thumbv7em-none-eabihf
 export CARGO_NET_OFFLINE=true CARGO_TARGET_DIR="$work/target"
@@ -28,18 +28,22 @@ case $how in
 bindings)
     version=$(sed -n 's/.*KQ_VERSION_STRING "\(.*\)"/\1/p' "$root/include/kalmanq/version.h")
     grep -qx "version = \"$version\"" "$crate/Cargo.toml" || { echo "Cargo.toml has another version than version.h" && exit 1; }
-    "$python" -B "$crate/bindings.py" "$work/sys.rs"
-    diff "$crate/src/sys.rs" "$work/sys.rs" || { echo "src/sys.rs is of other headers: port/rust/bindings.py makes it" && exit 1; }
+    python3 -B "$crate/bindings.py" "$work/sys.rs"
+    sed -n 's/^    pub \(fn\|static\) \(kq_[a-z0-9_]*\).*/\2/p' "$work/sys.rs" | LC_ALL=C sort >"$work/declared"
+    nm -g --defined-only "$library" | awk '{ print $3 }' | LC_ALL=C sort -u >"$work/defined"
+    cat "$root"/include/kalmanq/*.h | grep -o '\bkq_[a-z0-9_]*' | LC_ALL=C sort -u | LC_ALL=C comm -12 - "$work/defined" >"$work/public"
+    diff "$work/public" "$work/declared" || { echo "bindings.py declares other functions than headers and library have" && exit 1; }
     echo "bindings of $(grep -c 'pub fn' "$work/sys.rs") functions are the headers'"
     ;;
 host)
-    (cd "$crate" && cargo test)
     bash "$root/tools/package.sh" rust --check
+    (cd "$root/build/packages/rust" && cargo test)
     echo "the crate's tests hold"
     ;;
 chip)
     rustc=/usr/bin/rustc # Debian's, whose source of core is there
     sysroot "$rustc"
+    python3 -B "$crate/bindings.py"
     cd "$chip"
     RUSTC=$rustc cargo run --release >"$work/host.txt"
     RUSTC=$rustc CARGO_TARGET_THUMBV7EM_NONE_EABIHF_RUSTFLAGS="--sysroot $work/sysroot -C linker=arm-none-eabi-gcc" \

@@ -5,7 +5,7 @@
 #   WHAT   step; smooth: with a smoother over the whole run; lean, lean_smooth: of constant tables and a lean
 #          sensor
 #   HOST   host.c, built;  LIBRARY: directory with the library's objects, built
-#   TABLE  tools/cost.csv: the painted stack may be as deep as its stack_worst, and 32 bytes deeper for the
+#   TABLE  tools/cost.csv, if its compiler's major version is the one here: the painted stack may be as deep as its stack_worst, and 32 bytes deeper for the
 #          program's own frames (a function that calls the library, a return address); it must not be
 #          less than three quarters of it (lean with a smoother: two thirds), or the table is about something else
 # shellcheck disable=SC2086
@@ -44,6 +44,9 @@ worst=$(awk -F , -v key="$(echo "$part" | sed 's/^atmega.*/avr/; s/-.*//'),$arit
 [ -n "$worst" ] || { echo "$table: has no stack_worst of $part, $arithmetic, n = $n, $what"; exit 1; }
 echo "$part, $arithmetic, n = $n, $what:"
 "$host" check "$arithmetic" "$n" "$what" "$worst" <"$work/run"
+made() { echo "${1##*) }" | sed 's/[.].*//'; } # avr-gcc (GCC) 5.4.0: 5
+now=$($compiler --version | head -n 1) of=$(grep -m 1 "^# ${compiler%% *} " "$table")
+[ "$(made "$now")" = "$(made "$of")" ] || { echo "skipped: figures are of ${of#\# }, not of $now" && exit 0; }
 depth=$(printf '%d' "0x$(sed -n 's/^stack //p' "$work/run" | tr -d '\r')")
 [ "$depth" -le $((worst + own)) ] || { echo "the stack is deeper than $worst + $own"; exit 1; }
 # a lean program takes low-noise measurements on a short path, and no row of its own with a smoother

@@ -10,7 +10,7 @@ import numpy as np
 from library import objects, written
 
 from kalmanq.core import arithmetic_of, ffi
-from kalmanq.firmware.c_source import source
+from kalmanq.compiler.text.over_library import source
 from kalmanq.model import model_file
 from kalmanq.run.parts import Parts
 

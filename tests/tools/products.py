@@ -214,7 +214,15 @@ def thermistors() -> Model:
                  measurements=[Quantity(f"ntc {k}", "C", 160) for k in range(4)])
 
 
+def variometer() -> Model:
+    """Height by pressure, driven by an accelerometer that reads gravity, too; its bias walks"""
+    return Model([[1, 0.02, -2e-4], [0, 1, -0.02], [0, 0, 1]], H=[1, 0, 0], R=0.09, B=[2e-4, 0.02, 0], c=[-1.96133e-3, -0.196133, 0],
+                 Q=[[1e-8, 1e-6, 0], [1e-6, 2.5e-4, 0], [0, 0, 1e-10]], x0=[300, 0, 0], P0=[2500, 4, 0.04], name="variometer",
+                 states=[Quantity("height", "m", 12000), Quantity("climb", "m/s", 60), Quantity("bias", "m/s2", 2)],
+                 measurements=[Quantity("baro", "m", 12000)], controls=[Quantity("accelerometer", "m/s2", 80)])
+
+
 PRODUCTS = (fridge, press, tilt, battery, barometer, load_cell, gps, clock, motor, tank, anemometer, heart, spring,
             meter, ultrasound, oven)
-OTHERS = (drone, calendar, interferometer, borehole, scale, quartz, rover, well, pll, gnss_odo, bldc, thermistors)
+OTHERS = (drone, calendar, interferometer, borehole, scale, quartz, rover, well, pll, gnss_odo, bldc, thermistors, variometer)
 ALL = (*PRODUCTS, *OTHERS)

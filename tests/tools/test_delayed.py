@@ -21,7 +21,7 @@ from kalmanq.compiler.run.host import Host
 from kalmanq.compiler.text.equation_product import compiled_equations
 from kalmanq.compiler.text.product import compiled
 from kalmanq.core import lib
-from kalmanq.firmware.c_source import bytes_of_delays
+from kalmanq.compiler.text.over_library import bytes_of_delays
 from kalmanq.firmware.steps_kept import latest_of
 from kalmanq.model import Model, Quantity, Sensor, model_file
 from kalmanq.nonlinear import read, simulate

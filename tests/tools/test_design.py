@@ -24,7 +24,7 @@ from kalmanq import KalmanqError, Model, ModelError, Quantity
 from kalmanq.commands.design import no_less
 from kalmanq.core import lib
 from kalmanq.firmware import costs
-from kalmanq.firmware.c_source import source, ways_of
+from kalmanq.compiler.text.over_library import source, ways_of
 from kalmanq.firmware.designs import ACCURATE, PARTS, Part, design, errors_of
 from kalmanq.firmware.life import life_of, tail
 from kalmanq.firmware.ranges import with_ranges

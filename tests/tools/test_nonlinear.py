@@ -767,7 +767,7 @@ def test_the_command_line_refuses_in_one_line(tmp_path):
         "--as: of a linear model": ("run", TRACK, TRACK_DATA, "--as", "init", *out),
         "--forecast: of a linear model": ("run", TRACK, TRACK_DATA, "--forecast", 3, *out),
         "--iterate: of --method iterated and posterior": ("run", TRACK, TRACK_DATA, "--iterate", 3, *out),
-        "--passes: of --smooth": ("run", TRACK, TRACK_DATA, "--passes", 3, *out),
+        "--passes: is of --smooth": ("run", TRACK, TRACK_DATA, "--passes", 3, *out),
         "sigma points are not in q31": ("run", TRACK, TRACK_DATA, "--arith", "q31", "--method", "central", *out),
         "--method: of a nonlinear model": ("run", nile, nile_data, "--method", "cubature", *out),
         "out.csv: is to be a .py file, as the model is": ("fit", TRACK, TRACK_DATA, *out),

@@ -9,7 +9,7 @@ from typing import Callable
 import numpy as np
 import pytest
 from dense import cholesky, forward
-from products import ALL, interferometer
+from products import ALL, interferometer, variometer
 from whole import WHOLE, first
 
 from kalmanq import Model, Quantity
@@ -98,6 +98,13 @@ def test_every_product_is_right_or_it_is_told(make: Callable[[], Model], arithme
 @pytest.mark.parametrize("make, arithmetic", [pytest.param(*one, marks=WHOLE) for one in [*cases("f32"), *cases("q31")]])
 def test_so_it_is_with_more_seeds(make: Callable[[], Model], arithmetic: str) -> None:
     right_or_told(compiled(make(), make.__name__, Options(arithmetic)), (2, 3, 4))
+
+
+def test_controls_hold_what_an_offset_moves() -> None:
+    """Gravity: the states stay within their ranges, as what is refused shows"""
+    product = compiled(variometer(), "variometer", Options("q31"))
+    with Host(product) as host:
+        assert report.findings(product, host).taken > 0.9
 
 
 def speedometer() -> Model:

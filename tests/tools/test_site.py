@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import importlib
 import os
 import re
 import runpy
@@ -36,22 +35,11 @@ def test_five_minutes(tmp_path):
     assert (done.stdout + done.stderr).count("walk: 0 wrong") == 2 + has_riscv and done.stdout.endswith(program.group(2)) and (tmp_path / "my.png").read_bytes()[1:4] == b"PNG"
 
 
-def test_made_pages_have_every_header_command_and_message_and_each_message_its_cure():
-    sys.path.insert(0, str(ROOT / "tools/docs"))
-    try:
-        made = runpy.run_path(str(ROOT / "tools/docs/make_pages.py"))
-        messages = importlib.import_module("messages")
-    finally:
-        sys.path.pop(0)
+def test_made_pages_have_every_header_and_command():
+    made = runpy.run_path(str(ROOT / "tools/docs/make_pages.py"))
     headers = made["headers"]()
     names = [path.stem for path in (ROOT / "include/kalmanq").glob("*.h")]
     assert all(f"doxygenfile}} {name}.h" in headers[f"headers/{name}"] and f"\nheaders/{name}\n" in headers["headers"] for name in names)
-    collected = messages.collected()
-    parts, left = messages.sorted_by_cure(collected)
-    assert not left, "messages without what to do in tools/docs/messages.toml"
-    assert all(found for _, found in parts) and len(collected) > 400
-    anchors = re.findall(r'<a id="([^"]+)">', messages.page())
-    assert len(set(anchors)) == len(anchors) == len(collected)
     assert "--smooth" in made["helped"]("run")
 
 

@@ -22,10 +22,10 @@ HOST_FLAGS = ("-std=c11", "-O0", "-ffp-contract=off")
 CALLED = {
     "lean": "step", "hard_lean": "step", "dearest": "step", "smooth": "smooth_step", "hard_update": "update", "hard_step": "step", "hard_smooth": "smooth_step",
     "steady": "steady_step", "settling": "step", "gated": "update_robust", "huber": "update_robust",
-    "student": "update_robust", "jump": "update_robust", "delayed": "update_delayed", "em": "em_iterate", "em_state": "em_iterate",
+    "student": "update_robust", "jump": "update_robust", "delayed": "update_delayed",
     "continuous": "process_init_continuous", "correlated": "process_init_correlated",
     "extended_predict": "predict_extended", "extended_update": "update"}
-PARTS = ("filter", "steady", "adaptation", "em", "nonlinear")  # of an arithmetic
+PARTS = ("filter", "steady", "adaptation", "nonlinear")  # of an arithmetic
 SAMPLES = ("lag", "lag_states", "point", "adapted")  # functions of target/user.c
 STEPS = ("changed", "extended", "points")  # and of target/nonlinear.inc
 TEXTS = {MODULES: "modules.inc", NONLINEAR: "nonlinear.inc", EVEN: "even.inc"}  # beside the filter's

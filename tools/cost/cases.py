@@ -13,11 +13,11 @@ LEAN = "lean"  # step by a lean sensor, of a program that begins from roots and 
 FILTER = ("predict", "update", "step", ROOTS, LEAN, "smooth")
 MODULES = (
     "steady", "settling", "gated", "huber", "student", "jump", "lag", "lag_states", "point",
-    "delayed", "adapted", "em", "em_state", "continuous", "correlated",
+    "delayed", "adapted", "continuous", "correlated",
 )
 NONLINEAR = ("changed", "extended", "extended_predict", "extended_update", "points")
 EVEN = ("dearest",)  # of 500 settled steps
-FLOAT_ONLY = ("em", "em_state", "continuous", "correlated", "points")
+FLOAT_ONLY = ("continuous", "correlated", "points")
 WHAT = (*FILTER, *MODULES, *NONLINEAR, *EVEN)
 # the worst of these, over hard inputs; and whole programs, for their stack
 HARD = {"update": "hard_update", "step": "hard_step", ROOTS: "hard_step", "smooth": "hard_smooth", LEAN: "hard_lean"}

@@ -10,7 +10,7 @@ import readme
 import report
 import table
 from cases import PROFILES, WHAT, Choice, Own, Program, own_programs, programs
-from cores import ROOT, compilers
+from cores import ROOT, compilers, incomparable
 from measure import Measured, measure_all
 from errors import UserError, told_in_one_line
 from outputs import shown, terminal, write
@@ -94,6 +94,9 @@ def kept_sizes(p: Program) -> tuple[tuple[int, int], ...]:
 
 
 def as_in_the_table(source: Path, choice: Choice) -> bool:
+    if reason := incomparable(table.read(TABLE).versions):
+        print(reason)
+        return True
     return are_as_in_the_table(measured_programs(source, of_kept(programs(choice))), choice)
 
 

@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+import re
 from dataclasses import dataclass, replace
 from functools import lru_cache, partial
 from pathlib import Path
+from typing import Sequence
 
-from errors import TIME_LIMIT  # and where the package is
+from errors import TIME_LIMIT, UserError  # and where the package is
 from kalmanq.firmware import cores
 from kalmanq.firmware.cores import Core
 
@@ -46,8 +48,25 @@ def ask(core: Core, compiler: str, *variables: str) -> list[str]:
     return run(["sh", "-c", script, str(ROOT), KNOWN_AS.get(core.name, core.name), compiler]).splitlines()
 
 
-def compilers() -> tuple[str, ...]:
+def compilers(cores: Sequence[Core] = CORES, with_clang: bool = True) -> tuple[str, ...]:
     """The first line that each compiler says of itself."""
-    names = [toolchain(core, "gcc").compiler[0] for core in CORES]
-    names.append(toolchain(CORES[0], "clang").compiler[0])
+    names = [toolchain(core, "gcc").compiler[0] for core in cores]
+    names += [toolchain(CORES[0], "clang").compiler[0]] if with_clang else []
     return tuple(run([name, "--version"]).splitlines()[0] for name in dict.fromkeys(names))
+
+
+def incomparable(versions: Sequence[str], cores: Sequence[Core] = CORES, with_clang: bool = True) -> str:
+    """Why figures of compilers of these versions are not compared with what is measured here, in a line that has CTest skip the test:
+    a compiler is missing, or is of another major version.  Empty if they are"""
+    known = dict(map(major, versions))
+    try:
+        others = [one for one in compilers(cores, with_clang) if major(one) not in known.items()]
+    except UserError as problem:
+        return f"skipped: figures are of cross compilers: {problem}"
+    return f"skipped: figures are of {', '.join(known.get(major(one)[0], 'none') for one in others)}, not of {', '.join(others)}" if others else ""
+
+
+def major(line: str) -> tuple[str, str]:
+    """A compiler and its major version, of what it says of itself"""
+    name = "clang" if "clang" in line else line.split()[0]
+    return name, f"{name} {(re.search(r'(?<![.:-])(?<![0-9])([0-9]+)[.][0-9]+[.][0-9]+', line) or ['', '?'])[1]}"

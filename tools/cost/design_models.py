@@ -15,7 +15,7 @@ import typer
 
 from kalmanq import KalmanqError, Model
 from kalmanq.data.rows import present_of
-from kalmanq.firmware.c_source import source, ways_of
+from kalmanq.compiler.text.over_library import source, ways_of
 from kalmanq.firmware.costs import shape
 from kalmanq.firmware.ranges import with_ranges
 from kalmanq.firmware.reach import Record, draw

@@ -17,9 +17,10 @@ from pathlib import Path
 from typing import Any
 
 import build
+import table
 import typer
 from build import Place, compiled, linked
-from cores import BY_NAME, ROOT, Core
+from cores import BY_NAME, ROOT, Core, incomparable
 from errors import UserError, told_in_one_line
 from kalmanq.firmware.elf import flash_and_ram
 from kalmanq.firmware.emulated import Emulator
@@ -89,6 +90,9 @@ def text_of(made: list[Any], routines: str) -> tuple[str, dict[int, str]]:
 @app.command()
 def functions(core: str = typer.Option("m3", "--core"), out: Path = typer.Option(None, "--csv"),
               check: Path = typer.Option(None, "--check")) -> None:
+    versions = table.read(ROOT / "tools" / "cost.csv").versions
+    if check and (reason := incomparable(versions, [BY_NAME[core]], with_clang=False)):
+        return print(reason)
     costs = fixed_costs()
     made = costs.functions()
     text, names = text_of(made, costs.routines(made))

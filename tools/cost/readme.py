@@ -203,7 +203,6 @@ MODULE_ROWS = (
     ("lag_states", RUNTIME, "a sample with `kq_lagged_states`, L = 10"),
     ("point", RUNTIME, "a sample with `kq_instant_smooth`"),
     ("delayed", RUNTIME, "`kq_update_delayed`, 10 steps late"), ("adapted", RUNTIME, "a sample of `kq_adaptation`"),
-    ("em", RUNTIME, "`kq_em_iterate`, 100 steps; Q and R free"), ("em_state", RUNTIME, "... A, Q and R free"),
     ("continuous", RUNTIME, "`kq_process_init_continuous`, another dt"),
     ("correlated", RUNTIME, "`kq_process_init_correlated`"),
     ("changed", RUNTIME, "`kq_predict` and `kq_update`, another A and another H"),

@@ -1,11 +1,9 @@
 #!/usr/bin/env python3
-"""Pages of the site that are made: a page a header, each command's help, and every message with what to do.  make_pages.py OUT"""
+"""Pages of the site that are made: a page a header, and each command's help.  make_pages.py OUT"""
 
 import re
 import sys
 from pathlib import Path
-
-import messages
 
 ROOT = Path(__file__).resolve().parents[2]
 
@@ -52,7 +50,7 @@ def main() -> None:
     out = Path(sys.argv[1])
     out.mkdir(parents=True, exist_ok=True)
     (out / "headers").mkdir(exist_ok=True)
-    pages = {**headers(), "commands": commands(), "messages": messages.page()}
+    pages = {**headers(), "commands": commands()}
     for name, text in pages.items():
         (out / f"{name}.md").write_text(text, encoding="utf-8")
     print(f"made {len(pages)} pages")

@@ -55,7 +55,7 @@ def compared(job: Job) -> tuple[np.ndarray, str]:
 
 def errors(job: Job, shown: np.ndarray) -> list[str]:
     """RMS, of what the recording has the truth of; of a smoother the filter's, too"""
-    data, host, said = table(job.example.data_of(job.name)), table(job.folder / "host.csv"), []
+    data, host, said = table(job.data), table(job.folder / "host.csv"), []
     for k, one in enumerate(job.example.shown):
         name = re.sub("(_mean|_smoothed)$", "", one)
         if f"{name}_true" in data:
@@ -85,13 +85,13 @@ def drawn(job: Job, shown: np.ndarray) -> None:
     if job.name == "room":
         host["forecast_sigma"] = forecast_sigma(job)
     named = {one.replace("_mean", "").replace("_smoothed", ""): shown[:, k] for k, one in enumerate(example.shown)}
-    draw(job.name, named, host, table(example.data_of(job.name)), path)
+    draw(job.name, named, host, table(job.data), path)
     print(f"{path.relative_to(ROOT)}: {path.stat().st_size} bytes")
 
 
 def forecast_sigma(job: Job) -> np.ndarray:
     """Of the temperature, in the rows that are forecast"""
-    measured = table(job.example.data_of(job.name))["thermometer"]
+    measured = table(job.data)["thermometer"]
     known = int(np.sum(np.isfinite(measured)))
     data = job.folder / "known.csv"
     data.write_text("\n".join(["thermometer", *map(str, measured[:known]), ""]), encoding="utf-8")
@@ -104,7 +104,7 @@ def forecast_sigma(job: Job) -> np.ndarray:
 def in_time(job: Job) -> np.ndarray:
     model, out = job.folder / "in_time.toml", job.folder / "in_time.csv"
     model.write_text(re.sub("^delay = .*$", "", job.example.model_of(job.name).read_text(encoding="utf-8"), flags=re.M), encoding="utf-8")
-    run([*job.kalmanq, "run", str(model), str(job.example.data_of(job.name)), "--arith", job.T, "--out", str(out)])
+    run([*job.kalmanq, "run", str(model), str(job.data), "--arith", job.T, "--out", str(out)])
     return table(out)["position_mean"]
 
 

@@ -38,7 +38,7 @@ def cost_of(job: Job, libraries: Libraries) -> Cost:
         build.avr_counter(place)
     counted = count_program(core, program, {0: "example"}, place.avr_counter)[0]
     with_it, without = (flash_and_ram(build.linked(core, made[name], job.folder / f"{name}.elf", entry="example")) for name in ("own", "nothing"))
-    rows = len(next(iter(table(job.example.data_of(job.name)).values())))
+    rows = len(next(iter(table(job.data).values())))
     return Cost(with_it[0] - without[0], with_it[1] - without[1], counted.stack, round(counted.instructions / rows))
 
 
@@ -99,7 +99,19 @@ def settle(page: Path, table_of: Callable[[str], str], check: bool, write: bool)
         page.write_text(text[:begin] + made + text[end:], encoding="utf-8")
 
 
+def unlike_the_pages(jobs: Sequence[Job]) -> str:
+    """Why figures of their compilers are not compared here, if they are not: those of tools/cost.csv"""
+    sys.path.insert(0, str(ROOT / "tools" / "cost"))
+    import table as cost_table
+    from cores import BY_NAME, incomparable
+
+    cores = {counted_as(job.core): None for job in jobs}
+    return incomparable(cost_table.read(ROOT / "tools" / "cost.csv").versions, [BY_NAME[core] for core in cores], with_clang=False)
+
+
 def costs(jobs: Sequence[Job], check: bool, write: bool) -> None:
+    if check and (reason := unlike_the_pages(jobs)):
+        return print(reason)
     libraries: Libraries = {}
     every: dict[Job, Cost] = {}
     for name in dict.fromkeys(job.name for job in jobs):

@@ -1,16 +1,20 @@
 #!/usr/bin/env python3
-"""Writes the recordings of the examples, all of them simulated: data.py [NAME...]
+"""Draws the recordings of the examples, all of them simulated, from their seeds: data.py [NAME...]
 
-A recording is NAME/data.csv: what the sensors say in each row, and what is true as NAME_true.  Those of battery and
-attitude are drawn by `kalmanq simulate` (their pages have the commands).
+A recording is NAME/data.csv: what the sensors say in each row, and what is true as NAME_true.  attitude's is drawn by
+`kalmanq simulate`, --kalmanq COMMAND says how to call it; battery's is tools/kalmanq/examples/battery.csv.
 """
 from __future__ import annotations
 
-import sys
+import argparse
+import shlex
+import tempfile
 from pathlib import Path
-from typing import Callable
+from typing import Callable, Sequence
 
 import numpy as np
+
+from texts import BoardError, run, table
 
 HERE = Path(__file__).resolve().parent
 Columns = dict[str, np.ndarray]
@@ -91,8 +95,22 @@ def gps(draws: np.random.Generator) -> Columns:
     return {"wheel": speed + 0.3 * draws.standard_normal(count), "gps": measured, "position_true": position, "speed_true": speed}
 
 
+def attitude(kalmanq: Sequence[str]) -> Columns:
+    """A body that turns, by its model; the accelerometer and the magnetometer say something in each tenth row"""
+    with tempfile.TemporaryDirectory(prefix="kalmanq-boards-") as folder:
+        out = Path(folder) / "simulated.csv"
+        model = HERE.parents[1] / "kalmanq/examples/attitude.py"
+        run([*kalmanq, "simulate", str(model), "-n", "300", "--seed", "1", "--truth", "--out", str(out)])
+        columns = {name: values[:250] for name, values in table(out).items() if name != "step" and not name.startswith("bias")}
+    for name in columns:
+        if name.startswith(("up", "north")):
+            columns[name][np.arange(250) % 10 != 0] = np.nan
+    return columns
+
+
 ALL: dict[str, tuple[Callable[[np.random.Generator], Columns], int]] = {
     "adc": (adc, 29), "altitude": (altitude, 2), "wheel": (wheel, 3), "rocket": (rocket, 4), "room": (room, 5), "gps": (gps, 6)}
+NAMES = (*ALL, "attitude")
 
 
 def text_of(columns: Columns) -> str:
@@ -100,13 +118,27 @@ def text_of(columns: Columns) -> str:
     return "\n".join([",".join(columns), *rows, ""])
 
 
-def main(names: list[str]) -> None:
-    for name in names or ALL:
-        if name not in ALL:
-            raise SystemExit(f"data.py: {name}: is no recording; there are {', '.join(ALL)}")
-        make, seed = ALL[name]
-        (HERE / name / "data.csv").write_text(text_of(make(np.random.default_rng(seed))), encoding="utf-8")
+def drawn(name: str, kalmanq: Sequence[str]) -> str:
+    """data.csv"""
+    if name not in NAMES:
+        raise BoardError(f"{name}: has no recording to draw; there are {', '.join(NAMES)}")
+    if name == "attitude":
+        return text_of(attitude(kalmanq))
+    make, seed = ALL[name]
+    return text_of(make(np.random.default_rng(seed)))
+
+
+def main() -> None:
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("names", nargs="*", metavar="NAME")
+    parser.add_argument("--kalmanq", default="kalmanq")
+    given = parser.parse_args()
+    try:
+        for name in given.names or NAMES:
+            (HERE / name / "data.csv").write_text(drawn(name, shlex.split(given.kalmanq)), encoding="utf-8")
+    except BoardError as problem:
+        raise SystemExit(f"data: {problem}") from None
 
 
 if __name__ == "__main__":
-    main(sys.argv[1:])
+    main()

@@ -41,13 +41,10 @@ class Example:
     shown: tuple[str, ...]
     first: tuple[int, int] = (0, 1)  # rows t with t % second >= first are compared
     model: str = "model.toml"
-    data: str = "data.csv"
+    data: str = ""  # a recording that the package has; the others are drawn
 
     def model_of(self, name: str) -> Path:
         return HERE / name / self.model
-
-    def data_of(self, name: str) -> Path:
-        return HERE / name / self.data
 
 
 def means(*states: str) -> tuple[str, ...]:

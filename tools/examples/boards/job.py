@@ -9,6 +9,7 @@ from pathlib import Path
 
 import numpy as np
 
+from data import drawn
 from examples import HERE, Example, Way
 from texts import as_compiled, as_first, fraction, recording, run, table
 
@@ -42,12 +43,19 @@ class Job:
     def title(self) -> str:
         return f"{self.name} on {self.core}, {self.way}"
 
+    @property
+    def data(self) -> Path:
+        """The recording"""
+        return HERE / self.name / self.example.data if self.example.data else self.folder / "data.csv"
+
     def prepare(self) -> None:
-        """NAME.c, NAME.h and recording.h"""
+        """data.csv, NAME.c, NAME.h and recording.h"""
         self.folder.mkdir(parents=True, exist_ok=True)
+        if not self.example.data:
+            self.data.write_text(drawn(self.name, self.kalmanq), encoding="utf-8")
         self.described = described(self.core)
         command, *options = self.given.make
-        model, data = self.example.model_of(self.name), self.example.data_of(self.name)
+        model, data = self.example.model_of(self.name), self.data
         arguments = [*self.kalmanq, command, str(model), "--arith", self.T, *options]
         if command == "design":
             self.source.parent.mkdir(exist_ok=True)
@@ -106,7 +114,7 @@ class Job:
         environment = {**os.environ, "KQ_TIME_LIMIT": os.environ.get("KQ_TIME_LIMIT") or "120"}
         if self.core.startswith("atmega"):
             voltages = self.folder / "voltages"
-            millivolts = table(self.example.data_of(self.name))["millivolts"]
+            millivolts = table(self.data)["millivolts"]
             voltages.write_text("".join(f"{one:.0f}\n" for one in millivolts), encoding="utf-8")
             environment |= {"KQ_AVR_EMULATOR": str(self._avr_emulator()), "KQ_AVR_VOLTAGES": str(voltages)}
         text = run(["sh", str(ROOT / "tests/target/run.sh"), self.core, str(self.program())], environment)
@@ -122,7 +130,7 @@ class Job:
 
     def host(self) -> dict[str, np.ndarray]:
         out = self.folder / "host.csv"
-        run([*self.kalmanq, "run", str(self.example.model_of(self.name)), str(self.example.data_of(self.name)), "--arith", self.T,
+        run([*self.kalmanq, "run", str(self.example.model_of(self.name)), str(self.data), "--arith", self.T,
              *self.given.host, "--out", str(out)])
         return table(out)
 

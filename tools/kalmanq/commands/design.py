@@ -18,11 +18,11 @@ from kalmanq.compiler.given.names import identifier
 from kalmanq.compiler.report import offers as compiled_offers
 from kalmanq.compiler.report.costs import UNKNOWN, built, reasons
 from kalmanq.compiler.report.offers import COLUMNS, Offer, add_ways, offers
+from kalmanq.compiler.text.over_library import bytes_of_delays
 from kalmanq.compiler.text.product import fingerprint, remarked
 from kalmanq.data import joining, rows as given_rows
 from kalmanq.data.files import require_folder
 from kalmanq.errors import KalmanqError
-from kalmanq.firmware.c_source import bytes_of_delays
 from kalmanq.firmware.costs import COMPACT, CORES, Cost, flags, include_path
 from kalmanq.firmware.designs import PARTS, Designs, Part, Trial, Way, design
 from kalmanq.firmware.ranges import with_ranges

@@ -44,7 +44,7 @@ def told_in_one_line(model: Optional[Any] = None, *others: Optional[Any]) -> Ite
             raise
         stop(f"this needs {missing}, which is not installed: pip install './tools[{EXTRAS[missing]}]'")
     except MemoryError:
-        stop("not enough memory for all rows at once")
+        stop("not enough memory for all rows at once: leave --smooth, --plot and --sort out, which keep them")
     except OSError as problem:
         stop(f"{problem.filename}: {problem.strerror}" if problem.filename else str(problem))
     except KeyboardInterrupt as interrupt:

@@ -96,9 +96,9 @@ def _refuse(options: Options, model: AnyModel) -> None:
         if options.iterate is not None and options.method not in ("iterated", "posterior"):
             raise KalmanqError("--iterate: of --method iterated and posterior; --passes are a smoother's")
         if options.compiled and options.method not in (None, "extended", "iterated"):
-            raise KalmanqError(f"--compiled and --method {options.method}: the C is extended or iterated")
+            raise KalmanqError(f"--compiled and --method {options.method}: the C is extended or iterated: take one of these, or leave --compiled out")
         if options.passes is not None and not options.smooth:
-            raise KalmanqError("--passes: of --smooth")
+            raise KalmanqError("--passes: is of --smooth: give both, or none")
     else:
         for name, given in (("--method", options.method), ("--iterate", options.iterate), ("--passes", options.passes)):
             if given is not None:
@@ -129,7 +129,7 @@ def _refuse_way(options: Options) -> None:
     for name, is_given in (("--arith f64", options.arithmetic == "f64"), ("--smooth", options.smooth),
                            ("--lag", options.lag is not None)):
         if options.way and is_given:
-            raise KalmanqError(f"--as {options.way} and {name}: a design is a filter in f32 or q31")
+            raise KalmanqError(f"--as {options.way} and {name}: a design is a filter in f32 or q31: leave one of them out")
 
 
 class _FileRun:
@@ -246,7 +246,7 @@ class _FileRun:
         self.log_likelihood += float(np.sum(made.log_likelihood))
         self.events |= made.events
         if self.options.plot and self.rows > PLOTTED:
-            raise KalmanqError(f"--plot: more than {PLOTTED} rows are no picture")
+            raise KalmanqError(f"--plot: more than {PLOTTED} rows are no picture: leave --plot out, or give fewer rows")
         return made
 
     def _warn_of_jacobians(self, run: Run, u: Optional[np.ndarray], times: Optional[np.ndarray]) -> None:

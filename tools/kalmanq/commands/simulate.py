@@ -78,7 +78,7 @@ def simulate_file(options: Options, console: Console) -> None:
         states = model.carried if isinstance(model, NonlinearModel) else model.states
         taken = [one.name for one in states if f"{one.name}_true" in columns]
         if taken:
-            raise KalmanqError(f"--truth: there is a column {taken[0]}_true already")
+            raise KalmanqError(f"--truth: there is a column {taken[0]}_true already: leave --truth out, or call the column in the model something else")
         columns.update({f"{one.name}_true": x[:, i] for i, one in enumerate(states)})
     if options.out is None:
         tables.write_text(sys.stdout, list(columns), list(columns.values()))

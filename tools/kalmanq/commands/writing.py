@@ -10,9 +10,9 @@ from typing import Any, Sequence
 from kalmanq.compiler.report import report
 from kalmanq.compiler.run.host import Host
 from kalmanq.compiler.run.trial import trial
+from kalmanq.compiler.text.over_library import source
 from kalmanq.compiler.text.product import Product
 from kalmanq.data.files import whole
-from kalmanq.firmware.c_source import source
 from kalmanq.firmware.ranges import Choice
 from kalmanq.model import Model
 from kalmanq.run.parts import Parts

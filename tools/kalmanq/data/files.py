@@ -26,13 +26,13 @@ def telling_where(path: Path) -> Iterator[None]:
 
 def require_folder(folder: Path) -> None:
     if not folder.is_dir():
-        raise KalmanqError(f"{folder}: there is no such folder")
+        raise KalmanqError(f"{folder}: there is no such folder: make it")
 
 
 def refuse_output(path: Path, inputs: Sequence[Any] = ()) -> None:
     """What writing would refuse in the end"""
     if not path.parent.is_dir():
-        raise KalmanqError(f"{path}: there is no such folder")
+        raise KalmanqError(f"{path}: there is no such folder: make it")
     _refuse_input(path, inputs)
 
 
@@ -74,7 +74,7 @@ def whole(path: Path, inputs: Sequence[Any] = ()) -> Iterator[Path]:
             shutil.copymode(target, temporary)
         os.replace(temporary, target)
     except FileNotFoundError as problem:
-        raise KalmanqError(f"{path}: there is no such folder") from problem
+        raise KalmanqError(f"{path}: there is no such folder: make it") from problem
     finally:
         temporary.unlink(missing_ok=True)
 

@@ -121,7 +121,7 @@ def _require_columns(tables: Sequence[Table], model: Any) -> None:
             raise KalmanqError(f"{said}: there is no column {name}" + (f" of the sensor {sensor.name}" if sensor else "")
                                + f" (--rename {name}=... says which it is)")
     if not any(one.name in table.names for one in model.measurements for table in tables):
-        raise KalmanqError(f"{said}: there is no column of any sensor: {', '.join(one.name for one in model.measurements)}")
+        raise KalmanqError(f"{said}: there is no column of any sensor: {', '.join(one.name for one in model.measurements)} (--rename NAME=COLUMN)")
 
 
 def _completed(block: Block, names: Sequence[str]) -> Block:

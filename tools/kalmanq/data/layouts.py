@@ -89,7 +89,7 @@ def layout_of(separator: Optional[str], decimal: Optional[str], missing: Sequenc
     if decimal not in (None, ".", ","):
         raise KalmanqError(f"--decimal: {decimal!r} is neither . nor ,")
     if decimal is not None and decimal == separator:
-        raise KalmanqError(f"--decimal: {decimal!r} is --separator, too")
+        raise KalmanqError(f"--decimal: {decimal!r} is --separator, too: give another one of the two")
     pairs = [pair.partition("=") for pair in rename]
     for name, _, column in pairs:
         if not name or not column:
@@ -226,7 +226,7 @@ def place_of(source: Source, cells: Sequence[str], name: str, unit: str, line: i
     """The one of them"""
     column, found = source.layout.rename.get(name, name), places_of(source, cells, name)
     if len(found) > 1:
-        raise TableError(source, f"the column {column} is there twice", line)
+        raise TableError(source, f"the column {column} is there twice: leave one out, or give it another name", line)
     is_number = [_float(cell) is not None for cell in cells]
     if not found and any(is_number) and not any(cell[:1].isalpha() for cell, one in zip(cells, is_number) if not one):
         raise TableError(source, f"there is no header: {', '.join(cells)[:SHOWN]} are no names; the first row has the names of the columns, "

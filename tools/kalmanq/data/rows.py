@@ -110,7 +110,7 @@ def rising(given: Any, rows: int, unit: float = 1.0, origin: Optional[np.datetim
     if made.shape != (rows,):
         raise KalmanqError(f"times are {shape_of(made)}, not {rows}")
     if not np.all(np.isfinite(made)):
-        raise KalmanqError("the time is missing", row=int(np.argmin(np.isfinite(made))))
+        raise KalmanqError("the time is missing: leave the row out, or fill it in", row=int(np.argmin(np.isfinite(made))))
     if np.any(np.diff(made) <= 0):
         raise KalmanqError("the time is not after the one before: sort the rows, and join rows of one time",
                            row=int(np.argmax(np.diff(made) <= 0)) + 1)

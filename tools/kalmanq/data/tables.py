@@ -153,7 +153,7 @@ class Table:
                     blank += 1
                     continue
                 if blank and self._width > 1:
-                    raise TableError(self.source, "an empty row", self._line + len(block))
+                    raise TableError(self.source, "an empty row: leave it out", self._line + len(block))
                 block += [[""]] * blank
                 blank = 0
                 if len(row) != self._width:
@@ -241,7 +241,7 @@ class Table:
             values[values == missing] = np.nan
         wrong = np.isinf(values)
         if np.any(wrong):
-            raise TableError(self.source, "is not representable", self._line + int(np.argmax(wrong)), one.name)
+            raise TableError(self.source, "is not representable: take other units", self._line + int(np.argmax(wrong)), one.name)
         if one.range is not None:
             self._look_at_range(one, values, one.range)
         return values

@@ -46,7 +46,7 @@ class Choice:
                  held: Optional[Mapping[str, ArrayLike]], at_times: bool = False):
         self.forms = {"Q": Q_form, "R": R_form, "P0": "full"}
         if not free:
-            raise KalmanqError("nothing is free")
+            raise KalmanqError("nothing is free: name what is to be estimated, such as Q and R")
         for form in (Q_form, R_form):
             if form not in FORMS:
                 raise KalmanqError(f"{form!r} is no form: {', '.join(FORMS)}")
@@ -74,7 +74,7 @@ class Choice:
             return
         for name in ("x0", "P0"):
             if name in self.free and np.any(model.unknown):
-                raise KalmanqError(f"{name} cannot be free where P0 is unknown")
+                raise KalmanqError(f"{name} cannot be free where P0 is unknown: leave it out, or give P0")
         self.held = {name: self._mask(model, name, mask) for name, mask in (held or {}).items()}
         self._require_units(model)
         self._require_units_of_coupled(model)

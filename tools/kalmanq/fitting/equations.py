@@ -38,7 +38,7 @@ class Equations:
         if "Q" in names and model.G is not None:
             raise KalmanqError("Q cannot be free where the file has G: make the size of G a constant of the file, and that free")
         if "x0" in names and model.has_errors:
-            raise KalmanqError("x0 cannot be free where the states are errors of nominal numbers")
+            raise KalmanqError("x0 cannot be free where the states are errors of nominal numbers: leave it out of --free")
         self.parameters = Parameters(model, self.free)
         self.likelihood = Likelihood(model, self.traced, self.parameters)
         self.noises = {label for label in self.traced.symbols if self.traced.only_in_noises(label)}

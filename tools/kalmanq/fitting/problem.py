@@ -41,7 +41,7 @@ class Problem:
         if "R" in choice.free and isinstance(model, Model) and not np.any(model.R):
             raise KalmanqError("R is 0, and stays 0: begin with some noise")
         if "Q" in choice.held and self.noise.axes is None:
-            raise KalmanqError("held: Q = G Q' G' is of lower rank: its entries cannot be held")
+            raise KalmanqError("held: Q = G Q' G' is of lower rank: its entries cannot be held: leave --hold out, or give Q in the place of G")
         self.course: list[float] = []
         self.allowed = 0  # evaluations
         self.best = -np.inf
@@ -103,14 +103,14 @@ class Problem:
         noises = {"Q": max(steps - rows, 1), "R": steps, "P0": rows}[name]
         start = self.inside(name, self.arrays[name])
         if name not in ("Q", *self._ranks) and not (start.size and is_definite(start)):
-            raise Singular(f"{name} is singular: what has no noise cannot be estimated from there")
+            raise Singular(f"{name} is singular: what has no noise cannot be estimated from there: begin with some noise")
         if self.choice.forms[name] == "multiple":
             return Multiple(name, start, noises)
         held = self.inside(name, self.choice.held.get(name, np.zeros(self.model.R.shape if name == "R" else
                                                                         (self.model.n, self.model.n), bool)), True)
         if self.choice.forms[name] == "diagonal":
             if np.any(start - np.diag(np.diag(start))):
-                raise KalmanqError(f"{name} is not diagonal, and is to be")
+                raise KalmanqError(f"{name} is not diagonal, and is to be: begin from a diagonal one")
             held = held | ~np.eye(len(start), dtype=bool)
         return Cholesky(name, start, held, noises, self._ranks.get(name))
 

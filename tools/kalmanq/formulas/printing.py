@@ -40,7 +40,7 @@ class Body:
     """The lines of a block.
 
     hints   what formulas are called, by id(node); others are t0, t1, ..., or `stem` and a number
-    fields  of the filter, by the names of locals that are loaded where they are first needed
+    fields  of the filter, by the names of locals that are loaded where they are first needed; of a local that is there, itself
     uses    how often formulas are used that are asked for later, too; choices: the selects among them that become branches;
             hidden: what is inside those
     """
@@ -59,7 +59,7 @@ class Body:
     hidden: set[int] = field(default_factory=set)
 
     def store(self, targets: Sequence[Target]) -> list[str]:
-        """Each target, a field, is written as soon as its formula is there: few values are held at a time"""
+        """Each target, a field or a local, is written as soon as its formula is there: few values are held at a time"""
         read = {self.fields[one.args[0]]: one for one in self.expect([one for _, one in targets])
                 if one.op == "symbol" and one.args[0] in self.fields}
         for name, one in targets:
@@ -129,8 +129,9 @@ class Body:
                        f"if ({self.text(choice.condition)}) {{", *sides[0], "} else {", *sides[1], "}"]
 
     def _load(self, one: Node) -> None:
-        name = self.known[id(one)] = one.args[0]
-        self.lines.append(f"const {self.operations.type_of(one)} {name} = {self.fields[name]};")
+        local = one.args[0]
+        name = self.known[id(one)] = local if self.fields[local] != local else f"was_{local}"
+        self.lines.append(f"const {self.operations.type_of(one)} {name} = {self.fields[local]};")
 
     def _name(self, one: Node) -> None:
         text, hint = self.text(one), self.hints.get(id(one))

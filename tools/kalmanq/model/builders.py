@@ -355,7 +355,7 @@ def _autocovariances(count: int, phi: list[float], variance: float) -> list[floa
     for j in range(len(phi) - 1, -1, -1):
         rest = (1 - k[j]) * (1 + k[j])
         if not rest > 0:
-            raise _Refused("the model is not stationary")
+            raise _Refused("the model is not stationary: take a smaller phi")
         k[:j] = [(k[i] + k[j] * k[j - 1 - i]) / rest for i in range(j)]
     spread = variance
     for one in k:

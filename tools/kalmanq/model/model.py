@@ -159,7 +159,7 @@ class Model:
         of = Continuous(F_, density, _pushes(B, c, n), float(dt), float(jitter), time_unit)
         A, Q, B_ = of.step(of.dt)
         if not all(np.all(np.isfinite(one)) for one in (A, Q)):
-            raise ModelError("dt", "is so long that the model is not representable")
+            raise ModelError("dt", "is so long that the model is not representable: give a shorter one, or take other units")
         if np.any(np.diag(Q) < 0):
             raise ModelError("Qc", "is no covariance: over a step of dt it makes a negative variance; an entry [i,j] is at most sqrt([i,i] [j,j])")
         made = cls(A, H=H, R=R, Q=Q, **_split(B_, c is not None), **more)
@@ -341,7 +341,7 @@ def _density(L: np.ndarray, Qc: ArrayLike) -> np.ndarray:
     with np.errstate(over="ignore", invalid="ignore"):
         made = L @ _covariance("Qc", Qc, L.shape[1]) @ L.T
     if not np.all(np.isfinite(made)):
-        raise ModelError("L", "L Qc L' is not representable")
+        raise ModelError("L", "L Qc L' is not representable: take other units")
     return _fixed((made + made.T) / 2)
 
 
@@ -353,5 +353,5 @@ def _quantities(name: str, given: Quantities, size: int, letter: str) -> tuple[Q
         raise ModelError(name, f"are {len(made)}, not {size}")
     names = [one.name for one in made]
     if len(set(names)) != size:
-        raise ModelError(name, "have one name twice")
+        raise ModelError(name, "have one name twice: each needs its own")
     return made

@@ -220,7 +220,7 @@ def _sensors(given: Mapping[str, Any], made: dict[str, Any], states: int) -> lis
     names = [name for name, _ in parts]
     for number, name in enumerate(names):
         if name in names[:number]:
-            raise SensorError(number, ModelError("name", f"{name} is there twice"))
+            raise SensorError(number, ModelError("name", f"{name} is there twice: each sensor needs its own"))
     made["H"], made["R"] = np.vstack([one.H for _, one in parts]), block_diagonal([one.R for _, one in parts])
     if any(one.d is not None for _, one in parts):
         made["d"] = np.concatenate([np.zeros(one.m) if one.d is None else one.d for _, one in parts])

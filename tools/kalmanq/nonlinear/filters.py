@@ -134,7 +134,7 @@ class NonlinearFilter(Readable):
         if self.is_timed and not self.begins:
             require_one_origin(self.origin, rows.origin)
         if at is not None and len(rows) and not self.begins and at[0] <= self.at:
-            raise KalmanqError("the time is not after the one before", row=0)
+            raise KalmanqError("the time is not after the one before: sort the rows, and join rows of one time", row=0)
         self.is_timed, self.origin = at is not None, rows.origin
         return at
 

@@ -87,7 +87,7 @@ class NonlinearSmoother:
             at, value = found, reached
         if self.halvings and not self.is_settled:
             warnings.warn(f"{self.model.name}: the iterated smoother goes the wrong way and does not settle: the model "
-                          "may have more than one solution", KalmanqWarning, stacklevel=3)
+                          "may have more than one solution; an x0 that is nearer may help", KalmanqWarning, stacklevel=3)
 
     def _pass(self, at: Densities, z: np.ndarray, u: np.ndarray, covariance: bool) -> tuple[Run, Densities]:
         recording = self._recording(len(z), at.way())

@@ -137,7 +137,7 @@ class Steps:
         with np.errstate(over="ignore"):
             to[:] = np.ravel(given)
         if not np.all(np.isfinite(to)):
-            raise KalmanqError(f"{what}: a number is beyond {self.arithmetic.name}")
+            raise KalmanqError(f"{what}: a number is beyond {self.arithmetic.name}: take other units")
 
     def _fixed_table(self, table: Any, given: np.ndarray, rows: str, what: str, change: Any, of: Any) -> None:
         """The coefficients in words of their formats; what does not fit is refused by name."""

@@ -134,7 +134,7 @@ class Journal:
         try:
             self._file = open(self.path, "a+b", buffering=0)
         except FileNotFoundError:
-            raise KalmanqError(f"{self.path}: there is no such folder") from None
+            raise KalmanqError(f"{self.path}: there is no such folder: make it") from None
         try:
             self._lock()
             with telling_where(self.path):
@@ -185,7 +185,7 @@ class Journal:
             found = json.loads(header)[KEY]
             names = sorted({*found, *self.fingerprint})
         except (ValueError, KeyError, TypeError):
-            raise KalmanqError(f"{self.path}: is no journal of a campaign") from None
+            raise KalmanqError(f"{self.path}: is no journal of a campaign: give --out another name") from None
         differing = [_difference(name, found.get(name), self.fingerprint.get(name)) for name in names
                      if found.get(name) != self.fingerprint.get(name)]
         if differing and not self.fresh:
@@ -223,7 +223,7 @@ def versions() -> dict[str, str]:
 
 def _perform(function: Callable[[Any], Any], task: Any, wanted: Mapping[str, str]) -> str:
     if versions() != wanted:
-        raise KalmanqError(f"a worker has other versions: {versions()}, not {dict(wanted)}")
+        raise KalmanqError(f"a worker has other versions: {versions()}, not {dict(wanted)}: install the same ones")
     try:
         return json.dumps(function(task))
     except KalmanqError as problem:
@@ -409,7 +409,7 @@ def _cluster(address: str) -> Iterator[tuple[Executor, int, Callable[[], bool]]]
         with _interrupts_held():
             client = Client(address, timeout=CONNECT_SECONDS, set_as_default=False)
     except (OSError, ValueError) as problem:
-        raise KalmanqError(f"there is no Dask scheduler at {address}") from problem
+        raise KalmanqError(f"there is no Dask scheduler at {address}: start one (dask scheduler), or leave --dask out") from problem
     try:
         width = sum(client.nthreads().values())
         if not width:

@@ -110,7 +110,7 @@ class Parts:
         with np.errstate(over="ignore"):
             made = np.ascontiguousarray(given, a.number)
         if not np.all(np.isfinite(made)):
-            raise KalmanqError(f"{self.model.name}: a number is beyond {a.name}")
+            raise KalmanqError(f"{self.model.name}: a number is beyond {a.name}: take other units")
         self.kept.append(made)
         return a.pointer(made)
 
@@ -250,7 +250,7 @@ def prepare_format(which: str, quantity: Quantity, made: Any) -> int:
     range_error = ffi.new("kq_range_error_q31 *")
     status = lib.kq_format_prepare_q31(made, fraction, quantity.range, range_error)
     if status == lib.KQ_ERR_RANGE and range_error.bits:
-        raise ModelError(which, f"{quantity.name} needs {range_error.bits} more integer bits for its range")
+        raise ModelError(which, f"{quantity.name} needs {range_error.bits} more integer bits for its range: give it fewer fraction bits, or leave 'fractions' out")
     require(status, f"the format of {quantity.name}")
     return int(made.fraction)
 
@@ -315,7 +315,8 @@ def require_fit(status: int, range_error: Any, what: str, model: Model) -> None:
         which = {lib.KQ_STATE: "states", lib.KQ_CONTROL: "controls", lib.KQ_MEASUREMENT: "measurements"}
         quantities = getattr(model, which[range_error.quantity])
         name = quantities[range_error.component].name
-        needs = f"needs {range_error.bits} more integer bits" if range_error.bits else "is beyond its declared range"
+        needs = (f"needs {range_error.bits} more integer bits: give it a wider range, or fewer fraction bits" if range_error.bits else
+                 "is beyond its declared range: declare a wider one")
         raise KalmanqError(f"{what}: {name} {needs}", status)
     require(status, what)
 

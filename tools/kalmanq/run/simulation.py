@@ -52,7 +52,7 @@ def drawn(model: Model, rows: int, seed: Union[int, np.random.SeedSequence], gap
     """As simulate, without the measurements of a gap."""
     x, z = simulate(model, rows, seed, u, times)
     if not np.all(np.isfinite(z)):
-        raise KalmanqError(f"{model.name}: a state overflows within {rows} rows")
+        raise KalmanqError(f"{model.name}: a state overflows within {rows} rows: draw fewer rows, or correct A")
     if gap:
         z[gap[0] : gap[1]] = np.nan
     return x, z

@@ -57,7 +57,7 @@ class Steps:
         if len(new):
             A, Q, B = self.parts.model.continuous.steps(new)
             if not (np.all(np.isfinite(A)) and np.all(np.isfinite(Q))):
-                raise KalmanqError(f"a step of {new[-1]:g} is so long that the model is not representable")
+                raise KalmanqError(f"a step of {new[-1]:g} is so long that the model is not representable: give rows in between, or take other units")
             made, kept = self._processes(A, B, Q)
             self._kept_over.append(kept)
             known, addresses = np.append(self._over[0], new), np.append(self._over[1], made)
@@ -123,7 +123,7 @@ class Steps:
         with np.errstate(over="ignore"):
             made = np.ascontiguousarray(given, self.parts.arithmetic.number)
         if not np.all(np.isfinite(made)):
-            raise KalmanqError(f"a number is beyond {self.parts.arithmetic}", row=int(np.argwhere(~np.isfinite(made))[0][0]))
+            raise KalmanqError(f"a number is beyond {self.parts.arithmetic}: take other units", row=int(np.argwhere(~np.isfinite(made))[0][0]))
         return made
 
     def _room(self, stem: str, count: int, length: int) -> tuple[Any, np.ndarray]:

@@ -24,6 +24,7 @@ class Arithmetic:
     includes         what the header needs
     operations       of the factor in a predict and an update, in straight lines; most_operations: beyond, it takes loops
     code_includes    what the code needs beside it
+    predicts_at_once, updates_at_once  are entries of the factor read and written where they are needed?
     """
 
     type: str
@@ -39,6 +40,7 @@ class Arithmetic:
     events: Sequence[tuple[str, str]] = ()
     includes: Sequence[str] = ()
     code_includes: Sequence[str] = ()
+    predicts_at_once = updates_at_once = False
 
     @property
     def slots(self) -> int:
@@ -60,6 +62,14 @@ class Arithmetic:
     def finer_lines(self) -> Sequence[str]:
         """Lines after the updates of a sample"""
         return ()
+
+    def accepts(self, j: int) -> str:
+        """C: is z[j] a number within its range?"""
+        raise NotImplementedError
+
+    def accepts_all(self) -> str:
+        """C: is each?  It may say no of numbers near the largest"""
+        return " && ".join(self.accepts(j) for j in range(len(self.model.measurements)))
 
     # ---- a start that is given
 

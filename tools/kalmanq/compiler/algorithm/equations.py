@@ -263,9 +263,8 @@ class EquationFilter(FloatFilter):
 
     def at_once(self, j: int) -> dict[str, str]:
         sensor = self.sensor_of(j)
-        if not self.is_once(sensor):
-            return {}
-        return {local: field for _, local, field in self.places(mean=sensor in self.linear)}
+        is_once = self.is_once(sensor)
+        return {local: field if is_once else local for _, local, field in self.places(mean=sensor in self.linear)}
 
     def _change(self, x: Mean, i: int) -> Node:
         return x[i][1] + self.coefficients.change[i]
@@ -370,7 +369,7 @@ class EquationFilter(FloatFilter):
             return []
         body = Body(self.words, stem="w", fields=self.at_once(sensor.first))
         fine = self._fine(body, [one for formulas in made.values() for one in formulas])
-        parts = [f"((taken & {1 << self.slot(j)}u) && !({self._fine(body, formulas)}))" for j, formulas in made.items()]
+        parts = [f"((taken & {1 << self.slot(j)}u) != 0u && !({self._fine(body, formulas)}))" for j, formulas in made.items()]
         beside = f" && ({' || '.join(parts)})" if sensor.m > 1 else ""
         lines = [*body.lines, f"if (!({fine}){beside}) {{", *indented(refused), "}"]
         return ["{", *indented(lines), "}"] if body.fields and sensor in self.linear else lines

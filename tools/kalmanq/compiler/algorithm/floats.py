@@ -25,6 +25,7 @@ MOST = {"float": 1e18, "double": 1e150}  # of what has no range: its square is a
 LEAST = {"float": ud.LEAST, "double": 1e-280}  # a D below this is 0: its inverse would overflow
 LATE = 8192  # samples until it has settled, above which roundings of a float add up
 SMALLEST, LARGEST = 1e-30, 1e37  # of a square that a float holds with all its digits
+FEW = 24  # entries of a factor
 Mean = list[tuple[Node, Node]]
 Place = tuple[str, str, str]
 
@@ -33,14 +34,14 @@ class FloatFilter(Arithmetic):
     """In float or double"""
 
     most_operations = 4000  # about 20 kB
-    may_be_slow = True
+    may_be_slow = predicts_at_once = True
     refused_start = "NaN, infinite or too large, or a sigma is negative: then nothing has changed"
 
     def __init__(self, given: Request, steady: Optional[Settled]):
         self.given, self.of = given, given.of.doubles()
         self.type = self.mean_type = self.covariance_type = "float" if given.options.arithmetic == "f32" else "double"
         self.zero, self.model = "0.0f" if self.type == "float" else "0.0", given.model
-        self.includes = ["#include <math.h>"] if given.options.nis else []
+        self.includes = ["#include <math.h>"]
         self.words = Floats(self.type)
         self.steady = steady
         self.coefficients = self.made_coefficients()
@@ -242,7 +243,9 @@ class FloatFilter(Arithmetic):
         after, lows = self._predicted(self.form, P), {}
         for key in self.slow:
             after[key], lows[key] = carried(P[key], symbol(low(key)) + slow.change(after[key], P[key]))
-        return Body(self.words).assign([*((entry(key), after[key]) for key in self.live), *((low(key), one) for key, one in lows.items())])
+        at = {local: field for _, local, field in self.places(mean=False)}
+        targets = [*((entry(key), after[key]) for key in self.live), *((low(key), one) for key, one in lows.items())]
+        return Body(self.words, fields=at).store([(at[name], one) for name, one in reversed(targets)])
 
     def update(self, j: int, refused: Sequence[str] = ()) -> list[str]:
         """Component j, whose value is z<j>.  refused: where its variance is not finite"""
@@ -251,9 +254,10 @@ class FloatFilter(Arithmetic):
         spread = self._spread(j, P)
         r = self._student(y, spread, j) if options.student else self.coefficients.R[j]
         lows = {key: symbol(low(key)) for key in self.slow}
-        products, weight, after = self.form.update(self.row(j), r, P, lows)
-        at, factor = self.at_once(j), [*((entry(key), after[key]) for key in self.live), *((low(key), one) for key, one in lows.items())]
-        mean = self.corrected([products[self.order.index(i)] * (y * weight) for i in range(self.of.n)], j)
+        at = self.at_once(j)
+        added, weight, after = self.form.update(self.row(j), r, P, y, lows, all(name == field for name, field in at.items()))
+        factor = [*((entry(key), after[key]) for key in self.live), *((low(key), one) for key, one in lows.items())]
+        mean = self.corrected([added[self.order.index(i)] for i in range(self.of.n)], j)
         targets = [(at.get(name, name), one) for name, one in ([*factor, *mean] if at else [*mean, *factor])]
         nominal = inverse(spread + self.coefficients.R[j]) if options.student else weight
         if options.nis:
@@ -283,8 +287,13 @@ class FloatFilter(Arithmetic):
         return lines
 
     def at_once(self, j: int) -> dict[str, str]:
-        """Fields that component j's update reads where it needs them and writes as soon as it can, by their locals"""
-        return {}
+        """Fields that component j's update reads where it needs them and writes as soon as it can, by their locals, or these"""
+        return {local: field if self.updates_at_once else local for _, local, field in self.places()}
+
+    @property
+    def updates_at_once(self) -> bool:
+        """Are there more entries than registers hold from one component to the next?"""
+        return self.of.m == 1 or len(self.live) > FEW
 
     def measured(self, j: int) -> Node:
         """The innovation of component j, given the components before it"""
@@ -389,8 +398,18 @@ class FloatFilter(Arithmetic):
     # ---- what is given and read
 
     def accepts(self, j: int) -> str:
-        """C: is z[j] a number within its range?"""
         return self._within(f"z[{j}]", self.given.model.measurements[j].range or MOST[self.type])
+
+    def accepts_all(self) -> str:
+        if any(one.range for one in self.given.model.measurements):
+            return super().accepts_all()
+        return self.all_within(self.of.m)
+
+    def all_within(self, m: int) -> str:
+        """z[0] to z[m - 1] of any size: in float by the sum of their squares"""
+        if self.type == "double":
+            return " && ".join(self._within(f"z[{j}]", MOST[self.type]) for j in range(m))
+        return f"{' + '.join(f'z[{j}] * z[{j}]' for j in range(m))} <= {self.number(MOST[self.type]**2)}"
 
     def _within(self, text: str, most: float) -> str:
         square = most * most

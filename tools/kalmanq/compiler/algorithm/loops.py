@@ -22,6 +22,8 @@ from kalmanq.formulas.printing import Body
 class LoopedFilter(FloatFilter):
     """As FloatFilter; all entries of the factor are carried."""
 
+    updates_at_once = False
+
     def _find_entries(self) -> None:
         self.form, self.live = ud.UD(), ud.keys(self.of.n)
         self.facts = {key: key for key in self.live}

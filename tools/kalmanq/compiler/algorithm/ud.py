@@ -20,6 +20,7 @@ Entries = dict[Key, Node]
 Row = Sequence[Given]
 ZERO, ONE = 0.0, 1.0
 ROUNDED = 2.0**-50  # of a variance of Q
+ROUNDING = 2.0**-52  # of a double, as a share of a sigma
 LEAST = 1e-36  # a D below this is 0: its inverse would overflow a float
 
 
@@ -53,19 +54,21 @@ class UD:
     def predict(self, A: Sequence[Row], noise: Sequence[Column], P: Entries) -> Entries:
         return self.triangular([*times(A, P), *(Column(one.weight, list(one.entries)) for one in noise)], len(A))
 
-    def update(self, h: Row, r: Given, P: Entries, low: Optional[Entries] = None) -> tuple[list[Node], Node, Entries]:
-        """Of one component with variance r: P H', the inverse of its innovation's variance, and P afterwards.  low: low parts of
-        entries in two numbers, which become those afterwards"""
-        n, after, low = len(h), {}, {} if low is None else low
-        variance, weight = node(r), inverse(r)
-        before, products = weight, [constant(0)] * n
-        for c in range(n):
+    def update(self, h: Row, r: Given, P: Entries, y: Given = ZERO, low: Optional[Entries] = None,
+               by_column: bool = False) -> tuple[list[Node], Node, Entries]:
+        """Of one component with variance r and innovation y: what it adds to the mean, the inverse of its innovation's variance,
+        and P afterwards.  low: low parts of entries in two numbers, which become those afterwards; by_column: the last column's part
+        of P H' is added to the mean by itself, which takes a register less"""
+        after, low, variance = {}, {} if low is None else low, node(r)
+        weight, products = inverse(variance), [constant(0)] * len(h)
+        last, v, before_last = 0, constant(0), products
+        for c in range(len(h)):
             f = node(h[c]) + dot((h[i], P[i, c]) for i in range(c))
             if f.equals(0):
                 after.update({(i, c): P[i, c] for i in range(c + 1)})
                 continue
-            v = P[c, c] * f
-            total = variance + f * v
+            last, v, before_last = c, P[c, c] * f, list(products)
+            total, before = variance + f * v, weight
             weight = inverse(total)
             ratio = variance * weight
             after[c, c] = P[c, c] * ratio
@@ -78,8 +81,12 @@ class UD:
                     after[i, c], low[i, c] = carried(P[i, c], low[i, c] - share * products[i])
                 products[i] = products[i] + P[i, c] * v
             products[c] = v
-            variance, before = total, weight
-        return products, weight, after
+            variance = total
+        step = y * weight
+        added = [one * step for one in products]
+        if by_column:
+            added[:last] = [one * step + P[i, last] * (v * step) for i, one in enumerate(before_last[:last])]
+        return added, weight, after
 
     def triangular(self, columns: list[Column], n: int) -> Entries:
         return self.reduced(columns, range(n - 1, -1, -1))[0]
@@ -114,7 +121,7 @@ class UD:
             if row or one is not others[-1]:
                 w = self._inverse(total, is_sure)
                 turn = one.weight * f * w
-                one.weight = one.weight * (d * w)
+                one.weight = d * turn if f.equals(1) else one.weight * (d * w)
                 for i in range(row):
                     one.entries[i] = one.entries[i] - f * u[i]
                     u[i] = u[i] + turn * one.entries[i]
@@ -159,10 +166,14 @@ def factor_of_noise(Q: np.ndarray) -> dict[Key, float]:
 
 
 def columns_of_noise(Q: np.ndarray) -> list[Column]:
-    q = factor_of_noise(Q)
-    n = len(Q)
-    return [Column(node(q[c, c]), [node(q[i, c] if i < c else float(i == c)) for i in range(n)])
-            for c in range(n) if q[c, c]]
+    q, n = factor_of_noise(Q), len(Q)
+
+    def part(i: int, c: int) -> float:
+        """Of a state's noise; 0 where it is less than the rounding of Q's doubles"""
+        is_there = q[i, c]**2 * q[c, c] > ROUNDING**2 * float(Q[i, i])
+        return q[i, c] if is_there else ZERO
+
+    return [Column(node(q[c, c]), [node(part(i, c) if i < c else float(i == c)) for i in range(n)]) for c in range(n) if q[c, c]]
 
 
 def factored(Q: Sequence[Row], least: float, wrong: float, most: float) -> tuple[list[Column], list[Node]]:

@@ -40,7 +40,8 @@ class Trial:
         smoothed = [] if self.back is None else [f"{self._cells(row)}," for row in self.back]
         return rendered("filter_test.c.j2", {
             **self.product.text.names(), "ROWS": ROWS, "is_device": self.is_device, "digest": f"{self.ran.digest:08x}",
-            "is_rounded": bool(self.rounded), "limit": self._limit(), "inputs_of_row": self._inputs(), "rows": [*self._rows()],
+            "is_rounded": bool(self.rounded), "limit": self._limit(), "limit_said": self._limit().rstrip("f"),
+            "inputs_of_row": self._inputs(), "rows": [*self._rows()],
             "row": self._row(), "variances": self._variances(), "fields": () if self.is_device else self.a.arrays, "smoothed": smoothed, "late": self._late()})
 
     def _inputs(self) -> list[str]:

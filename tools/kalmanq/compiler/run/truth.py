@@ -32,7 +32,7 @@ def drawn(given: Request, moves: np.ndarray, draws: np.random.Generator,
     noise, push = root_of(of.Q), np.array([0.0 if one.constant else PUSHED * (one.range or 1.0) for one in given.model.controls])
     most = push / PUSHED
     constant = np.array([float(one.constant) for one in model.controls])
-    rests = of.x0 if np.allclose(of.A @ of.x0 + of.B @ constant, of.x0, rtol=1e-6, atol=0) else np.zeros(of.n)  # far from 0 at rest
+    rests, holds = _rest(of.A, of.B, of.x0, constant, np.array([one.range or 1.0 for one in model.states]), most)
     by = np.hstack([noise, EASY * of.B * push])
     limits = _limits(model, rests, of.n)
     back, spread = _feedback(of.A, by, noise.shape[1], limits)
@@ -45,9 +45,22 @@ def drawn(given: Request, moves: np.ndarray, draws: np.random.Generator,
     for t in range(rows):
         w, pushed = np.split(draws.standard_normal(by.shape[1]), [noise.shape[1]])
         moved, eased = np.split(back @ (now - rests), [noise.shape[1]])
-        u[t] = ((pushed - EASY * eased) * push).clip(-most, most).astype(np.float32) + constant
+        u[t] = (holds + (pushed - EASY * eased) * push).clip(-most, most).astype(np.float32) + constant
         now = x[t] = (of.A @ now + noise @ (w - moved) + of.B @ u[t]) if moves[t] else now
     return x, u, mean
+
+
+def _rest(A: np.ndarray, B: np.ndarray, x0: np.ndarray, constant: np.ndarray, span: np.ndarray, most: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Where the model stays, as near to x0 as it may, and the controls that hold it there; 0 where there is nothing of that within
+    the ranges"""
+    none, sizes = (np.zeros(len(x0)), np.zeros(len(most))), np.concatenate([span, most])
+    moves = np.hstack([A - np.eye(len(A)), B])
+    left = -(moves @ np.concatenate([x0, constant]))
+    rows = np.abs(moves * sizes).max(axis=1).clip(1e-300)
+    steps = np.linalg.lstsq(moves * sizes / rows[:, None], left / rows, rcond=1e-12)[0]
+    at = np.concatenate([x0, 0 * most]) + sizes * steps
+    is_there = np.allclose(moves @ (sizes * steps) / rows, left / rows, rtol=0, atol=1e-9 * np.abs(left / rows).max(initial=1e-300))
+    return (at[:len(x0)], at[len(x0):]) if is_there and np.all(np.abs(at) <= BEGINS * sizes + np.concatenate([np.abs(x0), 0 * most])) else none
 
 
 def _limits(model: Model, rests: np.ndarray, n: int) -> np.ndarray:

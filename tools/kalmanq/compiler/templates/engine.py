@@ -118,7 +118,7 @@ def _used(body: Sequence[str]) -> list[str]:
     """Without measurements that a row of zeros does not read; a control is looked at all the same"""
     made = []
     for line in body:
-        found = re.fullmatch(r"( *)const \w+ ([zu]\d+) = (.*);", line)
+        found = re.fullmatch(r"( *)const \w+ ([zu]\d+) = (.*);(?: /\*.*\*/)?", line)
         if found is None or sum(_mentions([other], found[2]) for other in body) > body.count(line):
             made.append(line)
         elif found[2][0] == "u":

@@ -13,6 +13,7 @@ from kalmanq.compiler.templates.engine import rendered_c
 from kalmanq.formulas.printing import indented
 
 PREDICTS, UPDATES = 1, 2  # of a row
+FIRST = re.compile(r"(?:const )?\w+ ([xzu])(\d+) = .*;$|f->x\[(\d+)\] = [^;]*;$")
 
 
 @dataclass(frozen=True)
@@ -53,7 +54,7 @@ class Text:
                 "n": given.of.n, "m": given.of.m, "all": given.all, "inputs": given.inputs, "carried": given.carried, "states": given.states,
                 "nominal": given.nominal, "predict": {"arguments": before, "passed": passed(before)}, "counter": self.counter, "slots": a.slots,
                 "nis": options.nis, "gate": options.gate is not None, "lag": options.lag, "smooth": None, "covariance_type": a.covariance_type,
-                "sensors": self.names_of_sensors(), "parts": self._parts(), **a.tunable()}
+                "sensors": self.names_of_sensors(), "parts": self._parts(), "uses_math": "#include <math.h>" in a.code_includes, **a.tunable()}
 
     def names_of_sensors(self) -> list[dict[str, Any]]:
         """What has an update of its own"""
@@ -64,32 +65,32 @@ class Text:
         """Lines of NAME.c, by the places where they come"""
         given, a = self.given, self.a
         sensor = {**self.names_of_sensors()[0], "controls": [], "measured": self.measured(), "lines": self._taken(), "accepted": self._accepted(),
-                  "groups": self.groups(given.together)}
-        return {**self.shared(), **self._steady(), "sensors": [sensor], "accepts": [a.accepts(j) for j in range(given.of.m)],
-                "predict_mean": within(a.places(factor=False), block(a.predict_mean())),
-                "predict_factor": within(a.places(mean=False), block(a.predict_factor()))}
+                  "accepts": a.accepts_all(), "groups": self.groups(given.together)}
+        return {**self.shared(), **self._steady(), "sensors": [sensor],
+                "predict_mean": commented(within(a.places(factor=False), block(a.predict_mean())), given),
+                "predict_factor": within([] if a.predicts_at_once else a.places(mean=False), block(a.predict_factor()))}
 
     def _taken(self) -> list[str]:
         """The components whose bits are set"""
         given, body = self.given, []
         for j in range(given.of.m):
-            head = f"if (taken & {1 << j}u) {{" if given.of.m > 1 else "{"
+            head = f"if ((taken & {1 << j}u) != 0u) {{" if given.of.m > 1 else "{"
             body += [f"{head} /* {given.measurements[j]} */", *indented(self.a.update(j)), "}"]
-        return within(self.a.places(), [*body, *self.a.finer_lines()])
+        return within([] if self.a.updates_at_once else self.a.places(), [*body, *self.a.finer_lines()])
 
     def shared(self) -> dict[str, Any]:
         """Of filters of all models"""
         a = self.a
-        return {"settles": self.settles, "cycle": None, "code_includes": a.code_includes, "entries": max(len(a.live), 1), "start": a.start(),
-                "start_at": a.start_at(), "started_at": a.started_at(), "looks_at_controls": bool(self.given.inputs), "hold": a.hold(),
-                "controls": self.controls(), "within_numbers": a.within_numbers(), "factor": self._factor() if self.settles else "f->P",
-                "covariance": a.covariance()}
+        return {"settles": self.settles, "cycle": None, "code_includes": a.code_includes, "entries": max(len(a.live), 1),
+                "start": commented(a.start(), self.given), "start_at": a.start_at(), "started_at": a.started_at(),
+                "looks_at_controls": bool(self.given.inputs), "hold": a.hold(), "controls": self.controls(), "within_numbers": a.within_numbers(),
+                "factor": self._factor() if self.settles else "f->P", "covariance": a.covariance()}
 
     def _steady(self) -> dict[str, Any]:
         a = self.a
         if a.steady is None:
             return {}
-        rests = a.steady.after_gap[:LONGEST_GAP]
+        rests = [2 * (a.steady.samples - rest) + 1 for rest in a.steady.after_gap[:LONGEST_GAP]]
         updated, predicted = (", ".join(a.factor_literals(P)) or "0" for P in (a.steady.filtered, a.steady.predicted))
         return {"steady": {"first_low": a.first_low(), "samples": a.steady.samples, "updated": updated, "predicted": predicted, "rests": rests,
                            "rest_type": "uint16_t" if max(rests) < 1 << 16 else "uint32_t"},
@@ -100,7 +101,8 @@ class Text:
 
     def controls(self) -> list[str]:
         given = [f"control(f, u[{k}], {self.a.most_control(k)})" for k in range(self.given.inputs)]
-        return [f"const {self.a.type} u{k} = {one};" for k, one in enumerate([*given, *(self.a.one for _ in range(self.given.of.l - len(given)))])]
+        given += [self.a.one for _ in range(self.given.of.l - len(given))]
+        return commented([f"const {self.a.type} u{k} = {one};" for k, one in enumerate(given)], self.given)
 
     def predict_arguments(self) -> str:
         return self.u
@@ -114,7 +116,7 @@ class Text:
         return sorted({group for group in together if group & (group - 1)})
 
     def measured(self) -> list[str]:
-        return [f"const {self.a.type} z{j} = {self.a.mixed(j)};" for j in range(self.given.of.m)]
+        return commented([f"const {self.a.type} z{j} = {self.a.mixed(j)};" for j in range(self.given.of.m)], self.given)
 
     def _settled(self, predicts: bool) -> list[str]:
         """Of a full sample, once settled; it returns."""
@@ -123,7 +125,7 @@ class Text:
         ends = [*(f"f->rejected[{j}] = 0;" for j in gates), *counted, f"return {self.given.all}u;"]
         mark = "/* store */"
         body = self.a.settled(predicts, [mark, *ends])
-        return [*self.measured(), *within(self.a.places(factor=False), body, mark)]
+        return [*self.measured(), *commented(within(self.a.places(factor=False), body, mark), self.given)]
 
     def _parts(self) -> list[dict[str, Any]]:
         m, zero = self.given.of.m, self.a.zero
@@ -170,6 +172,17 @@ def within(places: Sequence[tuple[str, str, str]], body: Sequence[str], mark: st
 
 def _writes(text: str, local: str) -> bool:
     return re.search(rf"^\s*{local} [-+]?= ", text, re.M) is not None
+
+
+def commented(lines: Sequence[str], given: Request) -> list[str]:
+    """With the names of quantities where x<i>, z<j>, u<k> and the mean get their first values"""
+    names = {"x": given.carried, "z": given.measurements, "u": given.controls}
+    made = []
+    for line in lines:
+        found = FIRST.match(line)
+        of, k = (found[1] or "x", int(found[2] or found[3])) if found else ("", 0)
+        made.append(f"{line} /* {names[of][k]} */" if found and k < len(names[of]) else line)
+    return made
 
 
 def block(lines: Sequence[str]) -> list[str]:

@@ -167,5 +167,5 @@ class DeviceText(EquationText):
         places += [(a.type, f"u{k}", f"row->u[{k}]") for k in range(self.given.of.l)]
         places += [(a.type, f"z{first + j}", f"row->z[{j}]") for j in range(len(rows))]
         lines = within(places, body.lines)
-        row = [f"const {self.given.name}_row *row = context;"] if any("row->" in one for one in lines) else []
+        row = [f"const {self.given.name}_row *row = (const {self.given.name}_row *)context;"] if any("row->" in one for one in lines) else []
         return [*row, *lines]

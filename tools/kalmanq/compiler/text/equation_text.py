@@ -6,7 +6,7 @@ from typing import Any, Mapping
 
 from kalmanq.compiler.algorithm.equations import EquationFilter, Sensor
 from kalmanq.compiler.given.request import Request
-from kalmanq.compiler.text.emit import PREDICTS, UPDATES, Row, Text, named, passed, within
+from kalmanq.compiler.text.emit import PREDICTS, UPDATES, Row, Text, commented, named, passed, within
 from kalmanq.compiler.text.equation_smoother import Smoother
 from kalmanq.formulas.printing import indented
 
@@ -67,8 +67,8 @@ class EquationText(Text):
     # ---- bodies
 
     def controls(self) -> list[str]:
-        looked_at = super().controls()
-        return [line if self.of.looks_at(k) else f"const {self.a.type} u{k} = u[{k}];" for k, line in enumerate(looked_at)]
+        lines = [line if self.of.looks_at(k) else f"const {self.a.type} u{k} = u[{k}];" for k, line in enumerate(super().controls())]
+        return commented(lines, self.given)
 
     def _refusal(self, answer: str) -> list[str]:
         return [f"f->events |= {self.given.upper}_NOT_FINITE;", f"return{answer};"]
@@ -76,8 +76,9 @@ class EquationText(Text):
     def _sensor(self, sensor: Sensor) -> dict[str, Any]:
         groups = self.groups(self.given.together[sensor.first:sensor.first + sensor.m])
         return {"controls": self.controls() if self.of.updates_by(sensor, "u") else [], "lines": self._taken(sensor),
-                "measured": [f"const {self.a.type} z{sensor.first + j} = z[{j}];" for j in range(sensor.m)],
-                "accepted": self.of.accepts_of(sensor), "groups": [group >> sensor.first for group in groups]}
+                "measured": commented([f"const {self.a.type} z{sensor.first + j} = z[{j}];" for j in range(sensor.m)], self.given),
+                "accepted": self.of.accepts_of(sensor), "accepts": self.of.all_within(sensor.m),
+                "groups": [group >> sensor.first for group in groups]}
 
     def _taken(self, sensor: Sensor) -> list[str]:
         """The components whose bits are set"""
@@ -85,7 +86,7 @@ class EquationText(Text):
         body = [*a.linearised(sensor), *a.unless_finite(sensor, self._refusal(" 0"))]
         is_once = a.is_once(sensor)
         for j in range(sensor.first, sensor.first + sensor.m):
-            head = f"if (taken & {1 << a.slot(j)}u) {{" if sensor.m > 1 else "{"
+            head = f"if ((taken & {1 << a.slot(j)}u) != 0u) {{" if sensor.m > 1 else "{"
             lines = [*a.unless_rounded(j), *a.update(j, self._unless_positive(sensor, j))]
             body += [f"{head} /* {given.measurements[j]} */", *indented(lines), "}"]
         body = self._iterated(body, a.finished(sensor)) if given.options.iterate > 1 else body + a.finished(sensor)

@@ -29,7 +29,7 @@ class LoopedWords(WordFilter):
         return factor, keys(self.of.n), cost
 
     def predict_factor(self) -> list[str]:
-        return [f"if (predict_factor(f->P)) {self.event('SIGMA_SATURATED')}"]
+        return [f"if (predict_factor(f->P) != 0) {self.event('SIGMA_SATURATED')}"]
 
     def _spread(self, lines: Expressions, j: int) -> str:
         text = f"seen(f->P, H[{j}], {self._seen()[j][1]}, f{j})"

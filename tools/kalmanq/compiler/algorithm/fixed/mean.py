@@ -137,7 +137,7 @@ class Mean:
         for k, (i, text) in enumerate(x.items()):
             far = f"{'far |=' if k else 'uint32_t far ='} {self._far(i, f'm{i}', least)};"
             lines += [f"const int64_t m{i} = {text};", f"f->x[{i}] = m{i};", far]
-        return [*lines, f"if (far >> {least - 31}) stop(f);"]
+        return [*lines, f"if ((far >> {least - 31}) != 0u) stop(f);"]
 
     def _far(self, i: int, name: str, least: int) -> str:
         """Of the high word of a mean: 0 but for its lower bits, where it is within its end"""
@@ -155,7 +155,7 @@ class Mean:
         least = self._least(which)
         far = " | ".join(f"({self._far(i, f'x{i}', least)})" for i in which)
         ends = [f"x{i} = stopped(x{i}, INT64_C(1) << {self.formats.end[i]});" for i in which]
-        return [f"if (({far}) >> {least - 31}) {{", *(f"    {one}" for one in ends), f"    {self.saturated}", "}"]
+        return [f"if ((({far}) >> {least - 31}) != 0u) {{", *(f"    {one}" for one in ends), f"    {self.saturated}", "}"]
 
     def stop(self, type_: str) -> list[str]:
         """C: a function that takes all means within their ends"""

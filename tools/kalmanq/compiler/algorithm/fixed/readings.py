@@ -77,7 +77,9 @@ class Readings(Arithmetic):
             lines += [f"{upper}_NIS_FRACTION = {self.nis_fraction}"]
             lines += [f"{upper}_S_{name.upper()}_FRACTION = {BITS - self.formats.row[j]}"
                       for j, name in enumerate(given.measurements)]
-        converted = [one for name, which, k in rows for one in self._converted(f"{upper}_{name.upper()}", self.fraction(which, k))]
+        points = [*((name, self.fraction(which, k)) for name, which, k in rows),
+                  *((f"sigma_{name}", self.sigma_fraction(i)) for i, name in enumerate(given.states))]
+        converted = [one for name, fraction in points for one in self._converted(f"{upper}_{name.upper()}", fraction)]
         to_raw = {"name": given.name, "missing": "INT32_MIN", "control": f"takes 0 for such a control, with {upper}_CONTROL_REFUSED"}
         return ["/* value = raw value 2^-FRACTION; a covariance has the sum of two fractions of sigmas */", "enum {",
                 *indented([f"{one}," for one in lines[:-1]] + lines[-1:]), "};", "", *rendered("to_raw.h.j2", to_raw).splitlines(), *converted, ""]

@@ -21,7 +21,7 @@ def line() -> list[str]:
         a, b = 1 / math.sqrt(low), 1 / math.sqrt(high)
         where = ((a - b) * 256)**(-2 / 3)  # where the curve is as steep as the chord
         sag = (a - (a - b) * (where - low) * 128 - 1 / math.sqrt(where)) / 2
-        made.append(f"{min(round((a - sag) * 2**15), 65535) << 16 | round((a - b) * 2**20):#010x}")
+        made.append(f"{min(round((a - sag) * 2**15), 65535) << 16 | round((a - b) * 2**20):#010x}u")
     return [", ".join(made[k:k + 8]) + ("," if k < 88 else "") for k in range(0, 96, 8)]
 
 

@@ -167,7 +167,7 @@ class WordFilter(Readings):
         beyond = self.factor.too_long(lines, after)
         if not beyond:
             return living([*lines.c, *self._stored(after)])
-        return living([*lines.c, f"if ({beyond}) {self.event('SIGMA_SATURATED')}", "else {",
+        return living([*lines.c, f"if (({beyond}) != 0u) {self.event('SIGMA_SATURATED')}", "else {",
                        *indented(self._stored(after)), "}"])
 
     def _stored(self, after: Entries) -> list[str]:
