@@ -138,9 +138,9 @@ def source(parts: Parts, way: str, name: str = "", remarks: Sequence[str] = (), 
     steps    of a model in continuous time, in q31: a predict is told how many dt it goes, so many at most
     """
     if steps > 1 and (parts.model.continuous is None or parts.arithmetic.name != "q31" or way == "sizes"):
-        raise KalmanqError("--steps: of a model with F, Qc and dt, in q31, and not as sizes; f32 has --any-dt")
+        raise KalmanqError("--steps: of a model with F, Qc and dt, in q31, and not as sizes: leave --steps out; f32 has --any-dt")
     if any_dt and (parts.model.continuous is None or parts.arithmetic.name != "f32" or way != "init"):
-        raise KalmanqError("steps of any length are of a model with F, Qc and dt, in f32 and prepared at the start (init)")
+        raise KalmanqError("steps of any length are of a model with F, Qc and dt, in f32 and prepared at the start: take --way init in f32, or leave --any-dt out")
     if robust and latest_of(parts.model):
         raise KalmanqError("--robust: and a sensor with a delay, whose steps are worked out again: leave --robust out")
     if any(one.delay for one in parts.model.sensors) and np.any(parts.model.unknown):

@@ -192,3 +192,12 @@ class Factor:
                 after[i, c] = lines.mixed([(k, entry)], [(u, b[i])])
                 b[i] = lines.mixed([(k, b[i]), (u, entry)], base="b")
         return after, b, last
+
+
+def entry(key: Key) -> str:
+    i, j = key
+    return f"s{i}{'_' if max(key) > 9 else ''}{j}"
+
+
+def number_of(value: Value) -> str:
+    return "0" if value is None else str(value)

@@ -14,11 +14,11 @@ import numpy as np
 
 from kalmanq.compiler.algorithm.cycle import Cycle
 from kalmanq.compiler.algorithm.fixed.expressions import Expressions
-from kalmanq.compiler.algorithm.fixed.factor import Column, Factor
+from kalmanq.compiler.algorithm.fixed.factor import Column, Factor, entry
 from kalmanq.compiler.algorithm.fixed.first import settled_covariance
 from kalmanq.compiler.algorithm.fixed.formats import BITS, Formats, formats, gap_of, largest_sigmas, root_of, variance_word
 from kalmanq.compiler.algorithm.fixed.lines import living
-from kalmanq.compiler.algorithm.fixed.words import Place, WordFilter, entry
+from kalmanq.compiler.algorithm.fixed.words import Place, WordFilter
 from kalmanq.compiler.given.enclosure import Settled
 from kalmanq.compiler.given.request import Request
 from kalmanq.formulas.printing import indented

@@ -15,7 +15,7 @@ import numpy as np
 from kalmanq.compiler.algorithm import lag
 from kalmanq.compiler.algorithm.cycle import Cycle
 from kalmanq.compiler.algorithm.fixed.expressions import Expressions, Value
-from kalmanq.compiler.algorithm.fixed.factor import Entries, Factor, Key
+from kalmanq.compiler.algorithm.fixed.factor import Entries, Factor, Key, entry, number_of
 from kalmanq.compiler.algorithm.fixed.first import told_variances
 from kalmanq.compiler.algorithm.fixed.formats import BITS, formats, gap_of, largest_sigmas, ranged, root_of, variance_word
 from kalmanq.compiler.algorithm.fixed.lines import aligned, living
@@ -296,12 +296,3 @@ class WordFilter(Readings):
                     text += f" + (int64_t){self.mean.narrowed(c, f'y{k}', f.weighed[j] - f.y[k])}"
             lines.append(f"const int32_t v{j} = narrow({text.removeprefix(' + ')});")
         return lines
-
-
-def entry(key: Key) -> str:
-    i, j = key
-    return f"s{i}{'_' if max(key) > 9 else ''}{j}"
-
-
-def number_of(value: Value) -> str:
-    return "0" if value is None else str(value)
