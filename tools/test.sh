@@ -27,8 +27,7 @@ done
 groups_of() { # [NAME]
     case ${1:-} in
     unit.msan*) echo clang ;;
-    unit* | fuzz* | bits.host.* | bits.falsified* | bits.generator*) ;;
-    vectors.replay.host | vectors.sanitized | vectors.falsified | vectors.generator) ;;
+    unit* | fuzz* | vectors.host.* | vectors.sanitized | vectors.falsified* | vectors.generator*) ;;
     package.port | package.levels) echo cores ;;
     package.cxx) echo clang ;;
     package.sized) echo clang cores ;;
@@ -52,7 +51,7 @@ groups_of() { # [NAME]
     tools.boards*) echo tools cores cost ;;
     tools.fit* | tools.gallery* | tools.speed) echo tools peers ;;
     tools*) echo tools ;;
-    target* | parts* | vectors* | bits*) echo clang cores ;;
+    target* | parts* | vectors*) echo clang cores ;;
     cost*) echo clang cores cost ;;
     reference | reference.s* | reference.co* | reference.nonlinear*) echo eigen python scipy ;;
     reference* | campaign*) echo eigen ;;

@@ -17,7 +17,7 @@ import subprocess
 import sys
 
 ROOT = pathlib.Path(__file__).resolve().parents[2]
-PROGRAMS = ("tests/vectors/vectors_replay", "tests/bits/bits_compare_f32", "tests/unit/unit_q31", "tests/unit/unit_f32")
+PROGRAMS = ("tests/vectors/vectors_q31", "tests/vectors/vectors_f32", "tests/unit/unit_q31", "tests/unit/unit_f32")
 SECONDS = 200  # of a processor, however loaded: a program that takes more hangs
 SWAPS = {  # a token and what it becomes
     "operator": {" + ": " - ", " - ": " + ", " * ": " / ", " += ": " -= ", " -= ": " += ", " && ": " || ", " || ": " && ",

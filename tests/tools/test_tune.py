@@ -369,7 +369,7 @@ def test_golden_vectors_in_webassembly(tmp_path):
     (tmp_path / "replay.c").write_text(REPLAY)
     parts = ("filter", "statistics", "lengths", "steady", "adaptation", "prepare")
     sources = [ROOT / "src/kq_status.c", ROOT / "src/kq_range_error_q31.c", *(ROOT / f"src/kq_{one}_q31.c" for one in parts),
-               ROOT / "tests/vectors/vector.c", ROOT / "tests/vectors/cases.c", tmp_path / "replay.c"]
+               *(ROOT / f"tests/vectors/{one}.c" for one in ("vector", "q31", "cases")), tmp_path / "replay.c"]
     subprocess.run(["clang", *flags, f"-I{native}", f"-I{ROOT}/include", f"-I{ROOT}/src", f"-I{ROOT}/tests/vectors", "-nostdlib",
                     "-Wl,--no-entry", "-Wl,--export=cases", "-Wl,--export=replay", *sources, "-o", tmp_path / "vectors.wasm"], check=True)
     made = subprocess.run(["node", "--input-type=commonjs", "-e", "(async () => {" + IN_NODE + "})()", tmp_path / "vectors.wasm"],

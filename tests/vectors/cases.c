@@ -1,6 +1,27 @@
 #include "cases.h"
 #include "flash.h"
 
+#if defined(VECTOR_F32)
+static const int32_t filter_f32[] FLASH = {
+#include "cases/filter_f32.inc"
+};
+static const int32_t beyond_f32[] FLASH = {
+#include "cases/beyond_f32.inc"
+};
+static const int32_t nonlinear_f32[] FLASH = {
+#include "cases/nonlinear_f32.inc"
+};
+#elif defined(VECTOR_F64)
+static const int32_t filter_f64[] FLASH = {
+#include "cases/filter_f64.inc"
+};
+static const int32_t beyond_f64[] FLASH = {
+#include "cases/beyond_f64.inc"
+};
+static const int32_t nonlinear_f64[] FLASH = {
+#include "cases/nonlinear_f64.inc"
+};
+#else
 static const int32_t level[] FLASH = {
 #include "cases/level.inc"
 };
@@ -55,6 +76,7 @@ static const int32_t statistics[] FLASH = {
 static const int32_t steady[] FLASH = {
 #include "cases/steady.inc"
 };
+#endif
 
 #define CASE(name)                                                                                 \
     {                                                                                              \
@@ -62,10 +84,16 @@ static const int32_t steady[] FLASH = {
     }
 
 const vector_case vector_cases[] = {
+#if defined(VECTOR_F32)
+    CASE(filter_f32), CASE(beyond_f32), CASE(nonlinear_f32),
+#elif defined(VECTOR_F64)
+    CASE(filter_f64), CASE(beyond_f64), CASE(nonlinear_f64),
+#else
     CASE(level),      CASE(velocity),   CASE(acceleration), CASE(plane),    CASE(dense),
     CASE(imu),        CASE(sixteen),    CASE(sharp),        CASE(singular), CASE(saturated),
     CASE(changing),   CASE(adaptation), CASE(on_line),      CASE(robust),   CASE(start),
     CASE(statistics), CASE(steady),     CASE(extended),
+#endif
 };
 
 const int vector_case_count = sizeof vector_cases / sizeof vector_cases[0];

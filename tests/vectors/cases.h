@@ -1,4 +1,4 @@
-/* The golden vectors as constant arrays. */
+/* The recorded results of an arithmetic as constant arrays. */
 #ifndef KALMANQ_CASES_H
 #define KALMANQ_CASES_H
 

@@ -1,8 +1,8 @@
 #!/bin/sh
-# check.sh RECORD WORK: the committed golden vectors are what the recorder writes, byte for byte, and
-# replay.c has all of them.  RECORD is the program of regenerate.sh, built.
+# check.sh ARITHMETIC RECORD WORK: the arithmetic's recorded results are what the recorder writes, byte for byte, and
+# cases.c has all of them.  RECORD is the program of regenerate.sh, built.
 set -eu
-record=$1 work=$2/recorded
+record=$2 work=$3/recorded_$1
 here=$(cd "$(dirname "$0")" && pwd)
 rm -rf "$work"
 mkdir -p "$work"
@@ -12,11 +12,10 @@ fail() {
     exit 1
 }
 
-for file in "$here"/cases/*.inc; do
-    name=$(basename "$file")
-    "$record" <"$file" >"$work/$name" || fail "$name cannot be recorded"
-    grep -q "\"cases/$name\"" "$here/cases.c" || fail "cases.c lacks $name"
+for name in $(sh "$here/regenerate.sh" --names "$1"); do
+    "$record" <"$here/cases/$name.inc" >"$work/$name.inc" || fail "$name cannot be recorded"
+    grep -q "\"cases/$name.inc\"" "$here/cases.c" || fail "cases.c lacks $name"
+    cmp "$here/cases/$name.inc" "$work/$name.inc" ||
+        fail "after a change of the arithmetic that is meant: sh tests/vectors/regenerate.sh"
 done
-diff -rq "$here/cases" "$work" ||
-    fail "after a change of the arithmetic that is meant: sh tests/vectors/regenerate.sh"
 echo "$(find "$work" -type f | wc -l) files are as committed, $(cat "$work"/*.inc | wc -c) bytes"

@@ -1,4 +1,4 @@
-/* One golden vector, VECTOR_CASE, where there is no room for all of them. */
+/* One case, VECTOR_CASE, where there is no room for all of them. */
 #include "cases.h"
 #include "flash.h"
 

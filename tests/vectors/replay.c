@@ -1,8 +1,9 @@
 /*
- * Replays every golden vector and prints a line for each.  Of the first operation that differs it prints
- * every output, as it is here.
+ * Replays every case and prints a line for each.  Of the first operation that differs it prints every
+ * output, as it is here.
  *   VECTOR_PRINT  prints the outputs of all operations, so that two machines can be compared by diff
  *   KQ_FALSIFY    makes outputs and vectors wrong by one bit; each must be found
+ *   KQ_FALSIFY_MODEL   the models of floats are wrong in their last bits (floats.h); each operation must differ
  */
 #include "cases.h"
 #include "vector.h"
@@ -76,6 +77,33 @@ static int replay_case(const vector_case *v)
         if (outputs && is_wrong_output_found(v, which) && is_wrong_vector_found(v, position)) continue;
         printf("%s: a wrong bit is not found, in output %lu or word %lu\n", v->name, (unsigned long)which,
                (unsigned long)position);
+        missed = 1;
+    }
+    return missed;
+}
+
+#elif defined(KQ_FALSIFY_MODEL)
+
+enum { ROOM = 64 };
+
+/* The operation that begins at `at`, as a case of its own: is it found to differ? */
+static int is_found(const vector_case *v, size_t at, size_t count)
+{
+    int32_t words[ROOM] = {v->words[0]};
+    vector_difference d;
+    if (count + 2 > ROOM) return 0;
+    for (size_t k = 0; k < count; k++) words[1 + k] = v->words[at + k];
+    return vector_replay(words, count + 2, NULL, &d) == 0 && d.quantity;
+}
+
+static int replay_case(const vector_case *v)
+{
+    int missed = 0;
+    for (size_t at = 1, operation = 0, count; at + 2 < v->count; at += count, operation++) {
+        count = 2 + (size_t)v->words[at + 1];
+        count += 1 + (size_t)v->words[at + count]; /* layout 1 */
+        if (is_found(v, at, count)) continue;
+        printf("%s: operation %lu: a wrong model is not found\n", v->name, (unsigned long)operation);
         missed = 1;
     }
     return missed;

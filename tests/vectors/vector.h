@@ -1,8 +1,8 @@
 /*
- * Golden vectors of the q31 arithmetic: a case is an array of words that holds operations, their
- * inputs, and every bit of their outputs or a digest of it (README.md: the layouts).  Replayed here
- * in freestanding C11, so that the same file runs on the host and in firmware: integers only, no
- * stdio, no heap.
+ * Recorded results: a case is an array of words that holds operations, their inputs, and every bit
+ * of their outputs or a digest of it (README.md: the layouts).  Replayed here in freestanding C11, so
+ * that the same file runs on the host and in firmware: integers only, no stdio, no heap.
+ * What an operation does, q31.c knows of the golden vectors, and floats.c of f32 and f64.
  */
 #ifndef KALMANQ_VECTOR_H
 #define KALMANQ_VECTOR_H
@@ -12,6 +12,7 @@
 
 enum { VECTOR_FULL = 1, VECTOR_DIGESTS = 2 }; /* word 0 of a case: its layout */
 
+/* Operations of q31 */
 enum {
     VECTOR_END,
     VECTOR_STATES,
@@ -89,8 +90,12 @@ enum {
     VECTOR_LINEARISED_JUMP
 };
 
-/* Inputs of one operation: at least those of a process with n = l = 16 */
+/* Inputs of one operation: at least those of a process with n = l = 16, or a model's size */
+#if defined(VECTOR_F32) || defined(VECTOR_F64)
+enum { VECTOR_INPUTS = 8 };
+#else
 enum { VECTOR_INPUTS = 1280 };
+#endif
 
 /* Words of the history's memory: with the rest about 40 kB of static memory */
 enum { VECTOR_HISTORY_WORDS = 4096 };
@@ -110,6 +115,9 @@ int vector_operate(int32_t operation, const int32_t *in, size_t count, const vec
 
 /** The name of an operation, "?" where there is none. */
 const char *vector_name(int32_t operation);
+
+/** Predicts since the last prior */
+int vector_steps(void);
 
 /** The digest of a sequence of words: begin with VECTOR_DIGEST_OF_NOTHING, and add every word.
  * FNV-1a, by words instead of bytes. */

@@ -1,4 +1,15 @@
-#include "model.h"
+#include "floats_model.h"
+
+int model_case_of(model_case *c, const int32_t *in, size_t count)
+{
+    static const num scales[] = {1, 4, 10, 100, (num)0.01, SMALL, TINY, LARGE};
+    if (count != 5 || in[0] < 1 || in[0] > MOST_STATES || in[1] < 1 || in[1] > MOST_COMPONENTS || in[2] < 0 || in[2] > 1 ||
+        in[4] < 0 || in[4] >= (int32_t)(sizeof scales / sizeof scales[0])) {
+        return 0;
+    }
+    *c = (model_case){(int)in[0], (int)in[1], (int)in[2], (int)in[3], scales[in[4]]};
+    return 1;
+}
 
 static uint32_t seed;
 

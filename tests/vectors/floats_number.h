@@ -1,10 +1,10 @@
-/* One text for f32 and f64: compiled with KQ_BITS_F32 or with KQ_BITS_F64. */
-#ifndef KALMANQ_BITS_NUMBER_H
-#define KALMANQ_BITS_NUMBER_H
+/* One text for f32 and f64: compiled with VECTOR_F32 or with VECTOR_F64. */
+#ifndef KALMANQ_FLOATS_NUMBER_H
+#define KALMANQ_FLOATS_NUMBER_H
 
 #include <kalmanq/kalmanq.h>
 
-#if defined(KQ_BITS_F32)
+#if defined(VECTOR_F32)
 typedef float num;
 #define K(name) kq_##name##_f32
 #define FILTER_LEN KQ_FILTER_LEN_F32
@@ -20,8 +20,7 @@ typedef float num;
 #define SMALL 0x1p-42f /* variances at the lower end of those that count */
 #define TINY 0x1p-118f /* no variances; means whose low parts are subnormal */
 #define LARGE 0x1p+57f /* variances at the upper end of all numbers */
-#define ROW(f32, f64) f32, /* of the expected digests */
-#elif defined(KQ_BITS_F64)
+#elif defined(VECTOR_F64)
 typedef double num;
 #define K(name) kq_##name##_f64
 #define FILTER_LEN KQ_FILTER_LEN_F64
@@ -37,15 +36,8 @@ typedef double num;
 #define SMALL 0x1p-170
 #define TINY 0x1p-1018
 #define LARGE 0x1p+497
-#define ROW(f32, f64) f64, /* of the expected digests */
 #else
-#error "compile with one of -DKQ_BITS_F32 and -DKQ_BITS_F64"
-#endif
-
-#ifdef KQ_BITS_NONLINEAR
-#define EXPECTED "expected_nonlinear.inc"
-#else
-#define EXPECTED "expected.inc"
+#error "compile with one of -DVECTOR_F32 and -DVECTOR_F64"
 #endif
 
 #endif

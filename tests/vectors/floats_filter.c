@@ -1,35 +1,6 @@
-/*
- * The bits of all answers of a float arithmetic, over models of several sizes: a digest for each quantity of
- * each model, compared with expected.inc (regenerate.sh).
- */
-#include "beyond.h"
-#include "digest.h"
-
-#ifdef KQ_BITS_FILTER
-enum { IS_ALL = 0 };
-#else
-enum { IS_ALL = 1 };
-#endif
+#include "floats.h"
 
 enum { STEPS = 12, AHEAD = 5 };
-
-static const model_case cases[] = {
-    {"level", 1, 1, 1, 0, 1},
-    {"two", 2, 1, 0, 0, 1},
-    {"three", 3, 2, 1, CORRELATED, 4},
-    {"four", 4, 2, 0, 0, 100},
-    {"six", 6, 3, 1, CORRELATED, 1},
-    {"nine", 9, 3, 0, 0, (num)0.01},
-    {"sixteen", 16, 4, 1, CORRELATED, 1},
-    {"exact", 3, 2, 0, EXACT, 1},
-    {"sharp", 4, 3, 0, SHARP, 10},
-    {"sharp and correlated", 2, 2, 0, SHARP | CORRELATED, 1},
-    {"small", 2, 1, 1, 0, SMALL},
-    {"tiny", 3, 2, 1, 0, TINY},
-    {"large", 2, 2, 0, CORRELATED, LARGE},
-};
-
-enum { CASES = sizeof cases / sizeof cases[0] };
 
 /* ------------------------------------------------------------------ a run */
 
@@ -173,9 +144,8 @@ static void smooth_means(void)
     check("means", STEPS);
 }
 
-static void run(const model_case *c)
+void run_filter(const model_case *c)
 {
-    digest_begin(c->name);
     prepare(c);
     begin();
     check("begin", 0);
@@ -183,20 +153,4 @@ static void run(const model_case *c)
     forecast();
     smooth();
     smooth_means();
-    digest_end();
-}
-
-/* What comes after filter and smoother */
-static void run_others(void)
-{
-    for (int k = 0; k < CASES; k++) {
-        if (cases[k].n <= BEYOND_STATES) run_beyond(&cases[k]);
-    }
-}
-
-int main(void)
-{
-    for (int k = 0; k < CASES; k++) run(&cases[k]);
-    if (IS_ALL) run_others();
-    return digest_report(IS_ALL);
 }

@@ -1,27 +1,10 @@
 /*
- * The bits of nonlinear runs, a program of its own (KQ_BITS_NONLINEAR): the model's A and H with a bend in each row.
+ * Nonlinear runs: the model's A and H with a bend in each row.
  * f and h are made of + - * / alone, in `num`, so that they are the same bits on every machine.
  */
-#include "digest.h"
-#include "model.h"
+#include "floats.h"
 
-enum { N = 9, C = 3, STEPS = 8, LAG = 3 };
-
-static const model_case cases[] = {
-    {"level", 1, 1, 0, 0, 1},
-    {"two", 2, 1, 0, 0, 1},
-    {"three", 3, 2, 0, CORRELATED, 4},
-    {"four", 4, 2, 0, 0, 100},
-    {"six", 6, 3, 0, CORRELATED, 1},
-    {"nine", 9, 3, 0, 0, (num)0.01},
-    {"exact", 3, 2, 0, EXACT, 1},
-    {"sharp", 4, 3, 0, SHARP, 10},
-    {"sharp and correlated", 2, 2, 0, SHARP | CORRELATED, 1},
-    {"small", 2, 1, 0, 0, SMALL},
-    {"large", 2, 2, 0, CORRELATED, LARGE},
-};
-
-enum { CASES = sizeof cases / sizeof cases[0] };
+enum { N = BEYOND_STATES, C = BEYOND_COMPONENTS, STEPS = 8, LAG = 3 };
 
 static model M;
 static num scale; /* of states and measurements */
@@ -255,20 +238,12 @@ static void run_parts(void)
     check("iterated", 2);
 }
 
-static void run(const model_case *c)
+void run_nonlinear(const model_case *c)
 {
-    digest_begin(c->name);
     prepare(c);
     run_extended();
     run_lag();
     run_points(0, KQ_SIGMA_POINTS_CENTRAL);
     run_points(1, KQ_SIGMA_POINTS_CUBATURE);
     run_parts();
-    digest_end();
-}
-
-int main(void)
-{
-    for (int k = 0; k < CASES; k++) run(&cases[k]);
-    return digest_report(1);
 }

@@ -1,7 +1,6 @@
 #include <math.h>
 
-#include "beyond.h"
-#include "digest.h"
+#include "floats.h"
 
 enum {
     N = BEYOND_STATES,
@@ -543,7 +542,6 @@ static void learn(void)
 
 void run_beyond(const model_case *c)
 {
-    digest_begin(c->name);
     prepare(c);
     lag();
     point();
@@ -562,5 +560,4 @@ void run_beyond(const model_case *c)
     delay();
     flow();
     drift();
-    digest_end();
 }

@@ -1,10 +1,14 @@
 /* Models of any size, made with + * / of the arithmetic itself: the same bits on every machine. */
-#ifndef KALMANQ_BITS_MODEL_H
-#define KALMANQ_BITS_MODEL_H
+#ifndef KALMANQ_FLOATS_MODEL_H
+#define KALMANQ_FLOATS_MODEL_H
 
-#include "number.h"
+#include <stddef.h>
+#include <stdint.h>
+
+#include "floats_number.h"
 
 enum { MOST_STATES = 16, MOST_COMPONENTS = 4 };
+enum { BEYOND_STATES = 9, BEYOND_COMPONENTS = 3 }; /* of all runs but the filter's */
 
 /* What is special about a case */
 enum {
@@ -14,7 +18,6 @@ enum {
 };
 
 typedef struct {
-    const char *name;
     int n, m, l;
     int kinds;
     num scale; /* of states and measurements */
@@ -26,6 +29,9 @@ typedef struct {
     num H[MOST_COMPONENTS * MOST_STATES], R[MOST_COMPONENTS * MOST_COMPONENTS];
     num x0[MOST_STATES], P0[MOST_STATES * MOST_STATES];
 } model;
+
+/** n, m, l, kinds and which scale, as a case has them; returns 0 where they are none. */
+int model_case_of(model_case *c, const int32_t *in, size_t count);
 
 /** The model of a case, and the sequence of draws from its beginning */
 void model_make(model *M, const model_case *c);

@@ -1,0 +1,783 @@
+#include "vector.h"
+
+#include <kalmanq/adaptation.h>
+#include <kalmanq/consistency.h>
+#include <kalmanq/extended.h>
+#include <kalmanq/instant.h>
+#include <kalmanq/lag.h>
+#include <kalmanq/least_squares.h>
+#include <kalmanq/robust.h>
+#include <kalmanq/diffuse.h>
+#include <kalmanq/steady.h>
+
+enum { SLOTS = 2, NUMBERS = 1024, MOST = KQ_SIZE_MAX };
+
+/* The tables of a process and of a sensor: the library refers to them. */
+typedef struct {
+    kq_process_q31 process;
+    kq_format_q31 control_format[MOST];
+    kq_scaled_q31 *transition;
+    int32_t noise_root[KQ_ROOT_LEN_Q31(MOST)];
+    int controls;
+} process_slot;
+
+typedef struct {
+    kq_sensor_q31 sensor;
+    kq_format_q31 measurement_format[MOST];
+    kq_scaled_q31 *measurement;
+    int components;
+} sensor_slot;
+
+static struct {
+    int n, step;
+    kq_format_q31 state_format[MOST];
+    process_slot process[SLOTS];
+    sensor_slot sensor[SLOTS];
+    kq_scaled_q31 numbers[NUMBERS]; /* coefficients of the slots, one behind the other */
+    size_t used;
+    kq_filter_q31 filter, ahead;
+    int32_t filter_memory[KQ_FILTER_LEN_Q31(MOST)], ahead_memory[KQ_FILTER_LEN_Q31(MOST)];
+    kq_history_q31 history;
+    kq_lag_q31 lag;
+    kq_instant_q31 instant;
+    kq_filter_q31 shown; /* by one of the two, last */
+    kq_steady_q31 steady;
+    const kq_scaled_q31 *gains; /* of the updates */
+    size_t gain_count;
+    kq_freeze_q31 lazy;
+    kq_loss_q31 gate;
+    kq_least_squares_q31 fit;
+    kq_format_q31 fit_format;
+    kq_consistency_q31 window;
+    kq_diffuse_q31 start;
+    kq_adaptation_q31 adaptation;
+    kq_scaled_q31 out[3][MOST * MOST];
+} machine;
+
+/* Apart, as an object has at most 32 kB where a pointer has 16 bits.  What is recorded begins at
+   its front; what is kept until the next VECTOR_STATES is taken from its end. */
+static int32_t history_memory[VECTOR_HISTORY_WORDS];
+static size_t kept;
+
+/* ------------------------------------------------------------------ what goes in */
+
+typedef struct {
+    const int32_t *at;
+    size_t left;
+    int bad; /* more was asked for than there is, or a number was out of its range */
+} words_in;
+
+static const int32_t *take(words_in *in, size_t count)
+{
+    static const int32_t nothing[KQ_ROOT_LEN_Q31(MOST)];
+    if (in->bad || count > in->left) {
+        in->bad = 1;
+        return nothing;
+    }
+    const int32_t *words = in->at;
+    in->at += count;
+    in->left -= count;
+    return words;
+}
+
+static int32_t take_word(words_in *in, int32_t least, int32_t most)
+{
+    const int32_t word = *take(in, 1);
+    if (word < least || word > most) in->bad = 1;
+    return in->bad ? least : word;
+}
+
+static int take_number(words_in *in, int least, int most)
+{
+    return (int)take_word(in, least, most);
+}
+
+static void take_formats(words_in *in, kq_format_q31 *format, int count)
+{
+    const int32_t *words = take(in, 2 * (size_t)count);
+    for (int i = 0; i < count && !in->bad; i++) {
+        format[i] = (kq_format_q31){.range = words[2 * i], .fraction = words[2 * i + 1]};
+    }
+}
+
+static void take_scaled(words_in *in, kq_scaled_q31 *numbers, int count)
+{
+    const int32_t *words = take(in, 2 * (size_t)count);
+    for (int k = 0; k < count && !in->bad; k++) {
+        numbers[k] = (kq_scaled_q31){.mantissa = words[2 * k], .exponent = words[2 * k + 1]};
+    }
+}
+
+/* Memory for numbers and for words that stays until the next VECTOR_STATES */
+static kq_scaled_q31 *keep_numbers(words_in *in, size_t count)
+{
+    kq_scaled_q31 *numbers = machine.numbers + machine.used;
+    if (count > NUMBERS - machine.used) in->bad = 1;
+    if (in->bad) return machine.numbers;
+    machine.used += count;
+    return numbers;
+}
+
+static int32_t *keep_words(words_in *in, size_t count)
+{
+    if (count > VECTOR_HISTORY_WORDS - kept) in->bad = 1;
+    if (in->bad) return history_memory;
+    kept += count;
+    return history_memory + VECTOR_HISTORY_WORDS - kept;
+}
+
+/* Is there room for so many words before those that are kept? */
+static int has_room(size_t words) { return words <= VECTOR_HISTORY_WORDS - kept; }
+
+static kq_scaled_q31 *keep_scaled(words_in *in, int count)
+{
+    kq_scaled_q31 *numbers = keep_numbers(in, (size_t)count);
+    take_scaled(in, numbers, count);
+    return numbers;
+}
+
+/* A mask of components; -1: all */
+static uint32_t take_present(words_in *in)
+{
+    const int32_t present = take_word(in, -1, (INT32_C(1) << MOST) - 1);
+    return present < 0 ? UINT32_MAX : (uint32_t)present;
+}
+
+static process_slot *take_process(words_in *in)
+{
+    return &machine.process[take_number(in, 0, SLOTS - 1)];
+}
+static sensor_slot *take_sensor(words_in *in)
+{
+    return &machine.sensor[take_number(in, 0, SLOTS - 1)];
+}
+
+/* What an update takes */
+typedef struct {
+    const sensor_slot *slot;
+    uint32_t present;
+    const int32_t *z;
+} reading;
+
+static reading take_reading(words_in *in)
+{
+    reading r = {.slot = take_sensor(in)};
+    r.present = take_present(in);
+    r.z = take(in, (size_t)r.slot->components);
+    return r;
+}
+
+/* 0 or 1, and `count` words behind the 1; NULL for the 0 */
+static const int32_t *take_controls(words_in *in, int count)
+{
+    return take_number(in, 0, 1) ? take(in, (size_t)count) : NULL;
+}
+
+static int is_complete(const words_in *in) { return !in->bad && in->left == 0; }
+
+/* ------------------------------------------------------------------ what comes out */
+
+static void put_words(const vector_sink *sink, const char *quantity, const int32_t *words,
+                      int count)
+{
+    for (int k = 0; k < count; k++) sink->put(sink->to, quantity, k, words[k]);
+}
+
+static void put_word(const vector_sink *sink, const char *quantity, int32_t word)
+{
+    put_words(sink, quantity, &word, 1);
+}
+
+/* Upper word, then lower word */
+static void put_score(const vector_sink *sink, const char *quantity, int64_t score)
+{
+    const uint64_t bits = (uint64_t)score;
+    put_words(sink, quantity,
+              (const int32_t[]){vector_word_of((uint32_t)(bits >> 32)),
+                                vector_word_of((uint32_t)(bits & UINT32_MAX))},
+              2);
+}
+
+static void put_scaled(const vector_sink *sink, const char *quantity, const kq_scaled_q31 *numbers,
+                       int count)
+{
+    for (int k = 0; k < count; k++) {
+        sink->put(sink->to, quantity, 2 * k, numbers[k].mantissa);
+        sink->put(sink->to, quantity, 2 * k + 1, numbers[k].exponent);
+    }
+}
+
+/* The upper triangle, row by row */
+static void put_symmetric(const vector_sink *sink, const char *quantity, const kq_scaled_q31 *P,
+                          int n)
+{
+    for (int i = 0, k = 0; i < n; i++) {
+        for (int j = i; j < n; j++, k++) {
+            sink->put(sink->to, quantity, 2 * k, P[i * n + j].mantissa);
+            sink->put(sink->to, quantity, 2 * k + 1, P[i * n + j].exponent);
+        }
+    }
+}
+
+static void put_symmetric_status(const vector_sink *sink, kq_status status, int n)
+{
+    put_word(sink, "covariance status", status);
+    if (!status) put_symmetric(sink, "smoothed covariance", machine.out[0], n);
+}
+
+static void put_memory(const vector_sink *sink, const kq_filter_q31 *f)
+{
+    const int n = machine.n;
+    put_words(sink, "mean", f->memory, n);
+    put_words(sink, "low", f->memory + n, n);
+    put_words(sink, "root", f->memory + 2 * n, KQ_TRIANGLE(n));
+    put_words(sink, "root exponent", f->memory + 2 * n + KQ_TRIANGLE(n), n);
+}
+
+/* All that predict and update change */
+static void put_filter(const vector_sink *sink, const kq_filter_q31 *f)
+{
+    const int n = machine.n;
+    put_word(sink, "events", (int32_t)kq_events_q31(f));
+    put_word(sink, "taken", kq_taken_q31(f));
+    put_score(sink, "NIS", kq_nis_q31(f));
+    for (int i = 0; i < n; i++) sink->put(sink->to, "sigma", i, kq_sigma_q31(f, i));
+    put_memory(sink, f);
+}
+
+/* The same while a start has unknowns left: what is one number of the whole state is not in the vectors
+   then, nor is sigma, which put_start has. */
+static void put_filter_unknown(const vector_sink *sink, const kq_filter_q31 *f)
+{
+    put_word(sink, "events", (int32_t)kq_events_q31(f));
+    put_word(sink, "taken", -1);
+    put_score(sink, "NIS", KQ_NOT_A_SCORE_Q31);
+    for (int i = 0; i < machine.n; i++) sink->put(sink->to, "sigma", i, KQ_NOT_A_VALUE_Q31);
+    put_memory(sink, f);
+}
+
+/* All that can be read of a filter */
+static void put_reading(const vector_sink *sink, const kq_filter_q31 *f)
+{
+    const int n = machine.n;
+    for (int i = 0; i < n; i++) sink->put(sink->to, "rounded mean", i, kq_mean_q31(f, i));
+    for (int i = 0; i < n; i++) sink->put(sink->to, "rounded low", i, kq_mean_low_q31(f, i));
+    for (int i = 0; i < n; i++) sink->put(sink->to, "sigma", i, kq_sigma_q31(f, i));
+    put_word(sink, "covariance status", kq_covariance_q31(f, machine.out[0]));
+    put_symmetric(sink, "covariance", machine.out[0], n);
+    put_score(sink, "log-likelihood of the last update", kq_log_likelihood_last_q31(f));
+    put_score(sink, "log-likelihood", kq_log_likelihood_q31(f));
+}
+
+static void put_status(const vector_sink *sink, kq_status status)
+{
+    put_word(sink, "status", status);
+}
+
+static void put_range_error(const vector_sink *sink, const kq_range_error_q31 *range_error)
+{
+    const int32_t words[3] = {(int32_t)range_error->quantity, range_error->component, range_error->bits};
+    put_words(sink, "range_error", words, 3);
+}
+
+/* ------------------------------------------------------------------ models */
+
+static int set_states(words_in *in, const vector_sink *sink)
+{
+    (void)sink;
+    const int n = take_number(in, 1, MOST);
+    take_formats(in, machine.state_format, n);
+    if (!is_complete(in)) return -1;
+    machine.n = n;
+    machine.used = 0;
+    kept = 0;
+    machine.gain_count = 0;
+    machine.step = 0;
+    for (int k = 0; k < SLOTS; k++) {
+        machine.process[k] = (process_slot){.controls = 0};
+        machine.sensor[k] = (sensor_slot){.components = 0};
+    }
+    return 0;
+}
+
+static int set_process(words_in *in, const vector_sink *sink)
+{
+    const int n = machine.n;
+    process_slot *slot = take_process(in);
+    const int l = take_number(in, 0, MOST);
+    take_formats(in, slot->control_format, l);
+    slot->transition = keep_scaled(in, n * n);
+    kq_scaled_q31 *control = keep_scaled(in, n * l);
+    const int32_t *root = take(in, (size_t)KQ_ROOT_LEN_Q31(n));
+    if (!is_complete(in)) return -1;
+    for (int k = 0; k < KQ_ROOT_LEN_Q31(n); k++) slot->noise_root[k] = root[k];
+    slot->controls = l;
+    kq_range_error_q31 range_error = {KQ_STATE, 0, 0};
+    put_status(sink, kq_process_init_q31(
+                         &slot->process,
+                         &(kq_process_table_q31){.states = n,
+                                                 .controls = l,
+                                                 .state_format = machine.state_format,
+                                                 .control_format = l ? slot->control_format : 0,
+                                                 .transition = slot->transition,
+                                                 .control = l ? control : 0,
+                                                 .noise_root = slot->noise_root},
+                         &range_error));
+    put_range_error(sink, &range_error);
+    return 0;
+}
+
+static int set_sensor(words_in *in, const vector_sink *sink)
+{
+    const int n = machine.n;
+    sensor_slot *slot = take_sensor(in);
+    const int m = take_number(in, 1, MOST), correlated = take_number(in, 0, 1);
+    take_formats(in, slot->measurement_format, m);
+    slot->measurement = keep_scaled(in, m * n);
+    kq_scaled_q31 *noise = keep_scaled(in, correlated ? KQ_TRIANGLE(m) : m);
+    if (!is_complete(in)) return -1;
+    slot->components = m;
+    kq_range_error_q31 range_error = {KQ_STATE, 0, 0};
+    put_status(sink, kq_sensor_init_q31(
+                         &slot->sensor,
+                         &(kq_sensor_table_q31){.states = n,
+                                                .components = m,
+                                                .correlated = correlated,
+                                                .state_format = machine.state_format,
+                                                .measurement_format = slot->measurement_format,
+                                                .measurement = slot->measurement,
+                                                .noise = noise},
+                         &range_error));
+    put_range_error(sink, &range_error);
+    return 0;
+}
+
+static int set_prior(words_in *in, const vector_sink *sink)
+{
+    const int n = machine.n;
+    const int32_t *mean = take(in, (size_t)n), *root = take(in, (size_t)KQ_ROOT_LEN_Q31(n));
+    if (!is_complete(in)) return -1;
+    kq_range_error_q31 range_error = {KQ_STATE, 0, 0};
+    kq_filter_q31 *f = &machine.filter;
+    kq_status status = kq_filter_assign_q31(f, n, machine.filter_memory, KQ_FILTER_LEN_Q31(MOST));
+    if (!status) {
+        status = kq_filter_init_q31(
+            f,
+            &(kq_prior_table_q31){
+                .states = n, .state_format = machine.state_format, .mean = mean, .root = root},
+            &range_error);
+    }
+    put_status(sink, status);
+    put_range_error(sink, &range_error);
+    if (!status) put_filter(sink, f);
+    machine.step = 0;
+    return 0;
+}
+
+static int change_transition(words_in *in, const vector_sink *sink)
+{
+    process_slot *slot = take_process(in);
+    if (!slot->transition) return -1;
+    take_scaled(in, slot->transition, machine.n * machine.n);
+    if (!is_complete(in)) return -1;
+    put_status(sink, kq_process_change_transition_q31(&slot->process, slot->transition, NULL));
+    return 0;
+}
+
+/* A Jacobian says what is beyond its range. */
+static int change_measurement_as(words_in *in, const vector_sink *sink, int is_jacobian)
+{
+    sensor_slot *slot = take_sensor(in);
+    kq_range_error_q31 range_error = {KQ_STATE, 0, 0};
+    if (!slot->measurement) return -1;
+    take_scaled(in, slot->measurement, slot->components * machine.n);
+    if (!is_complete(in)) return -1;
+    put_status(sink, kq_sensor_change_measurement_q31(&slot->sensor, slot->measurement,
+                                                      is_jacobian ? &range_error : NULL));
+    if (is_jacobian) put_range_error(sink, &range_error);
+    return 0;
+}
+
+static int change_measurement(words_in *in, const vector_sink *sink)
+{
+    return change_measurement_as(in, sink, 0);
+}
+
+/* ------------------------------------------------------------------ the filter */
+
+static int predict(words_in *in, const vector_sink *sink)
+{
+    process_slot *slot = take_process(in);
+    const int32_t *u = take_controls(in, slot->controls);
+    if (!is_complete(in)) return -1;
+    put_status(sink, kq_predict_q31(&machine.filter, &slot->process, u));
+    put_filter(sink, &machine.filter);
+    machine.step++;
+    return 0;
+}
+
+/* All components by the plain call, others by that with a mask */
+static kq_status update_by(const reading *r)
+{
+    kq_filter_q31 *f = &machine.filter;
+    return r->present == UINT32_MAX ? kq_update_q31(f, &r->slot->sensor, r->z)
+                                    : kq_update_subset_q31(f, &r->slot->sensor, r->z, r->present);
+}
+
+static int update(words_in *in, const vector_sink *sink)
+{
+    const reading r = take_reading(in);
+    if (!is_complete(in)) return -1;
+    put_status(sink, update_by(&r));
+    put_filter(sink, &machine.filter);
+    return 0;
+}
+
+static int step(words_in *in, const vector_sink *sink)
+{
+    process_slot *process = take_process(in);
+    sensor_slot *sensor = take_sensor(in);
+    const int32_t *u = take_controls(in, process->controls);
+    const int32_t *z = take(in, (size_t)sensor->components);
+    if (!is_complete(in)) return -1;
+    put_status(sink, kq_step_q31(&machine.filter, &process->process, u, &sensor->sensor, z));
+    put_filter(sink, &machine.filter);
+    machine.step++;
+    return 0;
+}
+
+static int read_filter(words_in *in, const vector_sink *sink)
+{
+    if (!is_complete(in)) return -1;
+    put_reading(sink, &machine.filter);
+    return 0;
+}
+
+static void put_implied(const vector_sink *sink, const kq_filter_q31 *f, const sensor_slot *slot)
+{
+    int32_t implied[MOST] = {0};
+    const int m = slot->components;
+    put_status(sink, kq_measurement_q31(f, &slot->sensor, implied, machine.out[0]));
+    put_words(sink, "implied measurement", implied, m);
+    put_scaled(sink, "innovation covariance", machine.out[0], m * m);
+}
+
+static int look(words_in *in, const vector_sink *sink)
+{
+    const sensor_slot *slot = take_sensor(in);
+    const int m = slot->components;
+    const int32_t *z = take(in, (size_t)m);
+    if (!is_complete(in)) return -1;
+    const kq_filter_q31 *f = &machine.filter;
+    int32_t e[MOST] = {0};
+    put_implied(sink, f, slot);
+    put_status(sink, kq_innovation_q31(f, &slot->sensor, z, e));
+    put_words(sink, "innovation", e, m);
+    put_status(sink, kq_gain_q31(f, &slot->sensor, machine.out[0]));
+    put_scaled(sink, "gain", machine.out[0], machine.n * m);
+    return 0;
+}
+
+static int forecast(words_in *in, const vector_sink *sink)
+{
+    const process_slot *process = take_process(in);
+    const sensor_slot *sensor = take_sensor(in);
+    const int steps = take_number(in, 0, 1000);
+    const int32_t *u = take_controls(in, steps * process->controls);
+    if (!is_complete(in)) return -1;
+    kq_filter_q31 *ahead = &machine.ahead;
+    kq_status status =
+        kq_filter_assign_q31(ahead, machine.n, machine.ahead_memory, KQ_FILTER_LEN_Q31(MOST));
+    if (!status) status = kq_forecast_q31(&machine.filter, &process->process, u, (size_t)steps, ahead);
+    put_status(sink, status);
+    put_filter(sink, ahead);
+    put_reading(sink, ahead);
+    put_implied(sink, ahead, sensor);
+    return 0;
+}
+
+static int clear_events(words_in *in, const vector_sink *sink)
+{
+    if (!is_complete(in)) return -1;
+    kq_events_clear_q31(&machine.filter);
+    put_word(sink, "events", (int32_t)kq_events_q31(&machine.filter));
+    return 0;
+}
+
+/* ------------------------------------------------------------------ a long run */
+
+static uint32_t next_draw(uint32_t draw) /* Marsaglia's xorshift */
+{
+    draw ^= draw << 13;
+    draw ^= draw >> 17;
+    draw ^= draw << 5;
+    return draw;
+}
+
+/* A draw as a signed word, shifted right with its sign */
+static int32_t noise_of(uint32_t draw, int shift)
+{
+    const int32_t half = (int32_t)(draw >> 1 >> shift);
+    return draw & 1 ? -half : half;
+}
+
+static int32_t held(int64_t word, int32_t range)
+{
+    return (int32_t)(word > range ? range : word < -range ? -range : word);
+}
+
+/* What the filter expects, with noise of the generator: data that need no room in the case */
+static void draw_measurement(int32_t *z, const sensor_slot *slot, uint32_t *draw, int shift)
+{
+    const kq_status status = kq_measurement_q31(&machine.filter, &slot->sensor, z, NULL);
+    for (int c = 0; status && c < slot->components; c++) z[c] = 0;
+    for (int c = 0; c < slot->components; c++) {
+        *draw = next_draw(*draw);
+        z[c] = held((int64_t)z[c] + noise_of(*draw, shift), slot->measurement_format[c].range);
+    }
+}
+
+static uint32_t digest_filter(uint32_t digest)
+{
+    const kq_filter_q31 *f = &machine.filter;
+    for (int k = 0; k < KQ_FILTER_LEN_Q31(machine.n); k++) digest = vector_digest(digest, f->memory[k]);
+    return vector_digest(digest, vector_word_of((uint32_t)(kq_nis_q31(f) & UINT32_MAX)));
+}
+
+static int run(words_in *in, const vector_sink *sink)
+{
+    const process_slot *process = take_process(in);
+    const sensor_slot *sensor = take_sensor(in);
+    const int steps = take_number(in, 1, 10000);
+    uint32_t draw = (uint32_t)take_word(in, 1, INT32_MAX), digest = VECTOR_DIGEST_OF_NOTHING;
+    const int shift = take_number(in, 0, 30);
+    if (!is_complete(in)) return -1;
+    int32_t z[MOST] = {0};
+    kq_status status = KQ_OK;
+    for (int t = 0; t < steps && !status; t++) {
+        status = kq_predict_q31(&machine.filter, &process->process, NULL);
+        draw_measurement(z, sensor, &draw, shift);
+        draw = next_draw(draw);
+        if (!status) {
+            status = kq_update_subset_q31(&machine.filter, &sensor->sensor, z, draw >> 16);
+        }
+        digest = digest_filter(digest);
+    }
+    put_status(sink, status);
+    put_word(sink, "digest", vector_word_of(digest));
+    put_filter(sink, &machine.filter);
+    machine.step += steps;
+    return 0;
+}
+
+/* ------------------------------------------------------------------ the smoother */
+
+static int attach(words_in *in, const vector_sink *sink)
+{
+    const size_t words = (size_t)take_number(in, 0, VECTOR_HISTORY_WORDS);
+    if (!is_complete(in) || !has_room(words)) return -1;
+    kq_history_q31 *h = &machine.history;
+    kq_status status = kq_history_assign_q31(h, machine.n, history_memory, words);
+    if (!status) status = kq_attach_q31(&machine.filter, &h->attached);
+    put_status(sink, status);
+    return 0;
+}
+
+/* What smoothers show, component by component */
+static void put_view(const vector_sink *sink, const kq_filter_q31 *view)
+{
+    for (int i = 0; i < machine.n; i++) {
+        sink->put(sink->to, "smoothed mean", i, kq_mean_q31(view, i));
+        sink->put(sink->to, "smoothed low", i, kq_mean_low_q31(view, i));
+        sink->put(sink->to, "smoothed sigma", i, kq_sigma_q31(view, i));
+    }
+}
+
+static void put_smoothed(const vector_sink *sink, size_t t, int with_sigma)
+{
+    kq_filter_q31 view;
+    const int n = machine.n;
+    const kq_status shown = kq_smoothed_q31(&machine.history, t, &view); /* refused: it reads NaN */
+    (void)shown;
+    for (int i = 0; i < n; i++) sink->put(sink->to, "smoothed mean", i, kq_mean_q31(&view, i));
+    for (int i = 0; i < n; i++) sink->put(sink->to, "smoothed low", i, kq_mean_low_q31(&view, i));
+    for (int i = 0; i < n && with_sigma; i++) {
+        sink->put(sink->to, "smoothed sigma", i, kq_sigma_q31(&view, i));
+    }
+}
+
+/* Of every measurement of the step, up to the one that is refused */
+static void put_reading_noise(const vector_sink *sink)
+{
+    for (int k = 0;; k++) {
+        kq_scaled_q31 moments[2];
+        const kq_status status =
+            kq_smoothed_measurement_noise_q31(&machine.history, k, &moments[0], &moments[1]);
+        put_status(sink, status);
+        if (status) return;
+        put_scaled(sink, "measurement noise", moments, 2);
+    }
+}
+
+/* Lag-one covariance and process noise; the last step, done first, has none */
+static void put_extras(const vector_sink *sink, int what)
+{
+    const int n = machine.n;
+    if (what & VECTOR_LAG_ONE) put_scaled(sink, "lag-one", machine.out[0], n * n);
+    if (what & VECTOR_NOISE) {
+        put_scaled(sink, "process noise", machine.out[1], n);
+        put_symmetric(sink, "process noise covariance", machine.out[2], n);
+    }
+}
+
+static int smooth(words_in *in, const vector_sink *sink)
+{
+    const int process = take_number(in, -1, SLOTS - 1), what = take_number(in, 0, 15);
+    if (!is_complete(in)) return -1;
+    kq_history_q31 *h = &machine.history;
+    const kq_smooth_extras_q31 extras = {what & VECTOR_LAG_ONE ? machine.out[0] : NULL,
+                                         what & VECTOR_NOISE ? machine.out[1] : NULL,
+                                         what & VECTOR_NOISE ? machine.out[2] : NULL};
+    const kq_process_q31 *p = process < 0 ? NULL : &machine.process[process].process;
+    const kq_status status = kq_smooth_step_q31(h, p, &extras);
+    put_status(sink, status);
+    if (status) return 0;
+    const size_t t = (size_t)h->step;
+    put_word(sink, "step", (int32_t)t);
+    if (t + 1 < kq_history_steps_q31(h)) put_extras(sink, what);
+    put_smoothed(sink, t, 1);
+    if (what & VECTOR_COVARIANCE) {
+        kq_filter_q31 view;
+        const kq_status shown = kq_smoothed_q31(h, t, &view); /* refused: it reads NaN */
+        (void)shown;
+        put_word(sink, "covariance status", kq_covariance_q31(&view, machine.out[0]));
+        put_symmetric(sink, "smoothed covariance", machine.out[0], machine.n);
+    }
+    if (what & VECTOR_READING_NOISE) put_reading_noise(sink);
+    return 0;
+}
+
+static void put_all_smoothed(const vector_sink *sink, int with_sigma)
+{
+    const size_t steps = kq_history_steps_q31(&machine.history);
+    for (size_t t = 0; t < steps; t++) put_smoothed(sink, t, with_sigma);
+}
+
+static int smooth_whole(words_in *in, const vector_sink *sink)
+{
+    const int states_only = take_number(in, 0, 1);
+    if (!is_complete(in)) return -1;
+    kq_history_q31 *h = &machine.history;
+    const kq_status status = states_only ? kq_smooth_states_q31(h) : kq_smooth_q31(h);
+    put_status(sink, status);
+    if (!status) put_all_smoothed(sink, !states_only);
+    return 0;
+}
+
+/* ------------------------------------------------------------------ operations */
+
+#include "operations_adaptation.inc"
+#include "operations_extended.inc"
+#include "operations_on_line.inc"
+#include "operations_robust.inc"
+#include "operations_diffuse.inc"
+#include "operations_statistics.inc"
+#include "operations_steady.inc"
+
+/* What there are operations for beside filter and smoother: all but where flash has no room for it
+   (tests/target/CMakeLists.txt) */
+#ifndef VECTOR_TOPICS
+#define VECTOR_TOPICS 127
+#endif
+#define HAS_ON_LINE (VECTOR_TOPICS & 1)
+#define HAS_ROBUST (VECTOR_TOPICS & 2)
+#define HAS_START (VECTOR_TOPICS & 4)
+#define HAS_STATISTICS (VECTOR_TOPICS & 8)
+#define HAS_STEADY (VECTOR_TOPICS & 16)
+#define HAS_ADAPTATION (VECTOR_TOPICS & 32)
+#define HAS_EXTENDED (VECTOR_TOPICS & 64)
+
+static const struct {
+    const char *name;
+    int (*act)(words_in *in, const vector_sink *sink);
+} operations[VECTOR_OPERATIONS] = {
+    [VECTOR_STATES] = {"states", set_states},
+    [VECTOR_PROCESS] = {"process", set_process},
+    [VECTOR_SENSOR] = {"sensor", set_sensor},
+    [VECTOR_PRIOR] = {"prior", set_prior},
+    [VECTOR_HISTORY] = {"history", attach},
+    [VECTOR_PREDICT] = {"predict", predict},
+    [VECTOR_UPDATE] = {"update", update},
+    [VECTOR_STEP] = {"step", step},
+    [VECTOR_READ] = {"read", read_filter},
+    [VECTOR_LOOK] = {"look", look},
+    [VECTOR_FORECAST] = {"forecast", forecast},
+    [VECTOR_TRANSITION] = {"change of transition", change_transition},
+    [VECTOR_MEASUREMENT] = {"change of measurement", change_measurement},
+    [VECTOR_CLEAR] = {"clear events", clear_events},
+    [VECTOR_SMOOTH] = {"smooth", smooth},
+    [VECTOR_SMOOTH_ALL] = {"smooth all", smooth_whole},
+    [VECTOR_RUN] = {"run", run},
+    [VECTOR_LAG] = {"lag", HAS_ON_LINE ? attach_lag : NULL},
+    [VECTOR_LAG_PREDICT] = {"predict of the lag", HAS_ON_LINE ? predict_lag : NULL},
+    [VECTOR_LAG_SMOOTH] = {"smooth the lag", HAS_ON_LINE ? smooth_lag : NULL},
+    [VECTOR_DELAY] = {"lag for what is late", HAS_ON_LINE ? attach_delay : NULL},
+    [VECTOR_DELAYED] = {"late update", HAS_ON_LINE ? update_delayed : NULL},
+    [VECTOR_POINT] = {"point", HAS_ON_LINE ? attach_point : NULL},
+    [VECTOR_POINT_PREDICT] = {"predict of the point", HAS_ON_LINE ? predict : NULL},
+    [VECTOR_POINT_SMOOTH] = {"smooth the point", HAS_ON_LINE ? smooth_point : NULL},
+    [VECTOR_GAINS] = {"gains", HAS_STEADY ? make_gains : NULL},
+    [VECTOR_STEADY] = {"steady-state filter", HAS_STEADY ? set_steady : NULL},
+    [VECTOR_STEADY_STEP] = {"step of the steady-state filter", HAS_STEADY ? step_steady : NULL},
+    [VECTOR_SWITCH] = {"switch", HAS_STEADY ? set_settling : NULL},
+    [VECTOR_SWITCH_STEP] = {"step of the switch", HAS_STEADY ? step_settling : NULL},
+    [VECTOR_SWITCH_RELEASE] = {"release of the switch", HAS_STEADY ? release_settling : NULL},
+    [VECTOR_GATE] = {"gate", HAS_ROBUST ? set_gate : NULL},
+    [VECTOR_GATED] = {"gated update", HAS_ROBUST ? update_gated : NULL},
+    [VECTOR_WEIGHTED] = {"weighted update", HAS_ROBUST ? update_weighted : NULL},
+    [VECTOR_JUMP] = {"jump update", HAS_ROBUST ? update_jump : NULL},
+    [VECTOR_SCALE] = {"scaled noise", HAS_ROBUST ? scale_noise : NULL},
+    [VECTOR_REWEIGHTED] = {"smooth reweighted", HAS_ROBUST ? smooth_reweighted : NULL},
+    [VECTOR_FADE] = {"fade", HAS_STATISTICS ? fade : NULL},
+    [VECTOR_FIT] = {"least squares", HAS_STATISTICS ? set_fit : NULL},
+    [VECTOR_FIT_ADD] = {"rows of least squares", HAS_STATISTICS ? add_to_fit : NULL},
+    [VECTOR_WINDOW] = {"consistency", HAS_STATISTICS ? set_window : NULL},
+    [VECTOR_WATCHED] = {"watched update", HAS_STATISTICS ? update_watched : NULL},
+    [VECTOR_WINDOW_READ] = {"statistics of the window", HAS_STATISTICS ? read_window : NULL},
+    [VECTOR_START] = {"unknown start", HAS_START ? set_start : NULL},
+    [VECTOR_START_HISTORY] = {"history of the start", HAS_START ? attach : NULL},
+    [VECTOR_START_PREDICT] = {"predict of the start", HAS_START ? predict_start : NULL},
+    [VECTOR_START_UPDATE] = {"update of the start", HAS_START ? update_start : NULL},
+    [VECTOR_START_SMOOTH] = {"smooth the start", HAS_START ? smooth_start : NULL},
+    [VECTOR_ADAPTATION] = {"adaptation", HAS_ADAPTATION ? set_adaptation : NULL},
+    [VECTOR_ADAPTED_PREDICT] = {"adapted predict", HAS_ADAPTATION ? predict : NULL},
+    [VECTOR_ADAPTED_UPDATE] = {"adapted update", HAS_ADAPTATION ? update_adapted : NULL},
+    [VECTOR_EXTENDED_HISTORY] = {"history of linearised steps",
+                                 HAS_EXTENDED ? attach_extended : NULL},
+    [VECTOR_PROCESS_JACOBIAN] = {"Jacobian of the process",
+                                 HAS_EXTENDED ? change_process_jacobian : NULL},
+    [VECTOR_SENSOR_JACOBIAN] = {"Jacobian of the sensor",
+                                HAS_EXTENDED ? change_sensor_jacobian : NULL},
+    [VECTOR_PREDICT_EXTENDED] = {"extended predict", HAS_EXTENDED ? predict_extended : NULL},
+    [VECTOR_UPDATE_EXTENDED] = {"extended update", HAS_EXTENDED ? update_extended : NULL},
+    [VECTOR_MOVE] = {"move", HAS_EXTENDED ? move : NULL},
+};
+
+static int is_operation(int32_t operation)
+{
+    return operation > VECTOR_END && operation < VECTOR_OPERATIONS && operations[operation].act;
+}
+
+const char *vector_name(int32_t operation)
+{
+    return is_operation(operation) ? operations[operation].name : "?";
+}
+
+int vector_steps(void) { return machine.step; }
+
+int vector_operate(int32_t operation, const int32_t *in, size_t count, const vector_sink *sink)
+{
+    if (!is_operation(operation)) return -1;
+    words_in words = {in, count, 0};
+    return operations[operation].act(&words, sink);
+}
