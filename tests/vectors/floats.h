@@ -10,6 +10,18 @@
 
 #include "floats_model.h"
 
+#define LENGTH(memory) (sizeof memory / sizeof memory[0])
+
+/* What every run has */
+extern model M;
+extern num scale; /* of states and measurements */
+extern K(process) process;
+extern K(sensor) sensor;
+extern K(filter) filter;
+
+/** Makes M, and gives process, sensor and filter its size. */
+void make(const model_case *c);
+
 void run_filter(const model_case *c);
 void run_beyond(const model_case *c); /* on-line smoothers, steady states, robust steps, statistics, model builders */
 void run_nonlinear(const model_case *c);
@@ -27,8 +39,5 @@ void put_filter(const K(filter) * f, int n, num *P);
 
 /** Adds the words since the last check to the digest of `quantity`, as its `step`. */
 void check(const char *quantity, int step);
-
-/** A number that is wrong by two or three of its last bits where models are falsified */
-num digest_falsify(num value);
 
 #endif

@@ -12,39 +12,26 @@ enum {
     EM_STEPS = 4
 };
 
-static model M;
-static num scale; /* of its measurements */
-static K(process) process, target;
-static K(sensor) sensor;
-static K(filter) filter;
-static num process_memory[KQ_PROCESS_LEN(N)], target_memory[KQ_PROCESS_LEN(N)];
-static num sensor_memory[KQ_SENSOR_LEN(C)];
-static num filter_memory[FILTER_LEN(N)];
-static num pool[EM_LEN(N, C, EM_STEPS)]; /* the longest of what is in use at a time */
-static num early_memory[START_LEN(N, EARLY)];
+static K(process) target;
+static num target_memory[KQ_PROCESS_LEN(N)];
+static num pool[LEN(EM)(N, C, EM_STEPS)]; /* the longest of what is in use at a time */
+static num early_memory[LEN(DIFFUSE)(N, EARLY)];
 static num out[4][N * N];
 
-#define LENGTH(memory) (sizeof memory / sizeof memory[0])
-
-_Static_assert(LENGTH(pool) >= INSTANT_LEN(N, C), "instant");
-_Static_assert(LENGTH(pool) >= HISTORY_LEN(N, C, STEPS, STEPS), "history");
-_Static_assert(LENGTH(pool) >= STEADY_SOLVE_LEN(N, C), "solution");
-_Static_assert(LENGTH(pool) >= CONSISTENCY_LEN(C, STEPS), "consistency");
-_Static_assert(LENGTH(pool) >= ADAPTATION_LEN(N, C), "adaptation");
+_Static_assert(LENGTH(pool) >= LEN(INSTANT)(N, C), "instant");
+_Static_assert(LENGTH(pool) >= LEN(HISTORY)(N, C, STEPS, STEPS), "history");
+_Static_assert(LENGTH(pool) >= LEN(STEADY_SOLVE)(N, C), "solution");
+_Static_assert(LENGTH(pool) >= LEN(CONSISTENCY)(C, STEPS), "consistency");
+_Static_assert(LENGTH(pool) >= LEN(ADAPTATION)(N, C), "adaptation");
 _Static_assert(LENGTH(pool) >= KQ_CORRELATED_LEN(N, 1, C), "correlated");
-_Static_assert(LENGTH(pool) >= LAG_LEN(N, C, LAG), "lag");
+_Static_assert(LENGTH(pool) >= LEN(LAG)(N, C, LAG), "lag");
 
 static void prepare(const model_case *c)
 {
-    model_make(&M, c);
-    M.A[0] = digest_falsify(M.A[0]);
-    scale = c->scale;
-    put_status(K(process_assign)(&process, M.n, M.l, process_memory, LENGTH(process_memory)));
+    make(c);
     put_status(K(process_init)(&process, M.A, M.l ? M.B : NULL, M.Q));
     put_status(K(process_assign)(&target, M.n, M.l, target_memory, LENGTH(target_memory)));
-    put_status(K(sensor_assign)(&sensor, M.n, M.m, sensor_memory, LENGTH(sensor_memory)));
     put_status(K(sensor_init)(&sensor, M.H, M.R));
-    put_status(K(filter_assign)(&filter, M.n, filter_memory, LENGTH(filter_memory)));
 }
 
 /* What answers it is not in the digests, unless it fails. */

@@ -4,28 +4,17 @@ enum { STEPS = 12, AHEAD = 5 };
 
 /* ------------------------------------------------------------------ a run */
 
-static model M;
-static K(process) process;
-static K(sensor) sensor;
-static K(filter) filter, ahead;
+static K(filter) ahead;
 static K(history) history;
-static num process_memory[KQ_PROCESS_LEN(MOST_STATES)];
-static num sensor_memory[KQ_SENSOR_LEN(MOST_COMPONENTS)];
-static num filter_memory[FILTER_LEN(MOST_STATES)], ahead_memory[FILTER_LEN(MOST_STATES)];
-static num history_memory[HISTORY_LEN(MOST_STATES, MOST_COMPONENTS, STEPS, 0)];
+static num ahead_memory[LEN(FILTER)(MOST_STATES)];
+static num history_memory[LEN(HISTORY)(MOST_STATES, MOST_COMPONENTS, STEPS, 0)];
 static num out[3][MOST_STATES * MOST_STATES];
-
-#define LENGTH(memory) (sizeof memory / sizeof memory[0])
 
 static void prepare(const model_case *c)
 {
-    model_make(&M, c);
-    M.A[0] = digest_falsify(M.A[0]);
-    put_status(K(process_assign)(&process, M.n, M.l, process_memory, LENGTH(process_memory)));
+    make(c);
     put_status(K(process_init)(&process, M.A, M.l ? M.B : NULL, M.Q));
-    put_status(K(sensor_assign)(&sensor, M.n, M.m, sensor_memory, LENGTH(sensor_memory)));
     put_status(K(sensor_init)(&sensor, M.H, M.R));
-    put_status(K(filter_assign)(&filter, M.n, filter_memory, LENGTH(filter_memory)));
     put_status(K(filter_assign)(&ahead, M.n, ahead_memory, LENGTH(ahead_memory)));
     put_status(K(history_assign)(&history, M.n, history_memory, LENGTH(history_memory)));
 }

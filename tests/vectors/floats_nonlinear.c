@@ -6,26 +6,22 @@
 
 enum { N = BEYOND_STATES, C = BEYOND_COMPONENTS, STEPS = 8, LAG = 3 };
 
-static model M;
-static num scale; /* of states and measurements */
 static num z[C];
-static K(process) process, own;
-static K(sensor) sensor, found;
-static K(filter) filter, at;
+static K(process) own;
+static K(sensor) found;
+static K(filter) at;
 static K(history) history;
 static K(jacobians) jacobians;
 static K(process) processes[STEPS];
-static num process_memory[KQ_PROCESS_LEN(N)], own_memory[KQ_PROCESS_LEN(N)];
-static num sensor_memory[KQ_SENSOR_LEN(C)], found_memory[KQ_SENSOR_LEN(C)];
-static num filter_memory[FILTER_LEN(N)], at_memory[FILTER_LEN(N)];
-static num pool[LAG_LEN(N, C, LAG)]; /* of the history or the lag */
-static num kept_memory[JACOBIANS_LEN(N, STEPS, STEPS)];
+static num own_memory[KQ_PROCESS_LEN(N)];
+static num found_memory[KQ_SENSOR_LEN(C)];
+static num at_memory[LEN(FILTER)(N)];
+static num pool[LEN(LAG)(N, C, LAG)]; /* of the history or the lag */
+static num kept_memory[LEN(JACOBIANS)(N, STEPS, STEPS)];
 static num work[KQ_SIGMA_POINTS_LEN(N, C)];
 static num A[N * N], H[C * N], d[N], e[C], J[N * N], E[N * N], R[C * C];
 
-#define LENGTH(memory) (sizeof memory / sizeof memory[0])
-
-_Static_assert(LENGTH(pool) >= HISTORY_LEN(N, C, STEPS, STEPS), "history");
+_Static_assert(LENGTH(pool) >= LEN(HISTORY)(N, C, STEPS, STEPS), "history");
 
 /* ------------------------------------------------------------------ the model */
 
@@ -95,14 +91,9 @@ static void draw(int t)
 
 static void prepare(const model_case *c)
 {
-    model_make(&M, c);
-    M.A[0] = digest_falsify(M.A[0]);
-    scale = c->scale;
-    put_status(K(process_assign)(&process, M.n, 0, process_memory, LENGTH(process_memory)));
+    make(c);
     put_status(K(process_assign)(&own, M.n, 0, own_memory, LENGTH(own_memory)));
-    put_status(K(sensor_assign)(&sensor, M.n, M.m, sensor_memory, LENGTH(sensor_memory)));
     put_status(K(sensor_assign)(&found, M.n, M.m, found_memory, LENGTH(found_memory)));
-    put_status(K(filter_assign)(&filter, M.n, filter_memory, LENGTH(filter_memory)));
     put_status(K(filter_assign)(&at, M.n, at_memory, LENGTH(at_memory)));
 }
 

@@ -689,83 +689,78 @@ static int smooth_whole(words_in *in, const vector_sink *sink)
 #ifndef VECTOR_TOPICS
 #define VECTOR_TOPICS 127
 #endif
-#define HAS_ON_LINE (VECTOR_TOPICS & 1)
-#define HAS_ROBUST (VECTOR_TOPICS & 2)
-#define HAS_START (VECTOR_TOPICS & 4)
-#define HAS_STATISTICS (VECTOR_TOPICS & 8)
-#define HAS_STEADY (VECTOR_TOPICS & 16)
-#define HAS_ADAPTATION (VECTOR_TOPICS & 32)
-#define HAS_EXTENDED (VECTOR_TOPICS & 64)
+enum { ON_LINE = 1, ROBUST = 2, START = 4, STATISTICS = 8, STEADY = 16, ADAPTATION = 32, EXTENDED = 64 };
+#define IF(topic, act) ((VECTOR_TOPICS) & (topic) ? (act) : NULL)
 
+/* By their codes (README.md) */
 static const struct {
     const char *name;
     int (*act)(words_in *in, const vector_sink *sink);
-} operations[VECTOR_OPERATIONS] = {
-    [VECTOR_STATES] = {"states", set_states},
-    [VECTOR_PROCESS] = {"process", set_process},
-    [VECTOR_SENSOR] = {"sensor", set_sensor},
-    [VECTOR_PRIOR] = {"prior", set_prior},
-    [VECTOR_HISTORY] = {"history", attach},
-    [VECTOR_PREDICT] = {"predict", predict},
-    [VECTOR_UPDATE] = {"update", update},
-    [VECTOR_STEP] = {"step", step},
-    [VECTOR_READ] = {"read", read_filter},
-    [VECTOR_LOOK] = {"look", look},
-    [VECTOR_FORECAST] = {"forecast", forecast},
-    [VECTOR_TRANSITION] = {"change of transition", change_transition},
-    [VECTOR_MEASUREMENT] = {"change of measurement", change_measurement},
-    [VECTOR_CLEAR] = {"clear events", clear_events},
-    [VECTOR_SMOOTH] = {"smooth", smooth},
-    [VECTOR_SMOOTH_ALL] = {"smooth all", smooth_whole},
-    [VECTOR_RUN] = {"run", run},
-    [VECTOR_LAG] = {"lag", HAS_ON_LINE ? attach_lag : NULL},
-    [VECTOR_LAG_PREDICT] = {"predict of the lag", HAS_ON_LINE ? predict_lag : NULL},
-    [VECTOR_LAG_SMOOTH] = {"smooth the lag", HAS_ON_LINE ? smooth_lag : NULL},
-    [VECTOR_DELAY] = {"lag for what is late", HAS_ON_LINE ? attach_delay : NULL},
-    [VECTOR_DELAYED] = {"late update", HAS_ON_LINE ? update_delayed : NULL},
-    [VECTOR_POINT] = {"point", HAS_ON_LINE ? attach_point : NULL},
-    [VECTOR_POINT_PREDICT] = {"predict of the point", HAS_ON_LINE ? predict : NULL},
-    [VECTOR_POINT_SMOOTH] = {"smooth the point", HAS_ON_LINE ? smooth_point : NULL},
-    [VECTOR_GAINS] = {"gains", HAS_STEADY ? make_gains : NULL},
-    [VECTOR_STEADY] = {"steady-state filter", HAS_STEADY ? set_steady : NULL},
-    [VECTOR_STEADY_STEP] = {"step of the steady-state filter", HAS_STEADY ? step_steady : NULL},
-    [VECTOR_SWITCH] = {"switch", HAS_STEADY ? set_settling : NULL},
-    [VECTOR_SWITCH_STEP] = {"step of the switch", HAS_STEADY ? step_settling : NULL},
-    [VECTOR_SWITCH_RELEASE] = {"release of the switch", HAS_STEADY ? release_settling : NULL},
-    [VECTOR_GATE] = {"gate", HAS_ROBUST ? set_gate : NULL},
-    [VECTOR_GATED] = {"gated update", HAS_ROBUST ? update_gated : NULL},
-    [VECTOR_WEIGHTED] = {"weighted update", HAS_ROBUST ? update_weighted : NULL},
-    [VECTOR_JUMP] = {"jump update", HAS_ROBUST ? update_jump : NULL},
-    [VECTOR_SCALE] = {"scaled noise", HAS_ROBUST ? scale_noise : NULL},
-    [VECTOR_REWEIGHTED] = {"smooth reweighted", HAS_ROBUST ? smooth_reweighted : NULL},
-    [VECTOR_FADE] = {"fade", HAS_STATISTICS ? fade : NULL},
-    [VECTOR_FIT] = {"least squares", HAS_STATISTICS ? set_fit : NULL},
-    [VECTOR_FIT_ADD] = {"rows of least squares", HAS_STATISTICS ? add_to_fit : NULL},
-    [VECTOR_WINDOW] = {"consistency", HAS_STATISTICS ? set_window : NULL},
-    [VECTOR_WATCHED] = {"watched update", HAS_STATISTICS ? update_watched : NULL},
-    [VECTOR_WINDOW_READ] = {"statistics of the window", HAS_STATISTICS ? read_window : NULL},
-    [VECTOR_START] = {"unknown start", HAS_START ? set_start : NULL},
-    [VECTOR_START_HISTORY] = {"history of the start", HAS_START ? attach : NULL},
-    [VECTOR_START_PREDICT] = {"predict of the start", HAS_START ? predict_start : NULL},
-    [VECTOR_START_UPDATE] = {"update of the start", HAS_START ? update_start : NULL},
-    [VECTOR_START_SMOOTH] = {"smooth the start", HAS_START ? smooth_start : NULL},
-    [VECTOR_ADAPTATION] = {"adaptation", HAS_ADAPTATION ? set_adaptation : NULL},
-    [VECTOR_ADAPTED_PREDICT] = {"adapted predict", HAS_ADAPTATION ? predict : NULL},
-    [VECTOR_ADAPTED_UPDATE] = {"adapted update", HAS_ADAPTATION ? update_adapted : NULL},
-    [VECTOR_EXTENDED_HISTORY] = {"history of linearised steps",
-                                 HAS_EXTENDED ? attach_extended : NULL},
-    [VECTOR_PROCESS_JACOBIAN] = {"Jacobian of the process",
-                                 HAS_EXTENDED ? change_process_jacobian : NULL},
-    [VECTOR_SENSOR_JACOBIAN] = {"Jacobian of the sensor",
-                                HAS_EXTENDED ? change_sensor_jacobian : NULL},
-    [VECTOR_PREDICT_EXTENDED] = {"extended predict", HAS_EXTENDED ? predict_extended : NULL},
-    [VECTOR_UPDATE_EXTENDED] = {"extended update", HAS_EXTENDED ? update_extended : NULL},
-    [VECTOR_MOVE] = {"move", HAS_EXTENDED ? move : NULL},
+} operations[] = {
+    [1] = {"states", set_states},
+    [2] = {"process", set_process},
+    [3] = {"sensor", set_sensor},
+    [4] = {"prior", set_prior},
+    [5] = {"history", attach},
+    [6] = {"predict", predict},
+    [7] = {"update", update},
+    [8] = {"step", step},
+    [9] = {"read", read_filter},
+    [10] = {"look", look},
+    [11] = {"forecast", forecast},
+    [12] = {"change of transition", change_transition},
+    [13] = {"change of measurement", change_measurement},
+    [14] = {"clear events", clear_events},
+    [15] = {"smooth", smooth},
+    [16] = {"smooth all", smooth_whole},
+    [17] = {"run", run},
+    [18] = {"lag", IF(ON_LINE, attach_lag)},
+    [19] = {"predict of the lag", IF(ON_LINE, predict_lag)},
+    [20] = {"smooth the lag", IF(ON_LINE, smooth_lag)},
+    [21] = {"point", IF(ON_LINE, attach_point)},
+    [22] = {"predict of the point", IF(ON_LINE, predict)},
+    [23] = {"smooth the point", IF(ON_LINE, smooth_point)},
+    [24] = {"gains", IF(STEADY, make_gains)},
+    [25] = {"steady-state filter", IF(STEADY, set_steady)},
+    [26] = {"step of the steady-state filter", IF(STEADY, step_steady)},
+    [27] = {"move", IF(EXTENDED, move)},
+    [28] = {"switch", IF(STEADY, set_settling)},
+    [29] = {"step of the switch", IF(STEADY, step_settling)},
+    [30] = {"release of the switch", IF(STEADY, release_settling)},
+    [31] = {"gate", IF(ROBUST, set_gate)},
+    [32] = {"gated update", IF(ROBUST, update_gated)},
+    [33] = {"weighted update", IF(ROBUST, update_weighted)},
+    [34] = {"jump update", IF(ROBUST, update_jump)},
+    [35] = {"scaled noise", IF(ROBUST, scale_noise)},
+    [36] = {"extended update", IF(EXTENDED, update_extended)},
+    [37] = {"smooth reweighted", IF(ROBUST, smooth_reweighted)},
+    [38] = {"fade", IF(STATISTICS, fade)},
+    [39] = {"least squares", IF(STATISTICS, set_fit)},
+    [40] = {"rows of least squares", IF(STATISTICS, add_to_fit)},
+    [41] = {"consistency", IF(STATISTICS, set_window)},
+    [42] = {"watched update", IF(STATISTICS, update_watched)},
+    [43] = {"statistics of the window", IF(STATISTICS, read_window)},
+    [44] = {"unknown start", IF(START, set_start)},
+    [45] = {"history of the start", IF(START, attach)},
+    [46] = {"predict of the start", IF(START, predict_start)},
+    [47] = {"update of the start", IF(START, update_start)},
+    [48] = {"smooth the start", IF(START, smooth_start)},
+    [49] = {"adaptation", IF(ADAPTATION, set_adaptation)},
+    [50] = {"adapted predict", IF(ADAPTATION, predict)},
+    [51] = {"adapted update", IF(ADAPTATION, update_adapted)},
+    [52] = {"history of linearised steps", IF(EXTENDED, attach_extended)},
+    [53] = {"Jacobian of the process", IF(EXTENDED, change_process_jacobian)},
+    [54] = {"Jacobian of the sensor", IF(EXTENDED, change_sensor_jacobian)},
+    [55] = {"extended predict", IF(EXTENDED, predict_extended)},
+    [56] = {"lag for what is late", IF(ON_LINE, attach_delay)},
+    [57] = {"late update", IF(ON_LINE, update_delayed)},
 };
+
+enum { OPERATIONS = sizeof operations / sizeof operations[0] };
 
 static int is_operation(int32_t operation)
 {
-    return operation > VECTOR_END && operation < VECTOR_OPERATIONS && operations[operation].act;
+    return operation > VECTOR_END && operation < OPERATIONS && operations[operation].act;
 }
 
 const char *vector_name(int32_t operation)
