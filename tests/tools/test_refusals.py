@@ -9,13 +9,18 @@ from itertools import combinations
 from pathlib import Path
 from typing import Sequence
 
+import numpy as np
 import pytest
 from equations import FOLDER
 from library import ROOT
 from whole import WHOLE
 
+from kalmanq import Model, Quantity
 from kalmanq.command_line import loaded
 from kalmanq.commands import compile as command, compile_equations
+from kalmanq.compiler.given.request import Options
+from kalmanq.compiler.text.product import compiled
+from kalmanq.errors import KalmanqError
 from kalmanq.model import model_file
 
 EXAMPLES = Path(model_file.__file__).parents[1] / "examples"
@@ -134,3 +139,50 @@ def test_two_options(model: str, refused) -> None:
         if said and not (leaves if is_of_both else CURE.search(said)):
             wrong.append(f"{one} {other}: {said}")
     assert not wrong, "\n".join(wrong)
+
+
+def odd(name: str, at: int | tuple[int, int], value: float, **fractions: int) -> Model:
+    """A cart with one number in another size; its ranges are `states`, `measurements` and `controls`"""
+    of = {"A": np.array([[1.0, 0.1], [0.0, 1.0]]), "B": np.array([0.005, 0.1]), "H": np.array([[1.0, 0.0]]), "Q": np.array([1e-4, 1e-2]),
+          "R": np.array([0.04]), "x0": np.zeros(2), "P0": np.array([4.0, 1.0]), "states": np.array([100.0, 20.0]),
+          "measurements": np.array([100.0]), "controls": np.array([50.0])}
+    of[name][at] = value
+    names = {"states": ("position", "velocity"), "measurements": ("range",), "controls": ("push",)}
+    of.update({which: [Quantity(name, "", float(span), fractions.get(name)) for name, span in zip(names[which], of[which])] for which in names})
+    return Model(of.pop("A"), **of)
+
+
+FAR = (1e-300, 1e-30, 1e-12, 1e12, 1e30, 1e300)
+
+
+@pytest.mark.parametrize("name, at, values", [
+    ("states", 0, FAR), ("states", 1, FAR), ("measurements", 0, FAR), ("controls", 0, FAR), ("A", (0, 0), FAR[3:5]), ("A", (0, 1), FAR[3:5]),
+    ("B", 0, FAR[3:]), ("H", (0, 0), FAR[3:]), ("H", (0, 1), FAR[3:]), ("Q", 0, FAR[3:]), ("P0", 0, FAR[3:]), ("R", 0, (1e12, 1e18)), ("x0", 0, FAR[3:])])
+def test_a_size_far_from_the_others_is_refused_or_right(name: str, at: int | tuple[int, int], values: Sequence[float]) -> None:
+    """No C with a shift that C does not define, a raw value beyond 32 bits, or `inf`"""
+    for value in values:
+        for arithmetic in ("f32", "q31"):
+            try:
+                c = compiled(odd(name, at, value), "odd", Options(arithmetic)).code
+            except KalmanqError as problem:
+                assert CURE.search(str(problem)) or "use other units" in str(problem), problem
+                continue
+            assert not re.search(r"(?:<<|>>) (?:-|6[3-9]|[7-9]\d|\d{3})|[^a-z]inf\b", c)
+            tables = re.findall(r"^    +(?:static .*= \{)?(\{[-\d, {}]+\}),?;?$", c, re.M)
+            assert all(abs(int(word)) <= 2**31 for table in tables for word in re.findall(r"\d+", table))
+
+
+@pytest.mark.parametrize("name, at, value, arithmetic, said", [
+    ("states", 0, 1e-30, "q31", "position: its range or x0 is 1e-30, and one sigma of it"), ("controls", 0, 1e30, "q31", "push: its range is 1e+30"),
+    ("A", (0, 0), 1e39, "q31", "A[0,0]: is 1e+39"), ("A", (0, 0), 1e30, "f32", "a float cannot hold it"), ("Q", 1, 1e-300, "f32", "Q[1,1]: 1e-300 is below"),
+    ("measurements", 0, 1e39, "f32", "the range of range: 1e+39 is above")])
+def test_a_size_that_is_refused_is_named(name: str, at: int | tuple[int, int], value: float, arithmetic: str, said: str) -> None:
+    with pytest.raises(KalmanqError, match=re.escape(said)):
+        compiled(odd(name, at, value), "odd", Options(arithmetic))
+
+
+@pytest.mark.parametrize("of", ("position", "range", "push"))
+@pytest.mark.parametrize("bits, said", [(30, "it needs more integer bits"), (-40, "it needs more bits of fraction")])
+def test_fractions_that_do_not_hold_the_range(of: str, bits: int, said: str) -> None:
+    with pytest.raises(KalmanqError, match=f"^{of}: .*{said}"):
+        compiled(odd("states", 0, 100.0, **{of: bits}), "odd", Options("q31"))
