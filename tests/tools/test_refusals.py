@@ -186,3 +186,12 @@ def test_a_size_that_is_refused_is_named(name: str, at: int | tuple[int, int], v
 def test_fractions_that_do_not_hold_the_range(of: str, bits: int, said: str) -> None:
     with pytest.raises(KalmanqError, match=f"^{of}: .*{said}"):
         compiled(odd("states", 0, 100.0, **{of: bits}), "odd", Options("q31"))
+
+
+@pytest.mark.parametrize("model, options", [("late.toml", ()), ("late.toml", ("--arith=q31",)), ("late.toml", ("--library",)), ("late.py", ())])
+def test_a_delay_that_no_history_holds(model: str, options: Sequence[str], refused, tmp_path: Path) -> None:
+    text = (tmp_path / model).read_text()
+    (tmp_path / model).write_text(text.replace("delay = 3", "delay = 21845").replace('"slow": 3}', '"slow": 21845}'))
+    assert "delay: 21845 steps, and a filter keeps 32767" in refused(model, options)
+    (tmp_path / model).write_text(text.replace("delay = 3", "delay = 21844").replace('"slow": 3}', '"slow": 21844}'))
+    assert not refused(model, options) or "--library" in options

@@ -10,12 +10,12 @@ import numpy as np
 from kalmanq.compiler.given.exact import Numbers, decimals
 from kalmanq.compiler.given.names import identifiers, named
 from kalmanq.errors import KalmanqError
+from kalmanq.firmware.steps_kept import latest_of
 from kalmanq.model import Model, Quantity
 
 ARITHMETICS = ("f32", "f64", "q31")
 FLOATS = {"f32": np.float32, "f64": np.float64}
 GAP = 8  # samples that may be missing where the model declares none
-MOST_STEPS = 32767  # of a history
 LONGEST_GAP = 16  # samples, of which it is known how soon the gain is constant again
 STUDENT_STEPS = 3  # of EM, to the variance that a measurement with the noise of Student is taken with
 RUN = 8  # rejections in a row after which a gate takes all, until one is near again
@@ -192,6 +192,7 @@ def no_noise(name: str) -> KalmanqError:
 
 
 def _refuse(model: Model, options: Options) -> None:
+    latest_of(model)
     for one, variance in zip(model.measurements, np.diag(model.R)):
         if variance <= 0:
             raise no_noise(one.name)
