@@ -19,9 +19,11 @@ from kalmanq import Model, Quantity
 from kalmanq.command_line import loaded
 from kalmanq.commands import compile as command, compile_equations
 from kalmanq.compiler.given.request import Options
-from kalmanq.compiler.text.product import compiled
+from kalmanq.compiler.report import settling
+from kalmanq.compiler.text.product import compiled, settling as settling_of
 from kalmanq.errors import KalmanqError
 from kalmanq.model import model_file
+from kalmanq.run import checks
 
 EXAMPLES = Path(model_file.__file__).parents[1] / "examples"
 FILES = {
@@ -195,3 +197,25 @@ def test_a_delay_that_no_history_holds(model: str, options: Sequence[str], refus
     assert "delay: 21845 steps, and a filter keeps 32767" in refused(model, options)
     (tmp_path / model).write_text(text.replace("delay = 3", "delay = 21844").replace('"slow": 3}', '"slow": 21844}'))
     assert not refused(model, options) or "--library" in options
+
+
+@pytest.mark.parametrize("name, at, value, subject, mark, said", [
+    ("R", 0, 0.0, "compiled", "(!)", "refused: R: range has no noise"), ("Q", 0, 1e-300, "compiled", "(!)", "refused: Q[0,0]: 1e-300"),
+    ("P0", 0, 2500.0, "prior", "(!)", "3 sigma reach beyond"), ("P0", 0, 4.0, "prior", "ok ", "within"), ("P0", 0, 1e6, "prior", "NO ", "beyond its range"),
+    ("A", (0, 1), 1e-9, "conditioning", "(!)", "hardly distinguished"), ("A", (0, 1), 0.1, "conditioning", "ok ", "observability"),
+    ("A", (0, 1), 0.0, "steady state", "(!)", "none: a lasting state is not measured"), ("Q", 0, 1e-13, "steady state", "ok ", "forgets by 0.8535 a row")])
+def test_check_marks_what_is_no_good_news(name: str, at: int | tuple[int, int], value: float, subject: str, mark: str, said: str) -> None:
+    model = odd(name, at, value)
+    found = {one.subject: one for one in [*checks.findings(model), settling.finding(model)]}[subject]
+    assert found.mark == mark and said in found.said and found.said.count("steady state") == 0
+
+
+@pytest.mark.parametrize("noise, forgets, why", [(0.0, "none", "has no process noise"), (1e-13, "forgets by 1 - ", "more than 131072 full samples"),
+                                                 (1e-4, "forgets by 0.9", "constant")])
+def test_check_and_the_report_agree_on_what_settles(noise: float, forgets: str, why: str) -> None:
+    model = Model(1, H=1, R=1, Q=noise, P0=1)
+    steady = {one.subject: one for one in checks.findings(model)}["steady state"]
+    product = compiled(model, "level")
+    said = " ".join(settling_of(product.given, product.steady, None))
+    assert steady.said.startswith(forgets) and why in settling.finding(model).said
+    assert ("no steady state that every start" in said) == (noise == 0) and ("131072" in said) == (noise == 1e-13)
