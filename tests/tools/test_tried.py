@@ -9,7 +9,7 @@ import pytest
 
 from kalmanq.compiler.given.request import Options
 from kalmanq.compiler.report import costs, report
-from kalmanq.compiler.report.equation_report import Findings
+from kalmanq.compiler.report.equation_report import Findings, refuse_wrong
 from kalmanq.compiler.run.lint import lossy_formulas
 from kalmanq.compiler.text.equation_device_text import compiled_device
 from kalmanq.compiler.text.equation_product import compiled_equations
@@ -78,3 +78,24 @@ def test_the_report_says_what_was_compared(options: Options, tmp_path: Path, mon
         assert ("means within 1.0e-05 sigma, covariances within 2.0e-05" in after) == (options.arithmetic == "f32")
         assert ("within 3.0e-13 sigma of the library's filter" in after) == is_compared
         assert ("No other program" in after) == (not is_compared and options.arithmetic == "f64")
+
+
+@pytest.mark.parametrize("old, new, said", [
+    ("x0, P0, Q, R = [0.2, 0.0, 8.0]", "x0, P0, Q, R = [0.2]", "line 5: x0: has 1 number, and P0 3 variances: one for each state"),
+    ("[0.01, 0.01, 4.0]", "'unknown'", "P0: has to be known"), ("[0.01, 0.01, 4.0]", "[0.01, 'unknown', 4.0]", "P0: has to be known"),
+    ("8.0]", "float('inf')]", "x0: has an entry that is not finite: x0[2] is inf")])
+def test_a_prior_that_does_not_fit(old: str, new: str, said: str, tmp_path: Path) -> None:
+    with pytest.raises(KalmanqError) as problem:
+        model_of(tmp_path, PENDULUM.replace(old, new))
+    assert said in str(problem.value)
+
+
+@pytest.mark.parametrize("factor, is_refused", [(1.0, False), (2.0, True)])
+def test_f_and_an_increment_that_contradict_each_other(factor: float, is_refused: bool, tmp_path: Path) -> None:
+    both = f"def increment(x):\n    return [{factor} * (new - old) for new, old in zip(f(x), x)]\n"
+    model = model_of(tmp_path, PENDULUM + both)
+    if is_refused:
+        with pytest.raises(KalmanqError, match="increment: of .*: correct the one or leave the other out"):
+            refuse_wrong(model)
+    else:
+        refuse_wrong(model)

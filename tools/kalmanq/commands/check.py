@@ -14,8 +14,8 @@ from kalmanq.commands.messages import REFUSED, print_json
 from kalmanq.commands.options import ANY_MODEL, JSON, Arithmetic, command_of, read_any
 from kalmanq.compiler.given.rates import rates_of
 from kalmanq.compiler.report import settling
-from kalmanq.compiler.templates.engine import counted
 from kalmanq.data import joining
+from kalmanq.errors import counted
 from kalmanq.model import Model
 from kalmanq.nonlinear import checks as nonlinear
 from kalmanq.run import checks as linear

@@ -123,7 +123,7 @@ def name_of(out: Path) -> str:
     if out.suffix == ".c" and out.stem in WORDS:
         raise KalmanqError(f"-o {out}: {out.stem} is a word or a header of C or C++: give another name")
     if out.suffix != ".c" or identifier(out.stem) != out.stem:
-        raise KalmanqError(f"-o {out}: its functions are called so: give a name in small letters, digits and _, and .c")
+        raise KalmanqError(f"-o {out}: its functions are called so, in small letters, digits and _: write {out.with_name(identifier(out.stem) + '.c')}")
     return out.stem
 
 

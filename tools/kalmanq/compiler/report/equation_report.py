@@ -18,7 +18,7 @@ from kalmanq.compiler.text.equation_product import compiled_equations
 from kalmanq.compiler.text.product import Product
 from kalmanq.errors import KalmanqError
 from kalmanq.nonlinear import NonlinearFilter, NonlinearModel, prior_points, simulate, wrong_entries
-from kalmanq.nonlinear.jacobians import points_along
+from kalmanq.nonlinear.jacobians import points_along, unlike_increment
 from kalmanq.run.resolution import told_of
 
 ROWS = 400
@@ -138,3 +138,6 @@ def refuse_wrong(model: NonlinearModel) -> None:
     x, _, u = simulate(model, 50, SEEDS[0], times=times)
     for one in wrong_entries(model, prior_points(model) + points_along(x, u, model.instants(len(x), times))):
         raise KalmanqError(f"{one}: correct it, or leave {one.which} out, and it is derived")
+    both = {"f", "increment"} <= model.given.keys() and not model.has_errors
+    if unlike := unlike_increment(model, prior_points(model)) if both else None:
+        raise KalmanqError(f"increment: {unlike}: correct the one or leave the other out")
