@@ -19,6 +19,7 @@ from models import cart
 from kalmanq import Model, Quantity
 from kalmanq.commands import GONE
 from kalmanq.compiler.given.names import named
+from kalmanq.compiler.text.product import compiled
 from kalmanq.model import model_file
 
 EXAMPLES = Path(model_file.__file__).parents[1] / "examples"
@@ -42,7 +43,7 @@ def test_the_command_refuses_in_one_line_and_leaves_no_file(tmp_path: Path) -> N
     path = tmp_path / "m.toml"
     path.write_text(model_file.text_of(changed(R=0.0)))
     for words, said in (((path, "-o", tmp_path / "cart.c"), "R: range has no noise"),
-                        ((path, "-o", tmp_path / "Cart.c"), "-o"),
+                        ((path, "-o", tmp_path / "Lift_P1.c"), f"write {tmp_path / 'lift_p1.c'}"),
                         ((path, "-o", tmp_path / "math.c"), "math is a word or a header of C"),
                         ((tmp_path / "no.toml", "-o", tmp_path / "cart.c"), "no such file")):
         done = kalmanq("compile", *words)
@@ -120,3 +121,9 @@ def test_names_that_would_be_one_in_the_header(name: str) -> None:
     states = [replace(model.states[0], name=name), model.states[1]]
     assert named(states, model.measurements, model.controls) == (["s0", "s1"], ["range"], ["push"])
     assert named(model.states, model.measurements, model.controls)[0] == ["position", "velocity"]
+
+
+def test_a_range_of_two_ends_has_both_in_the_header() -> None:
+    states = [Quantity("position", "m", [-5, 100]), Quantity("velocity", "m/s", 10)]
+    header = compiled(changed(states=states), "cart").header
+    assert re.search(r"state 0 +position +m +-5 to 100\n", header) and re.search(r"state 1 +velocity +m/s +10\n", header), header

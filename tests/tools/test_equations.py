@@ -223,7 +223,7 @@ def test_a_variance_that_shrinks_below_all_numbers_grows_again(arithmetic: str, 
 
 
 def test_where_rounding_makes_it_wrong_an_event_says_so() -> None:
-    for one in tried((35, 598, 602)):
+    for one in tried((35, 602)):
         assert one.is_wrong and one.single.events == {"PRECISION"} and not one.double.events, one.name
 
 

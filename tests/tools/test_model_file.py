@@ -69,17 +69,21 @@ LEVEL = '[model]\nA = [[1.0]]\nH = [[1.0]]\nQ = [[1.0]]\nR = [[1.0]]\nP0 = [[1.0
     (LEVEL.replace("A = [[1.0]]", "A = [[1.0, 2.0]]"), "line 2: A: is 1 x 2, not square"),
     (LEVEL.replace("R = [[1.0]]", "R = [[-1.0]]"), "line 5: R: has a negative variance: R[0,0] = -1"),
     (LEVEL.replace("Q = [[1.0]]", "Q = one"), "line 4: Invalid value: Q = one"),
-    (LEVEL + "B = [[1.0], [2.0]]\n[controls]\nnames = ['push']\n", "line 7: B: is 2 x 1: it has a row for each of 1 states"),
-    (LEVEL.replace("H = [[1.0]]", "H = [[1.0, 0.0]]") + "[measurements]\nnames = ['a', 'b']\n", "line 3: H: is 1 x 2: it has a column for each of 1 states"),
+    (LEVEL + "B = [[1.0], [2.0]]\n[controls]\nnames = ['push']\n", "line 7: B: is 2 x 1: it has a row for each of 1 state"),
+    (LEVEL.replace("H = [[1.0]]", "H = [[1.0, 0.0]]") + "[measurements]\nnames = ['a', 'b']\n", "line 3: H: is 1 x 2: it has a column for each of 1 state"),
     ("[model]\nF = [[0.0, 1.0]]\nQc = [1, 1]\ndt = 1\nH = [1, 0]\nR = 1\nP0 = [1, 1]\n[states]\nnames = ['a', 'b']\n", "line 2: F: is 1 x 2, not square"),
     ("[model]\nF = [[0, -1], [0, 0]]\nQc = [[1, 9], [9, 1]]\ndt = 1\nH = [1, 0]\nR = 1\nP0 = [1, 1]\n", "line 3: Qc: is no covariance"),
     (LEVEL.replace("Q = [[1.0]]", 'Q = "one"'), "line 4: Q: is not an array of numbers"),
-    (LEVEL.replace("Q = [[1.0]]", "Q = [[nan]]"), "line 4: Q: has an entry that is not finite"),
+    (LEVEL.replace("Q = [[1.0]]", "Q = [[nan]]"), "line 4: Q: has an entry that is not finite: Q[0,0] is nan"),
+    (LEVEL.replace("[[1.0]]", "[[1.0, 0], [0, inf]]", 1), "line 2: A: has an entry that is not finite: A[1,1] is inf"),
+    (LEVEL.replace("P0", "p0"), "line 6: p0: no such key in [model]; P0?"), (LEVEL + "d = [1, 2]\n", "line 7: d: is 2, not 1 number"),
+    (LEVEL + "delay = 3\n", "line 7: delay: is of a sensor: put it below [[sensors]]"),
+    (LEVEL.replace("A = ", "F = ").replace("Q = ", "Qc = ") + "dt = '20 ms'\n", "line 7: dt: is not a number; time_unit has the unit"),
     (LEVEL.replace("Q = [[1.0]]", "Q = [[1.0], 2]"), "line 4: Q: is not an array"),
     (LEVEL.replace("P0", "PO"), "line 6: PO: no such key in [model]; P0?"),
     (LEVEL.replace("P0 = [[1.0]]\n", ""), "P0: is missing"),
     (LEVEL.replace("[[1.0]]\n", "[[1.0]]\n", 1) + "[state]\nnames = ['a']\n", "line 7: state: no such section; states?"),
-    (LEVEL + "[states]\nnames = ['a', 'b']\n", "line 7: states: names has 2 entries; there are 1"),
+    (LEVEL + "[states]\nnames = ['a', 'b']\n", "line 7: states: names has 2 names; there is 1 state"),
     (LEVEL + "[states]\nranges = [-1]\n", "line 7: states: ranges: -1 is not above 0"),
     (LEVEL + "[states]\nranges = [[1, 0]]\n", "line 7: states: ranges: [1, 0] is not a least and a larger number"),
     (LEVEL + "[states]\nranges = [[0, inf]]\n", "line 7: states: ranges: [0, inf] is not a least and a larger number"),
@@ -187,3 +191,25 @@ def test_every_builder_takes_a_prior_of_its_own(name, tmp_path):
     path = tmp_path / "model.toml"
     path.write_text("\n".join([*lines[:end], 'P0 = "unknown"', *lines[end:]]))
     assert np.all(model_file.read(path).unknown)
+
+
+@pytest.mark.parametrize("name, content, said", [
+    ("m.toml", "[model]\nname = 'Gr\u00f6\u00dfe'\n".encode("latin-1"), "is not UTF-8 text: save it as UTF-8"), ("m.toml", LEVEL.encode("utf-16"), "save it as UTF-8"),
+    ("m.png", b"\x89PNG\r\n\xff", "a model file is TOML, or Python with .py"), ("m.json", b'{"A": 1}\n', "; a model file is TOML, or Python with .py"),
+    ("m.yaml", b"A: 1\n", "; a model file is TOML, or Python with .py"), ("m.toml", b"", "the file has no line of a model"),
+    ("m.toml", None, "is a folder: give the model file in it")])
+def test_what_is_no_model_file_says_so(name, content, said, tmp_path):
+    path = tmp_path / name
+    path.mkdir() if content is None else path.write_bytes(content)
+    with pytest.raises(ModelFileError, match=said):
+        model_file.read(path)
+
+
+def test_names_that_are_there_twice_are_named():
+    with pytest.raises(ModelError, match="states: have one name twice: b"):
+        Model(np.eye(3), H=[1, 0, 0], R=1, Q=[1, 1, 1], states=["a", "b", "b"])
+
+
+@pytest.mark.parametrize("range_, said", [(None, ""), (7, "7"), ((-5, 2), "-5 to 2")])
+def test_a_range_is_written_as_it_was_given(range_, said):
+    assert Quantity("a", range=range_).span == said

@@ -509,7 +509,7 @@ BAD_FILES = {  # what is said: what is written in the place of what
     "Q: give either Q or G": ("Q = np.kron", "Q_ = np.kron"),
     "f: is missing": ("def increment", "def _increment"),
     "h: is missing": ("def h(", "def _h("),
-    "line 7: states: units has 4 entries; there are 3 states": ('"v_east", "v_north"]', '"v_east"]'),
+    "line 7: states: units has 4 units; there are 3 states": ('"v_east", "v_north"]', '"v_east"]'),
     "states: names is not a list of texts": ('["east", "north", "v_east", "v_north"]', '"east"'),
     "measurements: ranges: -1 is not above 0": ("[2000, 1000]", "[2000, -1]"),
     "unit: no such key in [states]; units?": ('"units": ["m", "m", "m/s"', '"unit": ["m", "m", "m/s"'),
@@ -601,7 +601,7 @@ def of_q31(**changed) -> NonlinearModel:
 def test_q31_refuses_by_name():
     z = np.ones((3, 1))
     for said, model in {
-        "H: gauge needs 3 more integer bits: a range of 64 has them": of_q31(h=lambda x: 100 * x, R=[100]),
+        "H: gauge needs 3 more integer bits: a range of 64 has room": of_q31(h=lambda x: 100 * x, R=[100]),
         "the increment of level is 1e\\+06: beyond its word": of_q31(f=lambda x: x + 1e6),
         "innovation of gauge = -399: measurements: beyond the declared range": of_q31(h=lambda x: x + 399, R=[1e4]),
         r"A\[fine, coarse\] = 1e\+300: beyond the coefficients of q31": of_q31(

@@ -245,10 +245,10 @@ OF_FILE = {  # a change of AT_TIMES
     "line 4: Q: has a negative variance: Q[1,1] = -1, at x = (": ("dt**2/2, dt]]", "dt**2/2, -dt]]"),
     "line 4: Q: is no covariance: it is not positive semidefinite, at x = (": ("dt**3/3", "dt**3/5"),
     "line 4: Q: is 1 x 3, not 2 x 2, nor 2 variances, at x = (": ("[[dt**3/3, dt**2/2], [dt**2/2, dt]]", "[[1, dt, 1]]"),
-    "line 4: Q: has an entry that is not finite, at x = (": ("[dt**2/2, dt]]", "[dt**2/2, float('inf')]]"),
+    "line 4: Q: has an entry that is not finite: Q[1,1] is inf, at x = (": ("[dt**2/2, dt]]", "[dt**2/2, float('inf')]]"),
     "line 4: Q: ZeroDivisionError": ("return [[", "return [[1 / (dt - dt) + "),
     "line 4: dt: is not a number above 0": ("def Q(x", "dt = 'now'\ndef Q(x"),
-    "line 5: R: is 1 x 2, not 1 x 1, nor 1 variances": ("def h", "R = lambda x: [[1, 2]]\ndef h"),
+    "line 5: R: is 1 x 2, not 1 x 1, nor 1 variance": ("def h", "R = lambda x: [[1, 2]]\ndef h"),
 }
 OF_DATA = {  # times in ms; what is said
     "0,20,10,30": "data.csv: row 4, column t [ms]: the time goes back, from 20 to 10: --sort sorts the rows",

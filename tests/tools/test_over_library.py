@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import re
 import shutil
 from pathlib import Path
 from typing import Any, Optional
@@ -117,3 +118,15 @@ def test_what_comes_late_is_taken(arithmetic: str, tmp_path: Path) -> None:
             late = f.parts.words(z[t - 3:t - 2], "measurements")[0]
             assert firmware.call("update_late", late[1:], 1, 3) == 0
     assert np.array_equal(firmware.memory(len(f.memory)), f.memory)
+
+
+@pytest.mark.parametrize("model", ["track.toml", "battery.py", "attitude.py"])
+@pytest.mark.parametrize("arithmetic", ["f32", "q31"])
+def test_the_header_names_the_files_that_it_links_with(model: str, arithmetic: str, tmp_path: Path) -> None:
+    """Those of src/, as they stand, and no other"""
+    done = kalmanq("compile", EXAMPLES / model, "-o", tmp_path / "own.c", "--library", "--arith", arithmetic)
+    assert done.returncode == 0, done.stderr
+    named = re.search(r"add of its src/ alone (kq_\w+\.c) and (kq_\w+\.c)", (tmp_path / "own.h").read_text())
+    assert named
+    (tmp_path / "main.c").write_text('#include "own.h"\nint main(void) { return 0; }\n')
+    cc("gcc", "-std=c11", "-Os", f"-I{ROOT / 'include'}", "main.c", "own.c", *(str(ROOT / "src" / one) for one in named.groups()), "-lm", "-o", "own", folder=tmp_path)

@@ -8,13 +8,20 @@ from itertools import combinations
 from pathlib import Path
 from typing import Iterator, Sequence
 
+import numpy as np
 import pytest
 from equations import FOLDER
 from whole import WHOLE
 
+from kalmanq import Model, Quantity
 from kalmanq.command_line import loaded
 from kalmanq.commands import compile as command, compile_equations
+from kalmanq.compiler.given.request import Options
+from kalmanq.compiler.report import settling
+from kalmanq.compiler.text.product import compiled, settling as settling_of
+from kalmanq.errors import KalmanqError
 from kalmanq.model import model_file
+from kalmanq.run import checks
 
 EXAMPLES = Path(model_file.__file__).parents[1] / "examples"
 FILES = {
@@ -136,3 +143,81 @@ def test_two_options(model: str, refused) -> None:
         if said and not (leaves if is_of_both else CURE.search(said)):
             wrong.append(f"{one} {other}: {said}")
     assert not wrong, "\n".join(wrong)
+
+
+def odd(name: str, at: int | tuple[int, int], value: float, **fractions: int) -> Model:
+    """A cart with one number in another size; its ranges are `states`, `measurements` and `controls`"""
+    of = {"A": np.array([[1.0, 0.1], [0.0, 1.0]]), "B": np.array([0.005, 0.1]), "H": np.array([[1.0, 0.0]]), "Q": np.array([1e-4, 1e-2]),
+          "R": np.array([0.04]), "x0": np.zeros(2), "P0": np.array([4.0, 1.0]), "states": np.array([100.0, 20.0]),
+          "measurements": np.array([100.0]), "controls": np.array([50.0])}
+    of[name][at] = value
+    names = {"states": ("position", "velocity"), "measurements": ("range",), "controls": ("push",)}
+    of.update({which: [Quantity(name, "", float(span), fractions.get(name)) for name, span in zip(names[which], of[which])] for which in names})
+    return Model(of.pop("A"), **of)
+
+
+FAR = (1e-300, 1e-30, 1e-12, 1e12, 1e30, 1e300)
+
+
+@pytest.mark.parametrize("name, at, values", [
+    ("states", 0, FAR), ("states", 1, FAR), ("measurements", 0, FAR), ("controls", 0, FAR), ("A", (0, 0), FAR[3:5]), ("A", (0, 1), FAR[3:5]),
+    ("B", 0, FAR[3:]), ("H", (0, 0), FAR[3:]), ("H", (0, 1), FAR[3:]), ("Q", 0, FAR[3:]), ("P0", 0, FAR[3:]), ("R", 0, (1e12, 1e18)), ("x0", 0, FAR[3:])])
+def test_a_size_far_from_the_others_is_refused_or_right(name: str, at: int | tuple[int, int], values: Sequence[float]) -> None:
+    """No C with a shift that C does not define, a raw value beyond 32 bits, or `inf`"""
+    for value in values:
+        for arithmetic in ("f32", "q31"):
+            try:
+                c = compiled(odd(name, at, value), "odd", Options(arithmetic)).code
+            except KalmanqError as problem:
+                assert CURE.search(str(problem)) or "use other units" in str(problem), problem
+                continue
+            assert not re.search(r"(?:<<|>>) (?:-|6[3-9]|[7-9]\d|\d{3})|[^a-z]inf\b", c)
+            tables = re.findall(r"^    +(?:static .*= \{)?(\{[-\d, {}]+\}),?;?$", c, re.M)
+            assert all(abs(int(word)) <= 2**31 for table in tables for word in re.findall(r"\d+", table))
+
+
+@pytest.mark.parametrize("name, at, value, arithmetic, said", [
+    ("states", 0, 1e-30, "q31", "position: its range or x0 is 1e-30, and one sigma of it"), ("controls", 0, 1e30, "q31", "push: its range is 1e+30"),
+    ("A", (0, 0), 1e39, "q31", "A[0,0]: is 1e+39"), ("A", (0, 0), 1e30, "f32", "a float cannot hold it"), ("Q", 1, 1e-300, "f32", "Q[1,1]: 1e-300 is below"),
+    ("measurements", 0, 1e39, "f32", "the range of range: 1e+39 is above")])
+def test_a_size_that_is_refused_is_named(name: str, at: int | tuple[int, int], value: float, arithmetic: str, said: str) -> None:
+    with pytest.raises(KalmanqError, match=re.escape(said)):
+        compiled(odd(name, at, value), "odd", Options(arithmetic))
+
+
+@pytest.mark.parametrize("of", ("position", "range", "push"))
+@pytest.mark.parametrize("bits, said", [(30, "it needs more integer bits"), (-40, "it needs more bits of fraction")])
+def test_fractions_that_do_not_hold_the_range(of: str, bits: int, said: str) -> None:
+    with pytest.raises(KalmanqError, match=f"^{of}: .*{said}"):
+        compiled(odd("states", 0, 100.0, **{of: bits}), "odd", Options("q31"))
+
+
+@pytest.mark.parametrize("model, options", [("late.toml", ()), ("late.toml", ("--arith=q31",)), ("late.toml", ("--library",)), ("late.py", ())])
+def test_a_delay_that_no_history_holds(model: str, options: Sequence[str], refused, tmp_path: Path) -> None:
+    text = (tmp_path / model).read_text()
+    (tmp_path / model).write_text(text.replace("delay = 3", "delay = 21845").replace('"slow": 3}', '"slow": 21845}'))
+    assert "delay: 21845 steps, and a filter keeps 32767" in refused(model, options)
+    (tmp_path / model).write_text(text.replace("delay = 3", "delay = 21844").replace('"slow": 3}', '"slow": 21844}'))
+    assert not refused(model, options) or "--library" in options
+
+
+@pytest.mark.parametrize("name, at, value, subject, mark, said", [
+    ("R", 0, 0.0, "compiled", "(!)", "refused: R: range has no noise"), ("Q", 0, 1e-300, "compiled", "(!)", "refused: Q[0,0]: 1e-300"),
+    ("P0", 0, 2500.0, "prior", "(!)", "3 sigma reach beyond"), ("P0", 0, 4.0, "prior", "ok ", "within"), ("P0", 0, 1e6, "prior", "NO ", "beyond its range"),
+    ("A", (0, 1), 1e-9, "conditioning", "(!)", "hardly distinguished"), ("A", (0, 1), 0.1, "conditioning", "ok ", "observability"),
+    ("A", (0, 1), 0.0, "steady state", "(!)", "none: a lasting state is not measured"), ("Q", 0, 1e-13, "steady state", "ok ", "forgets by 0.8535 a row")])
+def test_check_marks_what_is_no_good_news(name: str, at: int | tuple[int, int], value: float, subject: str, mark: str, said: str) -> None:
+    model = odd(name, at, value)
+    found = {one.subject: one for one in [*checks.findings(model), settling.finding(model)]}[subject]
+    assert found.mark == mark and said in found.said and found.said.count("steady state") == 0
+
+
+@pytest.mark.parametrize("noise, forgets, why", [(0.0, "none", "has no process noise"), (1e-13, "forgets by 1 - ", "more than 131072 full samples"),
+                                                 (1e-4, "forgets by 0.9", "constant")])
+def test_check_and_the_report_agree_on_what_settles(noise: float, forgets: str, why: str) -> None:
+    model = Model(1, H=1, R=1, Q=noise, P0=1)
+    steady = {one.subject: one for one in checks.findings(model)}["steady state"]
+    product = compiled(model, "level")
+    said = " ".join(settling_of(product.given, product.steady, None))
+    assert steady.said.startswith(forgets) and why in settling.finding(model).said
+    assert ("no steady state that every start" in said) == (noise == 0) and ("131072" in said) == (noise == 1e-13)

@@ -515,7 +515,7 @@ def test_a_delay_in_rows(tmp_path):
     ("R = 0.01", "S = 1\nR = 0.01", "line 16: S: no such key in .*sensors"),
     ("H = [0.0, 0.0, 1.0]", "H = [1.0]", "line 15: H: is 1 x 1"),
     ("R = 0.01", "R = 0.01\nmeasured = 'at'", "measured: is the name of a column of times, beside `delay`"),
-    ('["pos", "speed"]', '["pos"]', "measurements: names has 1 entries; there are 2"),
+    ('["pos", "speed"]', '["pos"]', "measurements: names has 1 name; there are 2 measurements"),
     ('["pos", "speed"]', '["pos", "acc"]', "measurements: have one name twice"),
     ("dt = 0.0025", "dt = 0.0025\nH = 1", "line 6: H: is each"),
     ("[states]", "[measurements]\nnames = []\n[states]", "measurements: is each sensor's own"),

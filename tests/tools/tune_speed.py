@@ -13,7 +13,7 @@ import numpy as np
 from browser import Browser
 
 from kalmanq.commands.options import read_any
-from kalmanq.compiler.given.request import MOST_STEPS
+from kalmanq.firmware.steps_kept import MOST_STEPS
 from kalmanq.nonlinear import NonlinearModel
 from kalmanq.nonlinear.simulation import simulate
 from kalmanq.run.simulation import drawn

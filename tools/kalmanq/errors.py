@@ -31,3 +31,7 @@ class ModelError(KalmanqError):
 
 class KalmanqWarning(UserWarning):
     """An event of the C core (status.h): numbers went where they could not all be kept."""
+
+
+def counted(number: int, what: str) -> str:
+    return f"{number or 'no'} {what}{'' if number == 1 else 's'}"

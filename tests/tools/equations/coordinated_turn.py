@@ -11,10 +11,10 @@ Q[4, 4] = 1.75e-4
 
 def f(x):
     w = x[4]
-    if abs(w) > 1e-4:
+    if abs(w) > 1e-2:  # nearer to 0 a float loses the derivatives of quotients
         ahead, aside = np.sin(w) / w, 2 * np.sin(w / 2) ** 2 / w
     else:
-        ahead, aside = 1 - w * w / 6, w / 2
+        ahead, aside = 1 - w * w / 6, w / 2 - w ** 3 / 24
     s, c = np.sin(w), np.cos(w)
     return np.array([x[0] + ahead * x[2] - aside * x[3], x[1] + aside * x[2] + ahead * x[3],
                      c * x[2] - s * x[3], s * x[2] + c * x[3], w])

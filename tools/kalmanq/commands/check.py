@@ -14,8 +14,8 @@ from kalmanq.commands.messages import REFUSED, print_json
 from kalmanq.commands.options import ANY_MODEL, JSON, Arithmetic, command_of, read_any
 from kalmanq.compiler.given.rates import rates_of
 from kalmanq.compiler.report import settling
-from kalmanq.compiler.templates.engine import counted
 from kalmanq.data import joining
+from kalmanq.errors import counted
 from kalmanq.model import Model
 from kalmanq.nonlinear import checks as nonlinear
 from kalmanq.run import checks as linear
@@ -35,11 +35,11 @@ def check(options: Options, console: Console) -> None:
     made = _of_linear(options, model) if isinstance(model, Model) else \
         nonlinear.findings(model, _rows(options, model), options.arithmetic)
     if options.json:
-        print_json({one.subject: {"good": one.is_good, "said": one.said} for one in made})
+        print_json({one.subject: {"good": one.is_good, "note": one.is_note, "said": one.said} for one in made})
     else:
         console.print(f"{model.name}: {counted(model.n, 'state')}, {counted(model.m, 'measurement')}, {counted(len(model.inputs), 'control')}")
         for one in made:
-            console.print(f"  {'ok ' if one.is_good else 'NO '} {one.subject}: {one.said}")
+            console.print(f"  {one.mark} {one.subject}: {one.said}")
     if not all(one.is_good for one in made):
         raise SystemExit(REFUSED)
 

@@ -15,12 +15,13 @@ from kalmanq.commands.messages import print_json, tell_written
 from kalmanq.commands.options import ANY_MODEL, JSON, choices, command_of, robust_of
 from kalmanq.commands.writing import alone, over_library, remarks_of, write
 from kalmanq.compiler.given.names import WORDS, identifier
-from kalmanq.compiler.given.request import ARITHMETICS, MOST_STEPS, Options as Wanted, refuse_over_library
+from kalmanq.compiler.given.request import ARITHMETICS, Options as Wanted, refuse_over_library
 from kalmanq.compiler.report import costs, report
 from kalmanq.compiler.report.described import described
 from kalmanq.compiler.text.product import Product, compiled, fingerprint
 from kalmanq.errors import KalmanqError
 from kalmanq.firmware.ranges import with_ranges
+from kalmanq.firmware.steps_kept import MOST_STEPS
 from kalmanq.model import model_file
 from kalmanq.nonlinear import file as nonlinear_file
 from kalmanq.run.parts import WAYS, ways_of
@@ -122,7 +123,7 @@ def name_of(out: Path) -> str:
     if out.suffix == ".c" and out.stem in WORDS:
         raise KalmanqError(f"-o {out}: {out.stem} is a word or a header of C or C++: give another name")
     if out.suffix != ".c" or identifier(out.stem) != out.stem:
-        raise KalmanqError(f"-o {out}: its functions are called so: give a name in small letters, digits and _, and .c")
+        raise KalmanqError(f"-o {out}: its functions are called so, in small letters, digits and _: write {out.with_name(identifier(out.stem) + '.c')}")
     return out.stem
 
 

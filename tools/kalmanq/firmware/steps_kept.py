@@ -8,6 +8,7 @@ from kalmanq.errors import KalmanqError
 from kalmanq.model import Model
 
 LATEST = 1.5  # times a sensor's delay, that there is memory for
+MOST_STEPS = 32767  # of a history
 
 
 def latest_of(model: Model) -> int:
@@ -17,6 +18,9 @@ def latest_of(model: Model) -> int:
 
 def kept_for(late: float) -> int:
     """Steps before now, for what is so many late"""
+    if LATEST * late >= MOST_STEPS:
+        raise KalmanqError(f"delay: {late:.6g} steps, and a filter keeps {MOST_STEPS}, {LATEST:g} times the delay: give the delay in seconds, or in "
+                           "rows of a model of steps, or take a longer step")
     return math.ceil(LATEST * late - 1e-6)
 
 

@@ -8,6 +8,7 @@ from typing import Iterable, Mapping, Optional, Protocol, Sequence
 
 import numpy as np
 
+from kalmanq.errors import KalmanqError
 from kalmanq.formulas.choices import Choice, choices
 from kalmanq.formulas.graph import CONDITIONS, FUNCTIONS, Node, needed
 
@@ -188,6 +189,9 @@ class Floats:
 
     def number(self, value: float) -> str:
         """With the fewest digits that give the same number"""
+        if not abs(value) <= np.finfo(np.float32 if self.type == "float" else np.float64).max:
+            raise KalmanqError(f"{value:.3g} follows from numbers of the model, and a {self.type} cannot hold it: "
+                               f"use other units{', or --arith f64' if self.type == 'float' else ''}")
         if self.type == "double":
             text = repr(float(value))
         else:

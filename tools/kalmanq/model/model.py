@@ -8,7 +8,7 @@ from typing import Any, Mapping, Optional, Sequence, Union
 import numpy as np
 from numpy.typing import ArrayLike
 
-from kalmanq.errors import ModelError
+from kalmanq.errors import ModelError, counted
 from kalmanq.model.arrays import by_name, numbers_of
 from kalmanq.model.continuous import UNITS, Continuous
 
@@ -48,6 +48,11 @@ class Quantity:
     @property
     def label(self) -> str:
         return f"{self.name} [{self.unit}]" if self.unit else self.name
+
+    @property
+    def span(self) -> str:
+        """Its range as it was given; empty: it has none"""
+        return f"{self.ends[0]:g} to {self.ends[1]:g}" if self.ends else f"{self.range:g}" if self.range else ""
 
 
 @dataclass(frozen=True)
@@ -272,8 +277,13 @@ def _numbers(name: str, given: ArrayLike) -> np.ndarray:
         lost = f" ({problem})" if "complex" in str(problem) else ""
         raise ModelError(name, f"not an array of numbers, with rows of one length{lost}") from problem
     if not np.all(np.isfinite(array)):
-        raise ModelError(name, "has an entry that is not finite")
+        raise not_finite(name, array)
     return array
+
+
+def not_finite(name: str, array: np.ndarray) -> ModelError:
+    at = np.argwhere(~np.isfinite(array))[0]
+    return ModelError(name, f"has an entry that is not finite: {f'{name}[{chr(44).join(map(str, at))}]' if len(at) else 'it'} is {array[tuple(at)]}")
 
 
 def _shape(array: np.ndarray) -> str:
@@ -301,7 +311,7 @@ def _rows(name: str, given: ArrayLike, columns: int) -> np.ndarray:
     if array.ndim < 2:
         array = array.reshape(1, -1)
     if array.ndim != 2 or array.shape[1] != columns:
-        raise ModelError(name, f"is {_shape(array)}: it has a column for each of {columns} states")
+        raise ModelError(name, f"is {_shape(array)}: it has a column for each of {counted(columns, 'state')}")
     return _sized(name, array)
 
 
@@ -311,14 +321,14 @@ def _columns(name: str, given: ArrayLike, rows: int) -> np.ndarray:
     if array.ndim < 2:
         array = array.reshape(-1, 1)
     if array.ndim != 2 or array.shape[0] != rows or not 1 <= array.shape[1] <= SIZE_MAX:
-        raise ModelError(name, f"is {_shape(array)}: it has a row for each of {rows} states")
+        raise ModelError(name, f"is {_shape(array)}: it has a row for each of {counted(rows, 'state')}")
     return _fixed(array)
 
 
 def _vector(name: str, given: ArrayLike, length: int) -> np.ndarray:
     array = np.atleast_1d(_numbers(name, given))
     if array.shape != (length,):
-        raise ModelError(name, f"is {_shape(array)}, not {length} numbers")
+        raise ModelError(name, f"is {_shape(array)}, not {counted(length, 'number')}")
     return _fixed(array)
 
 
@@ -327,7 +337,7 @@ def _covariance(name: str, given: ArrayLike, size: int) -> np.ndarray:
     if array.shape == (size,):
         array = np.diag(array)
     if array.shape != (size, size):
-        raise ModelError(name, f"is {_shape(array)}, not {size} x {size}, nor {size} variances")
+        raise ModelError(name, f"is {_shape(array)}, not {size} x {size}, nor {counted(size, 'variance')}")
     if not np.array_equal(array, array.T) and not np.allclose(array, array.T, rtol=1e-12, atol=0):
         raise ModelError(name, "is not symmetric")
     if np.any(np.diag(array) < 0):
@@ -353,5 +363,6 @@ def _quantities(name: str, given: Quantities, size: int, letter: str) -> tuple[Q
         raise ModelError(name, f"are {len(made)}, not {size}")
     names = [one.name for one in made]
     if len(set(names)) != size:
-        raise ModelError(name, "have one name twice: each needs its own")
+        twice = next(one for k, one in enumerate(names) if one in names[:k])
+        raise ModelError(name, f"have one name twice, {twice}: each needs its own")
     return made

@@ -20,10 +20,10 @@ from typing import Any, Mapping, Optional
 
 import numpy as np
 
-from kalmanq.errors import KalmanqError, ModelError
+from kalmanq.errors import KalmanqError, ModelError, counted
 from kalmanq.model import builders
 from kalmanq.model.arrays import block_diagonal
-from kalmanq.model.model import Gaps, Model, Quantity, Sensor
+from kalmanq.model.model import Gaps, Model, Quantity, Sensor, not_finite
 
 if sys.version_info >= (3, 11):
     import tomllib
@@ -34,6 +34,7 @@ MATRICES = ("A", "B", "c", "d", "H", "Q", "G", "R", "x0", "P0", "F", "L", "Qc", 
 ROWS_MAX = 100_000_000  # of a gap, or of a run
 FRACTION_MAX = 1000
 LARGEST, SHOWN = sys.float_info.max, 40
+SUFFIXES, NO_MODEL = (".toml", ""), "a model file is TOML, or Python with .py"
 TABLES = (".csv", ".tsv", ".txt", ".log")
 SECTIONS = {
     "model": (*MATRICES, "name", "builder", "time_unit"),
@@ -69,7 +70,8 @@ def read(path: Path) -> Model:
         line = re.search(r"at line (\d+)", str(problem))
         number = line.group(1) if line else len(text.splitlines())  # "at end of document"
         shown = text.splitlines()[int(number) - 1].strip()[:SHOWN] if text.strip() else ""
-        hint = "; the model file comes first, then the data" if Path(path).suffix in TABLES else ""
+        hint = "; the model file comes first, then the data" if Path(path).suffix in TABLES else \
+            f"; {NO_MODEL}" if Path(path).suffix.lower() not in SUFFIXES else ""
         raise ModelFileError(f"{path}: line {number}: {said}: {shown}{hint}") from None
     except RecursionError:
         raise ModelFileError(f"{path}: arrays are nested too deeply") from None
@@ -99,9 +101,9 @@ def _text(path: Path) -> str:
     except FileNotFoundError:
         raise ModelFileError(f"{path}: no such file") from None
     except IsADirectoryError:
-        raise ModelFileError(f"{path}: is a folder") from None
+        raise ModelFileError(f"{path}: is a folder: give the model file in it") from None
     except UnicodeDecodeError:
-        raise ModelFileError(f"{path}: is not UTF-8 text") from None
+        raise ModelFileError(f"{path}: {NO_MODEL if Path(path).suffix.lower() not in SUFFIXES else 'is not UTF-8 text: save it as UTF-8'}") from None
 
 
 def line_of(text: str, section: str, key: str, which: int = 0) -> Optional[int]:
@@ -132,6 +134,8 @@ def known(section: str, content: Any) -> None:
     if section == "model" and "builder" in content:
         return
     for key in content:
+        if section == "model" and key in SECTIONS["sensors"] and key not in SECTIONS["model"]:
+            raise ModelError(key, "is of a sensor: put it below [[sensors]], with the H and R of that sensor")
         if key not in SECTIONS[section]:
             raise ModelError(key, f"no such key in [{section}]" + _near(key, SECTIONS[section]))
 
@@ -143,14 +147,14 @@ def _known_of_sensor(number: int, content: Mapping[str, Any]) -> None:
 
 
 def _near(name: str, known: Any) -> str:
-    near = difflib.get_close_matches(name, list(known), 1, 0.5)
+    near = [one for one in known if one.lower() == name.lower()] or difflib.get_close_matches(name, list(known), 1, 0.5)
     return f"; {near[0]}?" if near else f": {', '.join(known)}"
 
 
 def _model(path: Path, given: Mapping[str, Any]) -> Model:
     model = dict(given.get("model", {}))
     if not model:
-        raise ModelError("model", "there is no section [model]")
+        raise ModelError("model", "there is no section [model]" if given else "there is no section [model]: the file has no line of a model")
     name = _typed(model.pop("name", Path(path).stem), str, "name", "a text")
     unit = _typed(model.pop("time_unit", ""), str, "time_unit", "a text")
     given_to_builder = dict(model) if "builder" in model else None
@@ -197,7 +201,7 @@ def _count_of_states(made: Mapping[str, Any]) -> int:
 def _require_side(key: str, matrix: Optional[np.ndarray], axis: int, states: int) -> None:
     """A flat row or column is looked at with the others."""
     if matrix is not None and matrix.ndim == 2 and matrix.shape[axis] != states:
-        raise ModelError(key, f"is {' x '.join(map(str, matrix.shape))}: it has a {('row', 'column')[axis]} for each of {states} states")
+        raise ModelError(key, f"is {' x '.join(map(str, matrix.shape))}: it has a {('row', 'column')[axis]} for each of {counted(states, 'state')}")
 
 
 def rebuilt(model: Model, given: Mapping[str, Any]) -> Model:
@@ -313,7 +317,7 @@ def _is_numbers(given: Any) -> bool:
 
 def _array(key: str, given: Any) -> np.ndarray:
     if not _is_numbers(given):
-        raise ModelError(key, "is not an array of numbers")
+        raise ModelError(key, "is not an array of numbers" if key not in ("dt", "jitter") else "is not a number; time_unit has the unit of dt")
     try:
         array = np.array(given, np.float64)
     except OverflowError:
@@ -321,7 +325,7 @@ def _array(key: str, given: Any) -> np.ndarray:
     except (TypeError, ValueError):
         raise ModelError(key, "is not an array of numbers with rows of one length") from None
     if not np.all(np.isfinite(array)):
-        raise ModelError(key, "has an entry that is not finite")
+        raise not_finite(key, array)
     return array
 
 
@@ -351,7 +355,7 @@ def quantities(which: str, given: Mapping[str, Any], size: int, default: Optiona
         if not isinstance(values, list) or any(not isinstance(one, kind) or isinstance(one, bool) for one in values):
             raise ModelError(which, f"{key} is not a list of {expected}")
         if len(values) != size:
-            raise ModelError(which, f"{key} has {len(values)} entries; there are {size} {which}")
+            raise ModelError(which, f"{key} has {counted(len(values), key[:-1])}; there {'is' if size == 1 else 'are'} {counted(size, which[:-1])}")
         columns[key] = values
     for one in columns["ranges"]:
         _look_at_range(which, one)

@@ -15,7 +15,7 @@ from kalmanq.nonlinear.calls import Instant
 from kalmanq.nonlinear.filters import NonlinearFilter
 from kalmanq.nonlinear.model import NonlinearModel
 from kalmanq.nonlinear.simulation import simulate
-from kalmanq.run.checks import Finding, prior_finding, ranges_refused, resolution_finding
+from kalmanq.run.checks import Finding, note, prior_finding, ranges_refused, resolution_finding
 
 DRAWN, SEED = 50, 1  # rows of a simulated run, where there are no data
 Rows = tuple[np.ndarray, np.ndarray, Optional[np.ndarray]]  # z, u, times
@@ -40,7 +40,7 @@ def findings(model: NonlinearModel, rows: Optional[Rows] = None, arithmetic: Opt
             unlike = find(model, points)
             made.append(Finding(not unlike, name, unlike or "as f or h has it"))
     if model.takes_step and np.any(model.frame.Q) and not any("dt" in of.takes for key, of in model.given.items() if key in ("Q", "G")):
-        made.append(Finding(True, "Q", "takes no dt: a long step has no more noise than a short one"))
+        made.append(note("Q", "takes no dt: a long step has no more noise than a short one"))
     made += [*_angles(model), resolution_finding(model, [arithmetic or "f32"], given and given[0])]
     if any(one.range for one in model.states) and not model.has_errors:
         made += [_ranges(model, rows, where), prior_finding(model.frame)]
@@ -81,7 +81,7 @@ def _jacobian(model: NonlinearModel, which: str, points: list[jacobians.Point], 
     try:
         worst = jacobians.worst_entry(model, which, points)
     except Untraced as problem:
-        return Finding(True, which, f"not compared: {problem}")
+        return note(which, f"not compared: {problem}")
     if worst is None:
         return Finding(True, which, "not given; derived from the formulas")
     if worst.is_wrong:
@@ -94,12 +94,12 @@ def _formulas(model: NonlinearModel, points: list[jacobians.Point], where: str) 
     try:
         unlike = jacobians.unlike_formula(model, points)
     except Untraced as problem:
-        return Finding(True, "formulas", f"none, so kalmanq compile does not take the model: {problem}")
+        return note("formulas", f"none, so kalmanq compile does not take the model: {problem}")
     return Finding(not unlike, "formulas", unlike or f"as the functions have it {where}: kalmanq compile takes the model")
 
 
 def _angles(model: NonlinearModel) -> list[Finding]:
-    return [Finding(True, f"angle {one.name}", f"is in {one.unit} and not among angles: where it passes half a turn its innovation jumps")
+    return [note(f"angle {one.name}", f"is in {one.unit} and not among angles: where it passes half a turn its innovation jumps")
             for c, one in enumerate(model.measurements) if c not in model.angles and "innovation" not in model.given and turn_of(one.unit)]
 
 

@@ -126,7 +126,7 @@ def source_of(path: Path) -> bytes:
     except FileNotFoundError:
         raise ModelFileError(f"{path}: no such file") from None
     except IsADirectoryError:
-        raise ModelFileError(f"{path}: is a folder") from None
+        raise ModelFileError(f"{path}: is a folder: give the model file in it") from None
 
 
 def _executed(path: Path, source: bytes, constants: Union[Numbers, Symbols, None] = None) -> dict[str, Any]:

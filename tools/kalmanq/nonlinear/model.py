@@ -10,7 +10,7 @@ from typing import Any, Callable, Mapping, Optional, Sequence, Union
 import numpy as np
 from numpy.typing import ArrayLike
 
-from kalmanq.errors import KalmanqError, ModelError
+from kalmanq.errors import KalmanqError, ModelError, counted
 from kalmanq.formulas.graph import needed
 from kalmanq.formulas.tracing import Untraced
 from kalmanq.model import Model, Quantities
@@ -93,8 +93,8 @@ class NonlinearModel:
             raise ModelError("f", "is missing: f(x, t, u), or increment(x, t, u)")
         if not sensors and (h is None or R is None):
             raise ModelError(*(("R", "is missing") if h else ("h", "is missing: h(x, t, u)")))
-        if P0 is None or isinstance(P0, str):
-            raise ModelError("P0", "has to be known: a matrix or variances")
+        if P0 is None or isinstance(P0, str) or isinstance(P0, (list, tuple)) and any(isinstance(one, str) for one in P0):
+            raise ModelError("P0", "has to be known, a matrix or variances: of what nothing is known give a wide one")
         if nominal is not None and (plus is None or minus is None or f is None):
             raise ModelError("nominal", "needs f(x, t, u), plus(x, d) and minus(a, b), too")
         self.carried = () if nominal is None else _nominal(nominal, x0)
@@ -105,6 +105,9 @@ class NonlinearModel:
             ("plus", plus), ("minus", minus), ("simulated_controls", simulated_controls), *(
                 (key, one) for key, one in (("Q", Q), ("G", G)) if callable(one))) if function is not None}
         n = length("x0" if nominal is None else "P0", x0 if nominal is None else P0)
+        noise = Q if Q is not None else G
+        if nominal is None and not callable(noise) and noise is not None and n != length("Q", noise) == (count := length("P0", P0)):
+            raise ModelError("x0", f"has {counted(n, 'number')}, and P0 {counted(count, 'row' if np.ndim(P0) > 1 else 'variance')}: one for each state")
         self.noises = _sensor_parts(sensors, h, R, H) if sensors else Noises({"": R})
         m = self.noises.measured(lambda: (np.array(numbers_of(x0), float).ravel(), 0, self.controls_at(0)), measurements)
         if (Q is None) == (G is None):

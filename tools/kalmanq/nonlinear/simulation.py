@@ -33,8 +33,18 @@ def simulate(model: NonlinearModel, rows: int, seed: Union[int, np.random.SeedSe
             v = (root_of(model.measurement_noise(x[t], at[t], u[t])) if V is None else V) @ error[t]
             z[t] = model.expected(x[t], at[t], u[t]) + v
         except KalmanqError as problem:
-            raise KalmanqError(str(problem), problem.status, t) from problem
+            raise KalmanqError(f"{problem}{_left(model, x[:t])}", problem.status, t) from problem
     return x, wrapped(z, model.angles), u
+
+
+def _left(model: NonlinearModel, x: np.ndarray) -> str:
+    """The first row with a number beyond its declared range"""
+    ends = [one.ends or (-(one.range or np.inf), one.range or np.inf) for one in model.carried]
+    beyond = np.argwhere((x < [low for low, _ in ends]) | (x > [high for _, high in ends]))
+    if not len(beyond):
+        return ""
+    t, i = beyond[0]
+    return f"; {model.carried[i].name} left its range in row {t}, at {x[t, i]:.3g}: take a smaller step, or correct the ranges, x0 or the controls"
 
 
 def rows_of_run(model: NonlinearModel, rows: int, seed: np.random.SeedSequence, gap: Optional[tuple[int, int]],

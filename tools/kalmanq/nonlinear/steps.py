@@ -8,7 +8,7 @@ import numpy as np
 
 from kalmanq.core import ffi, lib, nearest, require
 from kalmanq.data.rows import present_of
-from kalmanq.errors import KalmanqError, ModelError
+from kalmanq.errors import KalmanqError, ModelError, counted
 from kalmanq.nonlinear.callbacks import Answer
 from kalmanq.nonlinear.model import NonlinearModel
 from kalmanq.run.parts import Parts, doubles
@@ -149,8 +149,8 @@ class Steps:
             status = change(of, table, range_error)
         if status == lib.KQ_ERR_RANGE and range_error.quantity == lib.KQ_MEASUREMENT and range_error.bits:
             one = self.model.measurements[range_error.component]
-            raise KalmanqError(f"{what}: {one.name} needs {range_error.bits} more integer bits: a range of "
-                               f"{one.range * 2.0**range_error.bits:g} has them", status)
+            raise KalmanqError(f"{what}: {one.name} needs {counted(range_error.bits, 'more integer bit')}: a range of "
+                               f"{one.range * 2.0**range_error.bits:g} has room", status)
         if status == lib.KQ_ERR_COEFFICIENT:
             with np.errstate(divide="ignore"):
                 bits = np.log2(np.abs(given)) + np.subtract.outer(*map(self.parts.fractions, (rows, "states")))

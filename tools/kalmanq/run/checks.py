@@ -13,12 +13,25 @@ from kalmanq.run.parts import Parts
 from kalmanq.run.resolution import told_of
 from kalmanq.run.steady import steady_state
 
+SLOW, EPSILON = 0.9995, float(np.finfo(float).eps)  # what is kept of an error in a row, from where it reads as 1
+
 
 @dataclass(frozen=True)
 class Finding:
+    """is_note: a filter runs all the same, and it is no good news"""
+
     is_good: bool
     subject: str
     said: str
+    is_note: bool = False
+
+    @property
+    def mark(self) -> str:
+        return "NO " if not self.is_good else "(!)" if self.is_note else "ok "
+
+
+def note(subject: str, said: str) -> Finding:
+    return Finding(True, subject, said, is_note=True)
 
 
 def directions(A: np.ndarray, H: np.ndarray) -> np.ndarray:
@@ -39,6 +52,18 @@ def unseen(A: np.ndarray, H: np.ndarray) -> list[complex]:
         if np.linalg.svd(pencil, compute_uv=False)[-1] < 1e-9:
             found.append(complex(value))
     return found
+
+
+def lasting(model: Model) -> str:
+    """Of a direction that keeps a covariance from settling, why; empty: there is none"""
+    noise = model.G if model.G is not None else model.Q
+    for A, given, what in ((model.A, model.H, "is never measured and does not decay"),
+                           (model.A.T, noise.T, "has no process noise and does not decay")):
+        values = [value for value in unseen(A, given) if abs(value) >= 1 - 1e-12]
+        if values:
+            value = values[0]
+            return f"a direction with eigenvalue {value.real if abs(value.imag) < 1e-12 else value:.4g} {what}"
+    return ""
 
 
 def findings(model: Model, arithmetic: Optional[str] = None) -> list[Finding]:
@@ -65,8 +90,8 @@ def _driven(model: Model) -> Finding:
         if np.all(np.linalg.eigvalsh(model.Q) > 0) else model.Q
     lasting = [value for value in unseen(model.A.T, G.T) if abs(value) >= 1 - 1e-12]
     if lasting:
-        return Finding(True, "stabilisable", f"no: a direction with eigenvalue {lasting[0]:.4g} has no process noise; "
-                       "its sigma falls without end and the filter stops listening to it")
+        return note("stabilisable", f"no: a direction with eigenvalue {lasting[0]:.4g} has no process noise; "
+                    "its sigma falls without end and the filter stops listening to it")
     return Finding(True, "stabilisable", "the process noise reaches all that does not decay")
 
 
@@ -74,16 +99,17 @@ def _settles(model: Model) -> Finding:
     try:
         state = steady_state(model)
     except KalmanqError as problem:
-        return Finding(True, "steady state", f"none: {problem}")
+        return note("steady state", f"none: {str(problem).removeprefix('steady state: ').removeprefix('no steady state: ')}")
     closed = model.A @ (np.eye(model.n) - state.gain @ model.H)
-    return Finding(True, "steady state", f"forgets by {np.abs(np.linalg.eigvals(closed)).max():.4g} a row")
+    kept = float(np.abs(np.linalg.eigvals(closed)).max())
+    return Finding(True, "steady state", f"forgets by {f'{kept:.4g}' if kept < SLOW else f'1 - {max(1 - kept, EPSILON):.1e}'} a row")
 
 
 def _conditioned(model: Model) -> Finding:
     values = np.linalg.svd(directions(model.A, model.H), compute_uv=False)
     condition = values[0] / max(values[-1], 1e-300)
     said = f"observability matrix: {condition:.3g}"
-    return Finding(True, "conditioning", said + ("; some states are hardly distinguished" if condition > 1e8 else ""))
+    return note("conditioning", f"{said}; some states are hardly distinguished") if condition > 1e8 else Finding(True, "conditioning", said)
 
 
 def resolution_finding(model: Any, arithmetics: Sequence[str], z: Optional[np.ndarray] = None) -> Finding:
@@ -121,5 +147,5 @@ def prior_finding(model: Model) -> Finding:
     if wide:
         return Finding(False, "prior", f"beyond its range: {'; '.join(wide)}; raise the range, or lower P0")
     if reaching:
-        return Finding(True, "prior", f"3 sigma reach beyond the range: {'; '.join(reaching)}")
+        return note("prior", f"3 sigma reach beyond the range: {'; '.join(reaching)}")
     return Finding(True, "prior", "3 sigma are within the ranges")

@@ -9,7 +9,7 @@ import numpy as np
 
 from kalmanq.core import Arithmetic, arithmetic_of, ffi, lib, require
 from kalmanq.data.rows import controls_of, row_of
-from kalmanq.errors import KalmanqError, ModelError
+from kalmanq.errors import KalmanqError, ModelError, counted
 from kalmanq.model import Model, Quantity
 
 
@@ -250,7 +250,8 @@ def prepare_format(which: str, quantity: Quantity, made: Any) -> int:
     range_error = ffi.new("kq_range_error_q31 *")
     status = lib.kq_format_prepare_q31(made, fraction, quantity.range, range_error)
     if status == lib.KQ_ERR_RANGE and range_error.bits:
-        raise ModelError(which, f"{quantity.name} needs {range_error.bits} more integer bits for its range: give it fewer fraction bits, or leave 'fractions' out")
+        raise ModelError(which, f"{quantity.name} needs {counted(range_error.bits, 'more integer bit')} for its range: give it fewer fraction bits, "
+                         "or leave 'fractions' out")
     require(status, f"the format of {quantity.name}")
     return int(made.fraction)
 
@@ -315,7 +316,7 @@ def require_fit(status: int, range_error: Any, what: str, model: Model) -> None:
         which = {lib.KQ_STATE: "states", lib.KQ_CONTROL: "controls", lib.KQ_MEASUREMENT: "measurements"}
         quantities = getattr(model, which[range_error.quantity])
         name = quantities[range_error.component].name
-        needs = (f"needs {range_error.bits} more integer bits: give it a wider range, or fewer fraction bits" if range_error.bits else
+        needs = (f"needs {counted(range_error.bits, 'more integer bit')}: give it a wider range, or fewer fraction bits" if range_error.bits else
                  "is beyond its declared range: declare a wider one")
         raise KalmanqError(f"{what}: {name} {needs}", status)
     require(status, what)

@@ -9,12 +9,13 @@ from functools import partial
 from pathlib import Path
 from typing import Callable, Iterator, Optional, Sequence
 
-from kalmanq.compiler.given.request import MOST_STEPS, Options
+from kalmanq.compiler.given.request import Options
 from kalmanq.compiler.text.emit import PREDICTS, UPDATES, Row
 from kalmanq.compiler.text.equation_product import compiled_equations
 from kalmanq.compiler.text.product import Product
 from kalmanq.data.files import own_folder, telling_where
 from kalmanq.errors import KalmanqError
+from kalmanq.firmware.steps_kept import MOST_STEPS
 from kalmanq.formulas.graph import using
 from kalmanq.formulas.printing import Body, Floats, indented
 from kalmanq.nonlinear import NonlinearModel

@@ -10,7 +10,7 @@ from typing import Any, Optional, Sequence
 import numpy as np
 
 from kalmanq.compiler.given.names import WORDS, identifiers
-from kalmanq.compiler.given.request import MOST_STEPS, Options
+from kalmanq.compiler.given.request import Options
 from kalmanq.compiler.report import equation_report
 from kalmanq.compiler.report.costs import costs_of, reasons
 from kalmanq.compiler.run.equation_records import drawn
@@ -20,6 +20,7 @@ from kalmanq.compiler.run.trial import ROWS, trial
 from kalmanq.compiler.text.equation_product import compiled_equations
 from kalmanq.errors import KalmanqError
 from kalmanq.firmware.costs import CORES
+from kalmanq.firmware.steps_kept import MOST_STEPS
 from kalmanq.formulas.graph import needed
 from kalmanq.formulas.program import Program
 from kalmanq.model import Quantity

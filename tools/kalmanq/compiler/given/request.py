@@ -10,12 +10,12 @@ import numpy as np
 from kalmanq.compiler.given.exact import Numbers, decimals
 from kalmanq.compiler.given.names import identifiers, named
 from kalmanq.errors import KalmanqError
+from kalmanq.firmware.steps_kept import latest_of
 from kalmanq.model import Model, Quantity
 
 ARITHMETICS = ("f32", "f64", "q31")
 FLOATS = {"f32": np.float32, "f64": np.float64}
 GAP = 8  # samples that may be missing where the model declares none
-MOST_STEPS = 32767  # of a history
 LONGEST_GAP = 16  # samples, of which it is known how soon the gain is constant again
 STUDENT_STEPS = 3  # of EM, to the variance that a measurement with the noise of Student is taken with
 RUN = 8  # rejections in a row after which a gate takes all, until one is near again
@@ -28,6 +28,7 @@ INSTEAD = {  # of the C without the library: an option, and over the library wha
     "every": ("--every", "NAME_update, which takes what is present of a row"),
     "tunable": ("--tunable", "`kalmanq design --any-dt` for steps of any length, and for other A, Q and R leave --library out instead"),
     "loops": ("--loops or --straight", "loops in any case")}
+FLOAT = np.finfo(np.float32)
 WIDE = 1e4  # sigma of an unknown state, in sigmas that it has once it is known
 
 
@@ -191,6 +192,7 @@ def no_noise(name: str) -> KalmanqError:
 
 
 def _refuse(model: Model, options: Options) -> None:
+    latest_of(model)
     for one, variance in zip(model.measurements, np.diag(model.R)):
         if variance <= 0:
             raise no_noise(one.name)
@@ -202,6 +204,8 @@ def _refuse(model: Model, options: Options) -> None:
                                f"eigenvalues are {'above 0' if name == 'R' else '0 or more'}")
     if options.arithmetic == "f32":
         _refuse_beyond(model)
+    for one in (*model.states, *model.measurements, *model.controls) if options.arithmetic != "f64" else ():
+        _require_float(f"the range of {one.name}", 1.0 if one.range is None else one.range)
     for name, value in (("--robust gate", options.gate), ("--robust student", options.student), ("settle", options.settle)):
         if value is not None and not 0 < value < np.inf:
             raise KalmanqError(f"{name}: {value:g} is not a positive number: give one above 0")
@@ -213,9 +217,12 @@ def _refuse(model: Model, options: Options) -> None:
 
 def _refuse_beyond(model: Model) -> None:
     """What a float cannot hold"""
-    limit = np.finfo(np.float32)
     for name in ("A", "B", "H", "Q", "R", "x0", "P0"):
         matrix = getattr(model, name)
-        values = np.abs(matrix[matrix != 0]) if matrix is not None else np.zeros(0)
-        if values.size and (values.max() > limit.max or values.min() < limit.tiny):
-            raise KalmanqError(f"{name}: has a number that a float cannot hold; use other units, or --arith f64")
+        for at in np.argwhere(matrix != 0) if matrix is not None else ():
+            _require_float(f"{name}[{','.join(map(str, at))}]", matrix[tuple(at)])
+
+
+def _require_float(name: str, value: float) -> None:
+    if not FLOAT.tiny <= abs(value) <= FLOAT.max:
+        raise KalmanqError(f"{name}: {value:g} is {'above' if abs(value) > 1 else 'below'} what a float can hold; use other units, or --arith f64")

@@ -18,7 +18,7 @@ from kalmanq.compiler.text.equation_product import compiled_equations
 from kalmanq.compiler.text.product import Product
 from kalmanq.errors import KalmanqError
 from kalmanq.nonlinear import NonlinearFilter, NonlinearModel, prior_points, simulate, wrong_entries
-from kalmanq.nonlinear.jacobians import points_along
+from kalmanq.nonlinear.jacobians import points_along, unlike_increment
 from kalmanq.run.resolution import told_of
 
 ROWS = 400
@@ -55,9 +55,10 @@ class Findings:
     def names(self, product: Product) -> dict[str, Any]:
         """For report.txt.j2"""
         given, a = product.given, product.arithmetic
+        tried = {"rows": ROWS, "seeds": len(SEEDS), "missing": MISSING, "is_compared": _is_compared(bool(given.nominal), given.options)}
         if isinstance(a, Device):
-            return {"kind": "device", "rows": ROWS, "seeds": len(SEEDS), "missing": MISSING}
-        return {"kind": "equations", "rows": ROWS, "seeds": len(SEEDS), "missing": MISSING, "smoother": product.text.smoother,
+            return {"kind": "device", **tried}
+        return {"kind": "equations", **tried, "smoother": product.text.smoother,
                 "calls": [f"{given.name}_update{one.suffix}" for one in a.sensors], "watched": [given.measurements[j] for j in a.watched]}
 
 
@@ -113,6 +114,11 @@ def _errors(model: NonlinearModel, ran: Ran, exact: Ran) -> np.ndarray:
     return np.abs([model.minus(*pair) for pair in zip(ran.mean, exact.mean)]) / _sigma(exact)
 
 
+def _is_compared(has_errors: bool, options: Options) -> bool:
+    """Is the library's filter the same?"""
+    return not has_errors and options.gate is None and options.student is None
+
+
 def _library(model: NonlinearModel, options: Options, z: np.ndarray, record: Record, exact: Ran) -> tuple[float, float]:
     """How far the library's filter is off, in sigma, and the least R / S that it met"""
     if model.has_errors:
@@ -122,8 +128,8 @@ def _library(model: NonlinearModel, options: Options, z: np.ndarray, record: Rec
     R = np.diag(model.R) if model.R is not None else np.array([np.diag(model.measurement_noise(x, t, u)) for x, t, u in zip(
         run.mean, model.instants(len(z), times_of(record)), record.now)])
     shares = R / run.innovation_sigma**2
-    is_same = options.gate is None and options.student is None
-    return float((np.abs(run.mean - exact.mean) / _sigma(exact)).max()) if is_same else 0.0, float(np.nanmin(shares, initial=1))
+    off = float((np.abs(run.mean - exact.mean) / _sigma(exact)).max()) if _is_compared(model.has_errors, options) else 0.0
+    return off, float(np.nanmin(shares, initial=1))
 
 
 def refuse_wrong(model: NonlinearModel) -> None:
@@ -132,3 +138,6 @@ def refuse_wrong(model: NonlinearModel) -> None:
     x, _, u = simulate(model, 50, SEEDS[0], times=times)
     for one in wrong_entries(model, prior_points(model) + points_along(x, u, model.instants(len(x), times))):
         raise KalmanqError(f"{one}: correct it, or leave {one.which} out, and it is derived")
+    both = {"f", "increment"} <= model.given.keys() and not model.has_errors
+    if unlike := unlike_increment(model, prior_points(model)) if both else None:
+        raise KalmanqError(f"increment: {unlike}: correct the one or leave the other out")

@@ -7,10 +7,10 @@ from typing import Sequence
 
 from kalmanq.compiler.given import enclosure
 from kalmanq.compiler.given.request import GAP, LONGEST_GAP, Options, request
-from kalmanq.compiler.text.product import compiled
+from kalmanq.compiler.text.product import TOO_SLOW, compiled
 from kalmanq.errors import KalmanqError
 from kalmanq.model import Model
-from kalmanq.run.checks import Finding, unseen
+from kalmanq.run.checks import Finding, lasting, note
 
 
 def finding(model: Model, rates: Sequence[int] = ()) -> Finding:
@@ -18,12 +18,12 @@ def finding(model: Model, rates: Sequence[int] = ()) -> Finding:
     try:
         given = request(model, "filter", Options())
     except KalmanqError as problem:
-        return Finding(True, "compiled", f"refused: {problem}")
+        return note("compiled", f"refused: {problem}")
     if rates:
         return Finding(True, "compiled", of_rates(model, rates))
     steady = enclosure.settled(given.of, min(max(model.gaps.max_gap, GAP), LONGEST_GAP), Options().settle)
     if steady is None:
-        return Finding(True, "compiled", f"the gain is worked out in each row: {_reason(model)}")
+        return Finding(True, "compiled", f"the gain is worked out in each row: {lasting(model) or TOO_SLOW}")
     return Finding(True, "compiled", f"the gain is constant after {steady.samples} full samples, and again "
                    f"{steady.after_gap[0]} after one that is missing")
 
@@ -46,18 +46,6 @@ def formats(model: Model) -> Finding:
     try:
         arithmetic = compiled(model, "filter", Options("q31")).arithmetic
     except KalmanqError as problem:
-        return Finding(True, "compiled in q31", f"refused: {problem}")
+        return note("compiled in q31", f"refused: {problem}")
     made = (f"{one.name} {arithmetic.format_of(which, k)}" for which in ("states", "measurements") for k, one in enumerate(getattr(model, which)))
     return Finding(True, "compiled in q31", f"the header's formats: {', '.join(made)}")
-
-
-def _reason(model: Model) -> str:
-    """Why it does not settle"""
-    noise = model.G if model.G is not None else model.Q
-    for A, given, what in ((model.A, model.H, "is never measured and does not decay"),
-                           (model.A.T, noise.T, "has no process noise and does not decay")):
-        lasting = [value for value in unseen(A, given) if abs(value) >= 1 - 1e-12]
-        if lasting:
-            value = lasting[0]
-            return f"a direction with eigenvalue {value.real if abs(value.imag) < 1e-12 else value:.4g} {what}"
-    return f"it takes more than {1 << enclosure.MOST} full samples to settle"

@@ -12,7 +12,7 @@ from typing import Any, Optional
 import numpy as np
 
 from kalmanq.compiler.algorithm.fixed.device import EVENTS
-from kalmanq.compiler.given.request import MOST_STEPS, Options
+from kalmanq.compiler.given.request import Options
 from kalmanq.compiler.run.fixed_records import simulated
 from kalmanq.compiler.run.fixed_run import LIBRARY, FixedRun
 from kalmanq.compiler.run.host import Ran, numbered
@@ -24,6 +24,7 @@ from kalmanq.compiler.text.fixed_device_text import compiled_fixed
 from kalmanq.core import names_of
 from kalmanq.data.rows import rising
 from kalmanq.errors import KalmanqError
+from kalmanq.firmware.steps_kept import MOST_STEPS
 from kalmanq.formulas.program import Program
 from kalmanq.nonlinear import NonlinearModel
 from kalmanq.nonlinear.formulas import values_of

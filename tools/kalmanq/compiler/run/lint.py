@@ -1,7 +1,7 @@
 """What float does to a model's own formulas: each is worked out in float and in double from the same state.
 
 Tried are the means of records, states within two sigma of them, and the means at which a state is nearest to 0 with it
-nearer still, where formulas such as (1 - cos w) / w lose their digits, if the records come near there.
+nearer still, where formulas such as (1 - cos w) / w lose their digits, if a row comes within three of its sigmas.
 """
 
 from __future__ import annotations
@@ -100,9 +100,8 @@ def points(model: NonlinearModel, visited: Sequence[Visited]) -> tuple[np.ndarra
     if model.has_errors:
         return x, sigma, t, u, dt
     made = [x, x + 2 * sigma * draws.uniform(-1, 1, x.shape)]
-    low, high = x.min(axis=0) - 3 * sigma.max(axis=0), x.max(axis=0) + 3 * sigma.max(axis=0)
     for i in range(model.n):
-        if low[i] <= 0 <= high[i]:
+        if x[:, i].min() <= 0 <= x[:, i].max() or np.any(np.abs(x[:, i]) <= 3 * sigma[:, i]):
             near = x[np.resize(np.argsort(np.abs(x[:, i]))[:NEAREST], len(x))]  # others are what they are there
             near[:, i] = draws.choice(NEAR_ZERO, len(x)) * np.where(near[:, i] == 0, sigma[:, i], near[:, i])
             made.append(near)

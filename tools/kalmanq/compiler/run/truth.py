@@ -88,7 +88,10 @@ def _feedback(A: np.ndarray, by: np.ndarray, noises: int, limits: np.ndarray) ->
     how far states go with it"""
     made, spread, moved = np.zeros((by.shape[1], len(A))), None, by / np.where(np.arange(by.shape[1]) < noises, 1, EASY)
     for weight in (0.0, *WEIGHTS):
-        made = _regulator(A, by, weight * limits.T @ limits) if weight else made
+        try:
+            made = _regulator(A, by, weight * limits.T @ limits) if weight else made
+        except np.linalg.LinAlgError:  # nothing keeps such limits
+            break
         spread = _spread(A - by @ made, moved @ moved.T)
         if spread is not None and np.sqrt(np.einsum("ij,jk,ik->i", limits, spread, limits)).max() <= STAYS:
             break

@@ -15,6 +15,8 @@ from functools import lru_cache
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Callable, Optional, Sequence
 
+from kalmanq.errors import counted
+
 if TYPE_CHECKING:
     from jinja2 import Environment
 
@@ -93,10 +95,6 @@ def _chained(text: str) -> list[str]:
     if not others:
         return [f"return {first};"]
     return [f"kq_status status = {first};", *(f"if (!status) status = {one};" for one in others), "return status;"]
-
-
-def counted(number: int, what: str) -> str:
-    return f"{number or 'no'} {what}{'' if number == 1 else 's'}"
 
 
 # ---- C

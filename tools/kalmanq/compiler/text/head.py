@@ -26,7 +26,7 @@ def _quantities(a: Arithmetic) -> list[str]:
     rows = [("", "name", "unit", "range", "format")]
     for which in ("states", "measurements", "controls"):
         for k, one in enumerate(getattr(a.model, "inputs" if which == "controls" else which)):
-            rows.append((f"{which[:-1]} {k}", plain(one.name), plain(one.unit), f"{one.range:g}" if one.range else "", a.format_of(which, k)))
+            rows.append((f"{which[:-1]} {k}", plain(one.name), plain(one.unit), one.span, a.format_of(which, k)))
     rows = rows if rows[1][-1] else [row[:-1] for row in rows]
     widths = [max(len(row[k]) for row in rows) for k in range(len(rows[0]))]
     return ["  ".join(f"{cell:<{width}}" for cell, width in zip(row, widths)).rstrip() for row in rows]

@@ -178,7 +178,7 @@ def _of_header(w: Writer, remarks: Sequence[str]) -> dict[str, Any]:
 
 def _table(w: Writer) -> list[str]:
     rows = [("", "name", "unit", "format", "largest")]
-    rows += [(what, plain(one.name), plain(one.unit), f"Q{31 - fraction}.{fraction}", f"{one.range or 0:g}")
+    rows += [(what, plain(one.name), plain(one.unit), f"Q{31 - fraction}.{fraction}", one.span or "0")
              for what, one, _, fraction in w.quantities()]
     columns = 5 if w.is_fixed else 3
     widths = [max(len(row[k]) for row in rows) for k in range(columns)]

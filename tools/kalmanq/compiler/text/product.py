@@ -23,6 +23,9 @@ from kalmanq.compiler.text.delayed import Delayed, delayed
 from kalmanq.errors import KalmanqError
 from kalmanq.formulas import graph
 from kalmanq.model import Model
+from kalmanq.run.checks import lasting
+
+TOO_SLOW = f"it takes more than {1 << enclosure.MOST} full samples to settle"
 
 
 @dataclass(frozen=True)
@@ -125,7 +128,8 @@ def settling(given: Request, steady: Optional[enclosure.Settled], turn: Optional
         return [f"After {turn.cycles} cycles of {len(turn.rows)} rows each row of the cycle has a constant gain, if every row has the",
                 f"components that are due: each variance is then within {turn.tolerance:.0e} of the steady one."]
     if steady is None:
-        return ["The covariance has no steady state that every start leads to: the gain is worked out in each row."]
+        return ["The covariance has no steady state that every start leads to: the gain is worked out in each row."] \
+            if given.options.every or lasting(given.model) else [f"The gain is worked out in each row: {TOO_SLOW}."]
     if not given.options.settles:
         return ["With --robust student or --tunable the gain is worked out in each row."]
     return [f"After {steady.samples} full samples the gain is constant: whatever happened before, each variance is then",

@@ -76,9 +76,10 @@ def down(value: float) -> int:
     return math.frexp(value)[1] - 1
 
 
-def largest_sigmas(of: Numbers, gap: int) -> np.ndarray:
+def largest_sigmas(of: Numbers, gap: int, steady: Optional[Settled] = None) -> np.ndarray:
     """Of n states.  By the order of covariances the worst past is one full sample after each gap, from the start on.  A
-    sigma that grows without end stops at some thousand times what the first gap makes of it."""
+    sigma that grows without end stops at some thousand times what the first gap makes of it.  One that still grows after
+    all those cycles has its gap from the steady state on, if there is one."""
     of = of.doubles()
     P, most, first = of.P0, np.diag(of.P0).copy(), np.zeros(of.n)
     for cycle in range(CYCLES):
@@ -93,6 +94,11 @@ def largest_sigmas(of: Numbers, gap: int) -> np.ndarray:
             k = P @ h / (h @ P @ h + r)
             left = np.eye(of.n) - np.outer(k, h)
             P = left @ P @ left.T + r * np.outer(k, k)
+    else:
+        P = steady.filtered.astype(float) if steady else P
+        for _ in range(gap + 1):
+            P = of.A @ P @ of.A.T + of.Q
+            most = np.maximum(most, np.diag(P))
     return np.sqrt(np.minimum(most, first * WITHOUT_BOUND ** 2))
 
 
@@ -125,6 +131,8 @@ def formats(given: Request, model: Model, settled: Union[Settled, Cycle, None], 
             sigma: np.ndarray) -> Formats:
     """model: with all ranges; gains: all constant ones"""
     of = given.of.doubles()
+    if not np.all(np.isfinite(sigma)):
+        raise _too_far(model, of, sigma)
     held = [up(one * ROOM) for one in sigma]
     limit = 2.0 ** np.array(held)
     grown = (np.abs(of.A) @ limit + np.sqrt(np.diag(of.Q))) / TURNED
@@ -148,10 +156,30 @@ def formats(given: Request, model: Model, settled: Union[Settled, Cycle, None], 
     x = _means(gains, exponent, ends, moved, y, weighed)
     more = [_more(f + a - half_of(variance_word(r, 2 * a)) - 1 - v, 2.0**a / math.sqrt(r))
             for f, a, r, v in zip(wide, row, least, weighed)]
+    if any(f + e < 1 or a - h >= BITS for f, e, a, h in zip(x, ends, exponent, held)) or max(map(abs, (*z, *u))) > LONGEST:
+        raise _too_far(model, of, sigma)
     return Formats(exponent, held, row, far, least, weighed, more, x, [f + e for f, e in zip(x, ends)],
                    [_read(one, end, f) for one, end, f in zip(model.states, ends, x)], z, u,
                    _most(model.measurements, z), _most(model.controls, u), wide, y,
                    [(span + one) * ROOM * 2.0**f >= 2.0**31 for span, one, f in zip(spans, reach, y)])
+
+
+def _too_far(model: Model, of: Numbers, sigma: np.ndarray) -> KalmanqError:
+    """What has the range that is farthest from its sigma, or the state that a step moves farthest"""
+    step = np.abs(of.A) @ sigma / sigma
+    i = int(np.argmax(np.where(np.isfinite(step), step, np.inf)))
+    moved = np.where(of.B == 0, np.inf, sigma[:, None] / np.where(of.B == 0, 1, np.abs(of.B))).min(axis=0)
+    given = [*((one, max(one.range, abs(x)), s) for one, x, s in zip(model.states, of.x0, sigma)),
+             *((one, one.range, s) for one, s in zip(model.measurements, np.abs(of.H) @ sigma + np.sqrt(of.R))),
+             *((one, one.range, s) for one, s in zip(model.controls, moved))]
+    apart = [max(span / s, s / span) if 0 < s < math.inf else 0.0 for _, span, s in given]
+    one, span, s = given[int(np.argmax(apart))]
+    if not step[i] < max(apart):
+        j = int(np.argmax(np.abs(of.A[i])))
+        return KalmanqError(f"A[{i},{j}]: is {of.A[i, j]:g}, and the sigma of {model.states[i].name} grows by more in a step, or in a gap, than 32 bits "
+                            "span: correct A, or take --arith f64")
+    return KalmanqError(f"{one.name}: its range{f' or x0' if one in model.states else ''} is {span:g}, and one sigma of it, or of what it moves, is "
+                        f"{s:.3g}: 32 bits do not span both; correct the one or the other, or take --arith f32")
 
 
 def _end(one: Quantity, x0: float) -> int:
@@ -162,16 +190,21 @@ def _fraction(one: Quantity, bits: int, span: float) -> int:
     """As declared, or as fine as so many bits hold"""
     most = 31 - up(one.range or 0)
     if one.fraction is not None:
-        if one.range and one.range * 2.0 ** one.fraction >= 2.0 ** 31:
-            raise KalmanqError(f"{one.name}: {one.range:g} does not fit Q{31 - one.fraction}.{one.fraction}: declare a smaller range, or fewer bits "
-                               "of fraction")
-        return one.fraction
+        return _declared(one)
     made = min(most, bits - up(span))
-    return made - (bool(one.range) and one.range * 2.0 ** made >= 2.0 ** 31)  # its end is a raw value, too: 2^31 is none
+    return made - int(bool(one.range) and one.range * 2.0 ** made >= 2.0 ** 31)  # its end is a raw value, too: 2^31 is none
+
+
+def _declared(one: Quantity) -> int:
+    made = one.fraction or 0
+    if one.range and not 1 <= one.range * 2.0**made < 2.0**31:
+        needs, cure = ("more integer bits", "a smaller range, or fewer") if one.range * 2.0**made > 1 else ("more bits of fraction", "a larger range, or more")
+        raise KalmanqError(f"{one.name}: {one.range:g} does not fit Q{31 - made}.{made}: it needs {needs}: declare {cure} bits of fraction")
+    return made
 
 
 def _read(one: Quantity, end: int, x: int) -> int:
-    return one.fraction if one.fraction is not None else min(30 - end, x - 1)
+    return _declared(one) if one.fraction is not None else min(30 - end, x - 1)
 
 
 def _most(quantities: Sequence[Quantity], fractions: Sequence[int]) -> list[int]:

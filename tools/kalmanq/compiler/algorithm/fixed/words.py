@@ -47,7 +47,7 @@ class WordFilter(Readings):
     def __init__(self, given: Request, steady: Optional[Settled], turn: Optional[Cycle]):
         if given.options.tunable:
             raise KalmanqError(TUNABLE)
-        sigma = largest_sigmas(given.of, gap_of(given.model))
+        sigma = largest_sigmas(given.of, gap_of(given.model), steady)
         self.model = ranged(given.model, sigma)
         self.given, self.of, self.steady = given, given.of.doubles(), steady
         self.constant = steady or turn
