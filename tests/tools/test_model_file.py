@@ -206,7 +206,7 @@ def test_what_is_no_model_file_says_so(name, content, said, tmp_path):
 
 
 def test_names_that_are_there_twice_are_named():
-    with pytest.raises(ModelError, match="states: have one name twice: b"):
+    with pytest.raises(ModelError, match="states: have one name twice, b"):
         Model(np.eye(3), H=[1, 0, 0], R=1, Q=[1, 1, 1], states=["a", "b", "b"])
 
 

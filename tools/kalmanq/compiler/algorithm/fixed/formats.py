@@ -178,7 +178,7 @@ def _too_far(model: Model, of: Numbers, sigma: np.ndarray) -> KalmanqError:
         j = int(np.argmax(np.abs(of.A[i])))
         return KalmanqError(f"A[{i},{j}]: is {of.A[i, j]:g}, and the sigma of {model.states[i].name} grows by more in a step, or in a gap, than 32 bits "
                             "span: correct A, or take --arith f64")
-    return KalmanqError(f"{one.name}: its range{f' or x0' if one in model.states else ''} is {span:g}, and one sigma of it, or of what it moves, is "
+    return KalmanqError(f"{one.name}: its range{' or x0' if one in model.states else ''} is {span:g}, and one sigma of it, or of what it moves, is "
                         f"{s:.3g}: 32 bits do not span both; correct the one or the other, or take --arith f32")
 
 
