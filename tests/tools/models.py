@@ -8,6 +8,31 @@ import kalmanq
 from kalmanq import Quantity
 
 DT = 0.5
+# A file of a sensor that is late
+LATE = """
+[model]
+A = [[0.98, 0.05], [0.0, 0.9]]
+B = [0.1, 0.0]
+Q = [0.01, 0.02]
+P0 = [4.0, 1.0]
+[states]
+names = ["a", "b"]
+ranges = [100, 50]
+[controls]
+names = ["push"]
+ranges = [10]
+[[sensors]]
+name = "quick"
+H = [1.0, 0.0]
+R = 0.25
+ranges = [100]
+[[sensors]]
+name = "late"
+H = [1.0, 1.0]
+R = 0.1
+ranges = [100]
+delay = 3
+"""
 
 
 def cart() -> kalmanq.Model:

@@ -13,6 +13,7 @@ import pytest
 from command import kalmanq
 from firmware_here import Firmware
 from library import ROOT, STRICT, cc
+from models import LATE
 
 from kalmanq import Filter, Robust
 from kalmanq.firmware.ranges import with_ranges
@@ -21,30 +22,6 @@ from kalmanq.run.simulation import simulate
 
 EXAMPLES = Path(model_file.__file__).parents[1] / "examples"
 LOSSES = (None, ("gate", 2.5), ("student", 4.0), ("huber", 1.5), ("jump", 6.0))
-LATE = """
-[model]
-A = [[0.98, 0.05], [0.0, 0.9]]
-B = [0.1, 0.0]
-Q = [0.01, 0.02]
-P0 = [4.0, 1.0]
-[states]
-names = ["a", "b"]
-ranges = [100, 50]
-[controls]
-names = ["push"]
-ranges = [10]
-[[sensors]]
-name = "quick"
-H = [1.0, 0.0]
-R = 0.25
-ranges = [100]
-[[sensors]]
-name = "late"
-H = [1.0, 1.0]
-R = 0.1
-ranges = [100]
-delay = 3
-"""
 ROWS = 150
 
 

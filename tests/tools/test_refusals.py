@@ -11,6 +11,7 @@ from typing import Iterator, Sequence
 import numpy as np
 import pytest
 from equations import FOLDER
+from models import LATE
 from whole import WHOLE
 
 from kalmanq import Model, Quantity
@@ -26,26 +27,7 @@ from kalmanq.run import checks
 EXAMPLES = Path(model_file.__file__).parents[1] / "examples"
 FILES = {
     "drifts.toml": "[model]\nA = [[1, 1], [0, 1]]\nH = [1, 0]\nR = 1.0\nQ = [0.1, 0]\nP0 = [1, 1]\n",
-    "late.toml": """
-[model]
-A = [[0.98, 0.05], [0.0, 0.9]]
-Q = [0.01, 0.02]
-P0 = [4.0, 1.0]
-[states]
-names = ["a", "b"]
-ranges = [100, 50]
-[[sensors]]
-name = "quick"
-H = [1.0, 0.0]
-R = 0.25
-ranges = [100]
-[[sensors]]
-name = "slow"
-H = [1.0, 1.0]
-R = 0.1
-ranges = [100]
-delay = 3
-""",
+    "late.toml": LATE,
     "late.py": """
 states, measurements, x0, P0, Q = ["a", "b"], ["quick", "slow"], [0, 0], [4, 1], [0.01, 0.02]
 sensors = {"quick": (lambda x: [x[0] + x[0]**3], [0.25]), "slow": (lambda x: [x[1]**2 + x[0]], [0.1])}
