@@ -156,7 +156,7 @@ def formats(given: Request, model: Model, settled: Union[Settled, Cycle, None], 
     x = _means(gains, exponent, ends, moved, y, weighed)
     more = [_more(f + a - half_of(variance_word(r, 2 * a)) - 1 - v, 2.0**a / math.sqrt(r))
             for f, a, r, v in zip(wide, row, least, weighed)]
-    if any(f + e < 1 or a - h >= BITS for f, e, a, h in zip(x, ends, exponent, held)) or max(map(abs, (*z, *u))) > LONGEST:
+    if any(f + e < 1 or a - h >= BITS for f, e, a, h in zip(x, ends, exponent, held)):
         raise _too_far(model, of, sigma)
     return Formats(exponent, held, row, far, least, weighed, more, x, [f + e for f, e in zip(x, ends)],
                    [_read(one, end, f) for one, end, f in zip(model.states, ends, x)], z, u,
