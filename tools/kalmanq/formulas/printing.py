@@ -195,9 +195,9 @@ class Floats:
         if self.type == "double":
             text = repr(float(value))
         else:
-            text = np.format_float_positional(np.float32(value), unique=True, trim="0") \
-                if value == 0 or 1e-4 <= abs(value) < 1e7 else \
-                np.format_float_scientific(np.float32(value), unique=True, trim="0", exp_digits=1)
+            single = np.float32(value)
+            text = np.format_float_positional(single, unique=True, trim="0") if value == 0 or 1e-4 <= abs(float(single)) < 1e7 else \
+                np.format_float_scientific(single, unique=True, trim="0", exp_digits=1)
         text = text if "." in text or "e" in text else f"{text}.0"
         return text if self.type == "double" else f"{text}f"
 

@@ -16,14 +16,14 @@ function mathematics() {
 }
 
 /* A number of the C: [form, noise, factor, begun]; begun: at the sizes of the model's file, where that is another one */
-function literalOf([form, noise, factor, begun], theta, values, parameter, isFloat) {
+function literalOf([form, noise, factor, begun], theta, values, parameter) {
   const size = noise < 0 ? 1 : theta[noise];
   if (begun !== null && size === values[noise]) return begun;
   if (form === "size") return factor * size;
   if (form === "root") return factor * Math.sqrt(size);
   if (form === "square") return factor * parameter * parameter;
   if (form === "inverse") return factor * (1 / (parameter + 1));
-  return (isFloat ? Math.fround(factor * size) : factor * size) * (parameter / (parameter + 1)); // a variance is a float first
+  return factor * size * (parameter / (parameter + 1));
 }
 
 class EquationEngine extends Recording {
@@ -40,7 +40,7 @@ class EquationEngine extends Recording {
   choose(name, { theta, arithmetic, parameter }) {
     const { literals } = this.model.filters[name], values = this.model.noises.map((one) => one.value), at = this.core[`${name}_k`].value;
     const Numbers = arithmetic === "f32" ? Float32Array : Float64Array;
-    new Numbers(this.core.memory.buffer, at, literals.length).set(literals.map((one) => literalOf(one, theta, values, parameter, arithmetic === "f32")));
+    new Numbers(this.core.memory.buffer, at, literals.length).set(literals.map((one) => literalOf(one, theta, values, parameter)));
     const R = this.model.rest.R.slice();
     this.model.noises.forEach((one, k) => { if (one.R) add(R, one.R, theta[k]); });
     this.view(this.fixed.R, R.length).set(this.model.noises.every((one, k) => one.value === theta[k]) ? this.model.R : R);
@@ -87,7 +87,7 @@ function decodedEquations(given) {
 async function codeOf(content, { theta, loss, arithmetic, parameter }) {
   const { pieces, literals, header } = JSON.parse(new TextDecoder().decode(await unpacked(content.filters[`${loss}_${arithmetic}`].code)));
   const values = content.noises.map((one) => one.value), isFloat = arithmetic === "f32";
-  const code = pieces.map((piece, k) => (k ? written(literalOf(literals[k - 1], theta, values, parameter, isFloat), isFloat) : "") + piece).join("");
+  const code = pieces.map((piece, k) => (k ? written(literalOf(literals[k - 1], theta, values, parameter), isFloat) : "") + piece).join("");
   return { code, header };
 }
 
