@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 from dense import cholesky, forward
 from products import ALL, interferometer, variometer
+from test_words import TRAPS
 from whole import WHOLE, first
 
 from kalmanq import Model, Quantity
@@ -98,6 +99,16 @@ def test_every_product_is_right_or_it_is_told(make: Callable[[], Model], arithme
 @pytest.mark.parametrize("make, arithmetic", [pytest.param(*one, marks=WHOLE) for one in [*cases("f32"), *cases("q31")]])
 def test_so_it_is_with_more_seeds(make: Callable[[], Model], arithmetic: str) -> None:
     right_or_told(compiled(make(), make.__name__, Options(arithmetic)), (2, 3, 4))
+
+
+@pytest.mark.parametrize("P0", (1e8, 1e12, 1e16, 1e18, 1e32))
+def test_a_first_sigma_that_is_far_above_is_told(P0: float) -> None:
+    """Without a shift that C has not, in words that become finer and in those that would have to by more bits than there are"""
+    product = compiled(Model([[1, 1], [0, 1]], H=[1, 0], R=1.0, Q=[[1e-6, 0], [0, 1e-8]], P0=[P0, P0 / 1e4]), "far", Options("q31"))
+    with Host(product, TRAPS) as host:
+        found = report.findings(product, host)
+    is_right = found.mean <= MEAN and found.covariance <= COVARIANCE["q31"]
+    assert is_right == (P0 < 1e9) and is_right != any("is coarse for" in one for one in report.warned(product, found))
 
 
 def test_controls_hold_what_an_offset_moves() -> None:

@@ -16,7 +16,7 @@ from kalmanq.compiler.algorithm.cycle import Cycle
 from kalmanq.compiler.algorithm.fixed.expressions import Expressions
 from kalmanq.compiler.algorithm.fixed.factor import Column, Factor, entry
 from kalmanq.compiler.algorithm.fixed.first import settled_covariance
-from kalmanq.compiler.algorithm.fixed.formats import BITS, Formats, formats, gap_of, largest_sigmas, root_of, variance_word
+from kalmanq.compiler.algorithm.fixed.formats import BITS, Formats, formats, gap_of, half_of, largest_sigmas, root_of, variance_word
 from kalmanq.compiler.algorithm.fixed.lines import living
 from kalmanq.compiler.algorithm.fixed.words import Place, WordFilter
 from kalmanq.compiler.given.enclosure import Settled
@@ -138,5 +138,13 @@ def finer_by(given: Request, of: WordFilter, steady: Optional[Settled]) -> int:
     made = formats(later, of.model, None, [], largest_sigmas(later.of, gap_of(given.model)))
     now = of.formats
     added = max(max(now.weighed) + BITS - e - x for e, x in zip(now.exponent, now.x))  # shifts of what an update adds
-    found = min([*np.subtract(now.exponent, made.exponent), *np.subtract(now.row, made.row), MOST - added])
-    return int(found) if found >= LEAST else 0
+    found = int(min([*np.subtract(now.exponent, made.exponent), *np.subtract(now.row, made.row), MOST - added]))
+    while found >= LEAST and not all(_has_shift(now, j, found) for j in range(len(now.row))):
+        found -= 1
+    return found if found >= LEAST else 0
+
+
+def _has_shift(of: Formats, j: int, power: int) -> bool:
+    """Is an innovation over its sigma still shifted down, by 1 bit or more, where words are finest?  So are they by 31 bits at most"""
+    half = half_of(variance_word(of.least[j], 2 * (of.row[j] - power)))
+    return of.wide[j] + of.row[j] - of.weighed[j] - of.more[j] - power - half >= 1
