@@ -79,7 +79,7 @@ class Findings:
         given, model, a = product.given, product.given.model, product.arithmetic
         sigma, groups = np.sqrt(np.diag(given.of.P0).astype(float)), [group for group in set(given.together) if group & (group - 1)]
         unknown = [(one.name, f"{one.name} {sigma[i]:.3g}") for i, one in enumerate(model.states) if model.unknown[i]]
-        return {"kind": "constant", "is_coarse": self.coarse(product), "seeds": len(SEEDS), "settling": settling(given, product.steady, product.cycle),
+        return {"kind": "constant", "errors": self.coarse(product), "seeds": len(SEEDS), "settling": settling(given, product.steady, product.cycle),
                 "coarse": resolution_of(product), "unresolved": [model.states[i].name for i in sorted(a.unresolved)], "chosen": _chosen(product),
                 "unknown": [name for name, _ in unknown], "wide": [wide for _, wide in unknown], "correlated": [", ".join(
                     one.name for j, one in enumerate(model.measurements) if group >> j & 1) for group in groups]}
