@@ -134,7 +134,7 @@ END
 meson_program() {
     local program="$packages/meson_program"
     rm -rf "$program" && mkdir -p "$program/subprojects"
-    cp -r ./* "$program/subprojects" && cp "$root/port/packages/first.c" "$program"
+    cp -r ./* "$program/subprojects" && cp "$root/tests/package/first.c" "$program"
     printf "project('first', 'c')\nexecutable('first', 'first.c', dependencies: dependency('kalmanq'))\n" >"$program/meson.build"
     meson setup "$program/build" "$program" && meson compile -C "$program/build" && "$program/build/first"
 }
@@ -153,8 +153,8 @@ wheel() {
         "$packages/wheel_tried/bin/python" -m pip install -q --disable-pip-version-check --no-index \
             --find-links "$KQ_WHEEL_HOUSE" "$out"/*.whl || return 1
     (cd "$packages" && "$KQ_WHEEL_PYTHON" -m mypy --strict --python-executable wheel_tried/bin/python \
-        --cache-dir wheel_tried/mypy "$root/tests/package/typed_user.py" &&
-        wheel_tried/bin/python "$root/tests/package/wheel_alone.py" "$out")
+        --cache-dir wheel_tried/mypy "$root/port/packages/tests/typed_user.py" &&
+        wheel_tried/bin/python "$root/port/packages/tests/wheel_alone.py" "$out")
 }
 
 [ $# -ge 1 ] && [ $# -le 2 ] && [ "${2:---check}" = --check ] || { sed -n '2,5s/^# \{0,1\}//p' "$0" >&2 && exit 1; }

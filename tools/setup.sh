@@ -231,7 +231,7 @@ kq_setup_wheel() {
         "$KQ_WHEEL_PYTHON" -m pip download -q --disable-pip-version-check -d "$KQ_WHEEL_HOUSE" numpy cffi
 }
 
-# Debian 12 has a present rustc as rustc-web.  Its core is compiled for a chip (tests/package/rust.sh): no other registry
+# Debian 12 has a present rustc as rustc-web.  Its core is compiled for a chip (port/rust/tests/rust.sh): no other registry
 # has it.
 kq_setup_rust() {
     local web=''
@@ -243,7 +243,7 @@ kq_setup_rust() {
     fi
     [ -z "$kq_collects" ] || return 0
     kq_quietly cargo fetch --manifest-path "$kq_root/port/rust/Cargo.toml" &&
-        kq_quietly cargo fetch --manifest-path "$kq_root/tests/package/rust_chip/Cargo.toml"
+        kq_quietly cargo fetch --manifest-path "$kq_root/port/rust/tests/chip/Cargo.toml"
 }
 
 # The programs that tools/package.sh NAME --check runs, and reuse

@@ -2,6 +2,7 @@
 # The tests: installs what they lack, builds what they need, and runs them through CTest.
 #   tools/test.sh                    those for every day
 #   tools/test.sh --all              all: every core, compiler and level, the whole cost table
+#   tools/test.sh core               a house alone: core (src, include, port, tests), host (tools), shelf (packages, examples, studies, costs)
 #   tools/test.sh unit.laws vectors  those whose names begin so, everyday ones if there are any
 #   tools/test.sh -R regex           what CTest selects by its options
 # tests/README.md is their map.
@@ -12,11 +13,12 @@ build="$root/build/test"
 # shellcheck source=tools/setup.sh
 . "$root/tools/setup.sh"
 
-names=() options=() is_all=
+names=() houses=() options=() is_all=
 while [ $# -gt 0 ]; do
     case $1 in
-    -h | --help) sed -n '2,7s/^# \{0,1\}//p' "$0" && exit ;;
+    -h | --help) sed -n '2,8s/^# \{0,1\}//p' "$0" && exit ;;
     --all) is_all=1 ;;
+    core | host | shelf) houses+=("$1") ;;
     -*) options=("$@") && break ;;
     *) names+=("$1") ;;
     esac
@@ -48,23 +50,27 @@ groups_of() { # [NAME]
     tools) echo tools clang cores cost peers browser ;;
     tools.tune*) echo tools browser ;;
     tools.design* | tools.compile*) echo tools clang cores cost ;;
-    tools.boards*) echo tools cores cost ;;
-    tools.fit* | tools.gallery* | tools.speed) echo tools peers ;;
+    host) echo tools clang cores cost peers browser ;;
+    boards* | examples*) echo tools cores cost ;;
+    tools.fit* | tools.speed) echo tools peers ;;
+    studies*) echo tools peers ;;
     tools*) echo tools ;;
-    target* | parts* | vectors*) echo clang cores ;;
-    cost*) echo clang cores cost ;;
+    target* | vectors*) echo clang cores ;;
+    cost* | parts*) echo clang cores cost ;;
     reference | reference.s* | reference.co* | reference.nonlinear*) echo eigen python scipy ;;
     reference* | campaign*) echo eigen ;;
     em*) echo peers ;;
     peers*) echo tools peers ;;
     example*) echo tools cores python scipy ;;
+    core) echo clang cores package python scipy eigen interpreter ${is_all:+ packagers} ;;
+    shelf) echo clang cores package python scipy cost peers tools ${is_all:+ wheel rust micropython packagers} ;;
     *) echo clang cores package python scipy cost eigen peers browser tools ${is_all:+ wheel rust micropython packagers} ;;
     esac
 }
 
 set_up() {
     local name groups
-    mapfile -t groups < <({ [ ${#names[@]} -gt 0 ] || groups_of; for name in "${names[@]}"; do groups_of "$name"; done; } |
+    mapfile -t groups < <({ [ ${#names[@]} -gt 0 ] || [ ${#houses[@]} -gt 0 ] || groups_of; for name in "${names[@]}" "${houses[@]}"; do groups_of "$name"; done; } |
         tr ' ' '\n' | LC_ALL=C sort -u)
     kq_setup_many build unity ${groups[@]+"${groups[@]}"}
 }
@@ -85,6 +91,7 @@ select_tests() {
     pattern=$(printf '|%s' "${names[@]}" | sed 's/[.+]/[&]/g')
     selection=("${options[@]}")
     [ ${#names[@]} -eq 0 ] || selection+=(-R "^(${pattern#|})")
+    [ ${#houses[@]} -eq 0 ] || selection+=(-L "^($(IFS='|' && echo "${houses[*]}"))\$")
     if [ -z "$is_all" ] && [ ${#options[@]} -eq 0 ] &&
         [ -n "$(listed "${selection[@]}" -LE matrix)" ]; then
         selection+=(-LE matrix)

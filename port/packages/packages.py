@@ -41,7 +41,7 @@ def arduino(to):
     shutil.copytree(ROOT / "include/kalmanq", to / "src/kalmanq")
     write(to / "src/kalmanq.h", '/* For `#include <kalmanq.h>` in a sketch. */\n#include "kalmanq/kalmanq.h"')
     shutil.copy(ROOT / "LICENSE", to)
-    sketch = (ROOT / "port/packages/first.c").read_text().split("/* program */")[0]
+    sketch = (ROOT / "tests/package/first.c").read_text().split("/* program */")[0]
     write(to / "examples/first/first.ino", sketch.replace("<kalmanq/kalmanq.h>", "<kalmanq.h>").replace(
         "kq_sensor_init_f32", "kq_sensor_init_lean_f32") + """
 void setup()
@@ -217,7 +217,7 @@ project(first C)
 find_package(kalmanq REQUIRED CONFIG)
 add_executable(first first.c)
 target_link_libraries(first kalmanq::kalmanq)""")
-    shutil.copy(ROOT / "port/packages/first.c", consumer)
+    shutil.copy(ROOT / "tests/package/first.c", consumer)
 
 
 def vcpkg(to):
@@ -275,7 +275,7 @@ def rust(to):
     sys.path.insert(0, str(ROOT / "port/rust"))
     import bindings
 
-    shutil.copytree(ROOT / "port/rust", to, ignore=shutil.ignore_patterns("target", "Cargo.lock", "bindings.py", "sys.rs", "__pycache__"))
+    shutil.copytree(ROOT / "port/rust", to, ignore=shutil.ignore_patterns("target", "Cargo.lock", "bindings.py", "sys.rs", "__pycache__", "chip", "rust.sh", "CMakeLists.txt"))
     write(to / "src/sys.rs", bindings.text())
     shutil.copy(ROOT / "LICENSE", to)
     for name in ("include", "src"):

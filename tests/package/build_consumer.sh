@@ -39,7 +39,7 @@ plain)
     files=$(echo "$row" | grep -o 'src/kq_[a-z0-9_]*[.]c')
     flags=$(echo "$row" | grep -o -- '[ `]-[IOf][^ `]*' | tr -d '`')
     # shellcheck disable=SC2086
-    (cd "$source" && cc $flags port/packages/first.c $files -Wl,--gc-sections -lm -o "$work/first")
+    (cd "$source" && cc $flags tests/package/first.c $files -Wl,--gc-sections -lm -o "$work/first")
     [ "$("$work/first")" = "511.19 +- 0.90" ]
     ;;
 *)

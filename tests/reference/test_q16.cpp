@@ -1,5 +1,5 @@
 // q31 beside the filter that fixed point code usually has: Q16.16, the covariance itself carried, one scalar after the
-// other (tests/cost/q16_filter.h).  Both against a textbook filter in quadruple precision, over three seeds of 2000 steps.
+// other (tests/reference/q16_filter.h).  Both against a textbook filter in quadruple precision, over three seeds of 2000 steps.
 //
 // x: max over time of |x - x_ref|_i / sigma_i,  P: max of |P - P_ref|_ij / (sigma_i sigma_j).
 

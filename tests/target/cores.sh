@@ -8,7 +8,7 @@
 #
 #   core_select CORE [COMPILER]    CORE: host, m0, m3, m4f, m7, m33, rv32, avr; two small parts, with
 #                                  their memory and nothing beside it: m0-4k (32 kB of flash, 4 kB
-#                                  of RAM), atmega328p; atmega1284p, its large sister (tools/cost)
+#                                  of RAM), atmega328p; atmega1284p, its large sister
 #                                  COMPILER: gcc (if none is given), clang
 #   $compiler $include -c FILE     compiles;  $nm lists symbols
 #   $linker OBJECT... $libraries -o PROGRAM    links, with the board's start-up and memory

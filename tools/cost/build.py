@@ -14,7 +14,7 @@ from cores import BY_NAME, ROOT, Core, run, toolchain
 from kalmanq.firmware.measured import MARKS
 
 TARGET = Path(__file__).resolve().parent / "target"
-TEXTBOOKS = ROOT / "tests" / "cost"
+TEXTBOOKS = ROOT / "tests" / "reference"
 
 FLAGS = ("-std=c11", "-ffp-contract=fast", "-Wall", "-Wextra")  # beside the library's own
 HOST_FLAGS = ("-std=c11", "-O0", "-ffp-contract=off")

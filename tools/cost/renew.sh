@@ -17,7 +17,7 @@ renew_table() {
 
 # designs are written and fitted where the package is installed, and measured where the emulators are
 renew_designs() {
-    local work tools_python=$root/build/test/tests/tools/clean/bin/python
+    local work tools_python=$root/build/test/tools/tests/clean/bin/python
     "$root/tools/test.sh" tools.wheel
     work=$(mktemp -d)
     trap "rm -rf '$work'" EXIT
@@ -29,7 +29,7 @@ renew_designs() {
 
 renew_boards() {
     "$root/tools/test.sh" tools.wheel
-    "$KQ_PYTHON" -B "$root/tools/examples/boards/boards.py" costs --write --kalmanq "$root/build/test/tests/tools/clean/bin/python -m kalmanq"
+    "$KQ_PYTHON" -B "$root/tools/examples/boards/boards.py" costs --write --kalmanq "$root/build/test/tools/tests/clean/bin/python -m kalmanq"
 }
 
 case ${1:-all} in

@@ -27,8 +27,7 @@ def commands() -> str:
 
     parts = []
     for name, row in COMMANDS.items():
-        if row.module.startswith("kalmanq."):
-            parts.append(f"## kalmanq {name}\n\n{helped(name)}\n")
+        parts.append(f"## kalmanq {name}\n\n{helped(name)}\n")
     return ("# The command line\n\n`kalmanq COMMAND --help` says the same in a terminal. Commands that read data also take the [options for files of "
             "data](../reference/data_files.md).\n\n" + "\n".join(parts))
 

@@ -11,7 +11,7 @@ from typing import Any
 import typer
 from typer.core import TyperCommand, TyperGroup
 
-from kalmanq.commands import COMMANDS, GONE, STUDIES, Row
+from kalmanq.commands import COMMANDS, GONE, Row, commands
 from kalmanq.commands.messages import INTERRUPTED, told_in_one_line
 from kalmanq.errors import KalmanqError
 
@@ -31,7 +31,7 @@ class Later(TyperCommand):
 
 class Commands(TyperGroup):
     def __init__(self, **given: Any):
-        super().__init__(**{**given, "commands": {name: Later(name, help=row.help) for name, row in COMMANDS.items()}})
+        super().__init__(**{**given, "commands": {name: Later(name, help=row.help) for name, row in commands().items()}})
 
 
 app = typer.Typer(cls=Commands, help=__doc__, no_args_is_help=True, pretty_exceptions_enable=False, context_settings=HELP,
@@ -61,13 +61,8 @@ def refuse_gone(name: str, words: list[str]) -> None:
 
 
 def loaded(name: str) -> Any:
-    row = COMMANDS[name]
-    try:
-        command = import_module(row.module).command
-    except ModuleNotFoundError as problem:
-        if str(problem.name).split(".")[0] != STUDIES.split(".")[0]:
-            raise
-        raise KalmanqError(f"{name} is one of the studies, which are not installed: pip install ./tools ./tools/studies") from None
+    row = commands()[name]
+    command = import_module(row.module).command
     alone = typer.Typer(add_completion=False, pretty_exceptions_enable=False)
     alone.command(name, help=row.help, epilog=_examples(row), context_settings=HELP)(command)
     return typer.main.get_command(alone)

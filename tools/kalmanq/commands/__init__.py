@@ -1,11 +1,11 @@
 """What `kalmanq NAME` does, a module a command: its options, what it calls of the library, what it prints.
 
-COMMANDS has a row for each, GONE what replaced an option.  A module defines `command`, which is made by options.command_of.
+COMMANDS has a row for each, GONE what replaced an option.  A module defines `command`, which is made by options.command_of.  A package
+brings further rows by an entry point of the group `kalmanq.commands`, a dictionary as COMMANDS is.
 """
 
-from typing import NamedTuple, Sequence
-
-STUDIES = "kalmanq_studies.commands"  # a package of its own
+from importlib import metadata
+from typing import Any, NamedTuple, Sequence
 
 
 class Row(NamedTuple):
@@ -81,16 +81,12 @@ COMMANDS = {
         "kalmanq.commands.doctor",
         "Show what is installed: packages, compilers, emulators; and what each command still needs.",
         "kalmanq doctor --json"),
-    "examples": Row(
-        f"{STUDIES}.examples",
-        "Show examples of the theory, with their figures: stationary, smoothing.",
-        "kalmanq examples stationary --out stationary.png"),
-    "gallery": Row(
-        f"{STUDIES}.gallery",
-        "Fit, smooth and draw textbook models with their data: level, trend, season, ARMA, regression, factor, ...",
-        "kalmanq gallery trend-season --out ."),
-    "study": Row(
-        f"{STUDIES}.study",
-        "Run a study of the library's behaviour, and write its findings.",
-        "kalmanq study heavy-tails --quick -o ."),
 }
+
+
+def commands() -> dict[str, Row]:
+    """The package's own, and those of packages that are installed beside it"""
+    points: Any = metadata.entry_points()
+    group = "kalmanq.commands"
+    found = points.select(group=group) if hasattr(points, "select") else points.get(group, ())  # before Python 3.10
+    return {**COMMANDS, **{name: row for point in found for name, row in point.load().items()}}

@@ -43,8 +43,8 @@ class Found:
 
 MODULES = {"kalmanq": "all commands", "numpy": "all commands", "scipy": "fit, design, report, compare, simulate --runs", "matplotlib": "--plot, report",
            "PIL": "--plot, report", "jinja2": "the C of compile, check, design, tune and --compiled", "unicorn": "costs of compile, design, report, tune",
-           "elftools": "costs of compile, design, report, tune", "kalmanq_studies": "examples, gallery, study"}
-SOURCES = {"PIL": "pillow", "elftools": "pyelftools", "kalmanq_studies": "kalmanq-studies"}
+           "elftools": "costs of compile, design, report, tune"}
+SOURCES = {"PIL": "pillow", "elftools": "pyelftools"}
 PROGRAMS = (  # what serves the C that design and compile write: on a chip, and on an emulated one
     ("arm-none-eabi-gcc", "C for Cortex-M, and its costs", "gcc-arm-none-eabi libnewlib-arm-none-eabi"),
     ("riscv64-unknown-elf-gcc", "C for RISC-V, and its costs", "gcc-riscv64-unknown-elf picolibc-riscv64-unknown-elf"),
@@ -70,8 +70,6 @@ def _module(name: str) -> Optional[str]:
 
 
 def _cure(name: str) -> str:
-    if name == "kalmanq_studies":
-        return "pip install ./tools/studies"
     return f"pip install './tools[{EXTRAS[name]}]'" if name in EXTRAS else "pip install ./tools"
 
 

@@ -98,7 +98,7 @@ def usual_filter(of: Model, z: np.ndarray, number: Callable[[Any], Any], joseph:
 
 
 def q16_filter(of: Model, z: np.ndarray) -> Any:
-    """The filter of tests/cost/q16_filter.c: 32 bits, 16 of them behind the point; sums in 64 bits are rounded once"""
+    """The filter of tests/reference/q16_filter.c: 32 bits, 16 of them behind the point; sums in 64 bits are rounded once"""
     A, Q, h, P = (_words(one) for one in (of.A, of.Q, of.H[0], of.P0))
     x, r = _words(np.zeros(of.n)), _words(of.R)[0, 0]
     for row, one in enumerate(_words(z)):

@@ -1,0 +1,98 @@
+"""The command line in a process of its own, which has imported all that commands need: `python -m kalmanq` would spend
+most of a short command's time on that.  Streams, exit code, signals and working directory are that process's."""
+
+from __future__ import annotations
+
+import os
+import subprocess
+import sys
+import tempfile
+import threading
+import traceback
+import warnings
+from pathlib import Path
+
+import matplotlib.pyplot  # noqa: F401
+import scipy.optimize  # noqa: F401
+import scipy.special  # noqa: F401
+
+from kalmanq import command_line
+from kalmanq.commands import commands
+
+sys.argv, _argv = ["kalmanq"], sys.argv
+for _name in commands():
+    command_line.loaded(_name)
+sys.argv = _argv
+
+
+def kalmanq(*arguments: object, folder: object = None, input: str | None = None) -> subprocess.CompletedProcess:
+    """What subprocess.run of `python -m kalmanq ARGUMENTS` answers, with text captured"""
+    said = [str(one) for one in arguments]
+    with tempfile.TemporaryFile("w+b") as out, tempfile.TemporaryFile("w+b") as error:
+        reads, writes = os.pipe()
+        sys.stdout.flush(), sys.stderr.flush()
+        child = os.fork()
+        if child == 0:
+            os.close(writes)
+            _run(said, folder, reads, out.fileno(), error.fileno())  # never returns
+        os.close(reads)
+        feeder = threading.Thread(target=_feed, args=(writes, (input or "").encode()))
+        feeder.start()
+        code = os.waitstatus_to_exitcode(os.waitpid(child, 0)[1])
+        feeder.join()
+        return subprocess.CompletedProcess(said, code, *(_text(stream) for stream in (out, error)))
+
+
+def twice(folder: Path, *arguments: object) -> dict[str, bytes]:
+    """The files that `kalmanq compile ... -o cart.c` writes: the same by two new processes, with other hashes of texts"""
+    made = []
+    for seed in ("0", "1"):
+        (place := folder / seed).mkdir()
+        done = subprocess.run([sys.executable, "-m", "kalmanq.command_line", "compile", *map(str, arguments), "-o",
+                               str(place / "cart.c")], capture_output=True, text=True, env={**os.environ, "PYTHONHASHSEED": seed})
+        assert done.returncode == 0, done.stderr
+        made.append({one.name: one.read_bytes() for one in place.iterdir()})
+    assert made[0] == made[1] and str(folder).encode() not in b"".join(made[0].values())
+    return made[0]
+
+
+def _text(stream: object) -> str:
+    stream.seek(0)  # type: ignore[attr-defined]
+    return stream.read().decode().replace("\r\n", "\n")  # type: ignore[attr-defined]
+
+
+def _feed(pipe: int, data: bytes) -> None:
+    try:
+        with os.fdopen(pipe, "wb") as stream:
+            stream.write(data)
+    except BrokenPipeError:
+        pass
+
+
+def _run(arguments: list[str], folder: object, *streams: int) -> None:
+    code = 1
+    try:
+        for number, stream in enumerate(streams):
+            os.dup2(stream, number)
+        sys.stdin, sys.stdout, sys.stderr = (open(number, mode, encoding="utf-8", closefd=False, buffering=buffering)
+                                             for number, mode, buffering in ((0, "r", -1), (1, "w", -1), (2, "w", 1)))
+        sys.__stdout__, sys.__stderr__, sys.__stdin__ = sys.stdout, sys.stderr, sys.stdin
+        if folder is not None:
+            os.chdir(str(folder))
+        warnings.resetwarnings()  # pytest's are others
+        for silent in (DeprecationWarning, PendingDeprecationWarning, ImportWarning, ResourceWarning):
+            warnings.simplefilter("ignore", silent)
+        sys.argv = ["kalmanq", *arguments]
+        sys.modules["__main__"] = command_line  # what workers import
+        command_line.main()
+        code = 0
+    except SystemExit as ended:
+        code = ended.code if isinstance(ended.code, int) else 0 if ended.code is None else 1
+    except BaseException:
+        traceback.print_exc()
+    finally:
+        try:
+            sys.stdout.flush()
+        except BrokenPipeError:
+            pass
+        os._exit(code)
