@@ -14,7 +14,7 @@ project = "kalmanq"
 release = version = ".".join(re.findall(r"#define KQ_VERSION_\w+ (\d+)", (ROOT / "include/kalmanq/version.h").read_text())[:3])
 copyright = "the kalmanq authors"
 root_doc = "tools/docs/index"
-include_patterns = ["*.md", "include/*.md", "src/*.md", "port/*.md", "port/*/*.md", "tests/*.md", "tests/vectors/*.md", "tools/*/*.md", "tools/examples/boards/*.md",
+include_patterns = ["*.md", "include/*.md", "src/*.md", "port/*.md", "port/*/*.md", "tests/*.md", "tests/vectors/*.md", "tools/*.md", "tools/*/*.md", "tools/examples/boards/*.md",
                     "tools/examples/boards/*/*.md",
                     "tools/docs/*.md", "tools/docs/*/*.md", "tools/docs/made/headers/*.md"]
 exclude_patterns = ["build", ".deps", "tools/docs/_*"]

@@ -7,8 +7,7 @@
 
 #include "fixed_size.h"
 
-#include "fixed_size/steps.h"
-#include "smoother/tape.h"
+#include "steps.h"
 
 #include <string.h>
 
