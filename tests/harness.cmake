@@ -63,6 +63,12 @@ set(KALMANQ_LONG tools.design cost.table_and_goals tools.equation_device tools.c
     tools.offers house.rules target.unit.m0.q31 unit.msan.f32 reference.adaptation vectors.avr+port-gcc-Os.q31
     reference.nonlinear campaign reference.ordinary)
 
+# The core's tests for every day that need a C and a C++ compiler, CMake, Eigen and Python without libraries: the target `alone`
+# builds them, and they have that label.
+set(KALMANQ_ALONE "^(unit[.]|fuzz[.]|campaign|house[.]|flags[.]gcc|vectors[.](host|falsified|generator)[.]|vectors[.]sanitized|reference[.])")
+set(KALMANQ_NOT_ALONE "msan|clang|^reference[.](steady|continuous|correlated|nonlinear)$")
+add_custom_target(alone)
+
 # kalmanq_test(NAME [MATRIX] [FIGURES] [PASS REGEX] [PROCESSORS N] [NEEDS TARGET_OR_FILE...] COMMAND ...)
 #   MATRIX   only tools/test.sh --all runs it
 #   FIGURES  of a compiler: with another one it says that it is skipped
@@ -99,6 +105,10 @@ function(kalmanq_test name)
     list(APPEND my_NEEDS ${program})
   endif()
   add_custom_target(for.${name} DEPENDS ${my_NEEDS})
+  if(KALMANQ_HOUSE STREQUAL core AND NOT my_MATRIX AND name MATCHES "${KALMANQ_ALONE}" AND NOT name MATCHES "${KALMANQ_NOT_ALONE}")
+    set_property(TEST ${name} APPEND PROPERTY LABELS alone)
+    add_dependencies(alone for.${name})
+  endif()
 endfunction()
 
 # The library's own objects as a shared library, for Python
