@@ -34,7 +34,7 @@ def faults(files, of, read):
         if house not in barred or name.endswith(".md") or name.startswith(OF_ALL):
             continue
         for number, line in enumerate(read(name).splitlines(), 1):
-            named = [folder for folder in barred[house] if re.search(rf"\b{folder}/", LINKS.sub("", line))]
+            named = [folder for folder in barred[house] if f"{folder}/" in line and re.search(rf"\b{folder}/", LINKS.sub("", line))]
             if named:
                 yield f"{name}:{number}: the {house} names {named[0]}: {line.strip()}"
 
