@@ -129,6 +129,23 @@ def test_an_index_that_may_count_rows_is_asked_about():
         f.run(z, times=np.arange(100.0, 105))
 
 
+def test_a_column_of_times_is_taken_where_the_index_counts_rows():
+    model, z = of_time(), np.arange(6.0)
+    exact, apart = Filter(model).run(z, times=SECONDS), Filter(model).run(z)
+    assert np.abs(exact.mean - apart.mean).max() > 0.1
+    name, dates = model.measurements[0].name, pandas.to_datetime(SECONDS + 1.7e9, unit="s").round("ms")
+    for head, times in (("time", dates), ("time", SECONDS), ("t [ms]", (1000 * SECONDS).round().astype(int))):
+        table = pandas.DataFrame({head: times, name: z, "note": "x"})
+        assert np.allclose(Filter(model).run(table).mean, exact.mean, rtol=1e-6, atol=1e-9)
+        assert np.array_equal(Filter(model).run(table.set_index(0.1 * np.arange(6))).mean, apart.mean)  # the index says it
+    for times in (range(6), ["2024-01-01"] * 6, SECONDS[::-1]):
+        with pytest.raises(KalmanqError, match="column time"):
+            Filter(model).run(pandas.DataFrame({"time": times, name: z}))
+    table = pandas.DataFrame({"time": SECONDS, "z1": z})
+    with pytest.warns(kalmanq.KalmanqWarning, match="column time"):
+        Filter(Model(1, H=1, R=1, Q=1, P0=1)).run(table)
+
+
 def test_what_takes_steps_alone_refuses_an_index_of_others():
     model, z = Model.of_continuous([[0.0]], H=[1], R=1, Qc=[1], dt=0.1, P0=[1]), np.arange(6.0)
     table, even = (pandas.Series(z, index=pandas.to_timedelta(one, unit="s")) for one in (SECONDS, 0.1 * np.arange(6)))

@@ -58,10 +58,16 @@ def test_what_is_certain_is_found(which, tmp_path):
     assert same(columns(written(tmp_path, WRITTEN[which])), [FLOW])
 
 
-@pytest.mark.parametrize("encoding", ["utf-8", "utf-8-sig", "latin-1", "utf-16", "utf-16-le", "utf-16-be", "utf-32"])
+@pytest.mark.parametrize("encoding", ["utf-8", "utf-8-sig", "latin-1", "utf-16", "utf-32"])
 def test_letters_are_found(encoding, tmp_path):
     text = "# Abfluß der Würm\nFläche;Durchfluß [m³/s]\nä;1,5\nö;NA\nü;-2,25\nß;1000\n"
     assert same(columns(written(tmp_path, text, encoding), ["Durchfluß"]), [FLOW])
+
+
+@pytest.mark.parametrize("encoding", ["utf-16-le", "utf-16-be"])
+def test_letters_without_their_mark_are_refused(encoding, tmp_path):
+    with pytest.raises(KalmanqError, match="UTF-8"):
+        columns(written(tmp_path, "flow\n1.5\n", encoding))
 
 
 def test_a_quoted_name_with_a_semicolon_is_a_name(tmp_path):

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import csv
 import json
+import sys
 import warnings
 
 import numpy as np
@@ -84,6 +85,8 @@ FORMS = {
     "iso z": ("Date (UTC)", lambda ms: str(np.datetime64("2024-03-01T23:59:58.000") + ms) + "Z"),
     "iso zone": ("time", lambda ms: str(np.datetime64("2024-03-01T10:00:00.000") + ms).replace("T", " ") + "+02:00"),
     "clock": ("clock time", lambda ms: f"10:{ms // 60000:02}:{ms % 60000 / 1000:06.3f}"),
+    "day first": ("Datum", lambda ms: f"31.05.2026 8:{ms // 60000:02}:{ms % 60000 / 1000:06.3f}"),
+    "month first": ("date", lambda ms: f"5/31/2026 8:{ms // 60000:02}:{ms % 60000 / 1000:06.3f} PM"),
     "signed": ("t", lambda ms: f"{ms / 1000 - 7:.3f}"),
 }
 
@@ -139,6 +142,8 @@ REFUSED = {
     "NA": ("t", ["0", "0.1", "NA", "0.2"], "row 4, column t: the time is missing"),
     "no number": ("t", ["0", "0.1", "x", "0.2"], "row 4, column t: 'x' is no time, as the others are numbers: --time says"),
     "local dates": ("t", ["01.05.2026 08:00", "01.05.2026 08:01"], "row 2, column t: '01.05.2026 08:00' is a date whose day and month are not certain"),
+    "two orders": ("t", ["31.05.2026 08:00", "05.31.2026 08:01"], "row 2, column t: '31.05.2026 08:00' is a date whose day and month are not certain"),
+    "no local date": ("t", ["31.05.2026 08:00", "x"], "row 3, column t: 'x' is no such date"),
     "no time": ("t", ["warm", "cold"], "row 2, column t: 'warm' is no time"),
     "zones": ("time", ["2024-01-01T00:00:00Z", "2024-01-01T00:00:01+01:00"],
               "row 3, column time: 2024-01-01T00:00:01.01:00: .0100, the rows before have UTC: write all times in one zone"),
@@ -163,6 +168,19 @@ def test_what_is_no_time_is_one_line_with_its_row_and_the_cure(which, tmp_path):
     for command in (("run", model, path, "--out", out), ("report", model, path, "-o", out)):
         done = kalmanq(*command)
         assert done.returncode == 1 and done.stderr.count("\n") == 1 and str(path) in done.stderr and not out.exists(), done.stderr
+
+
+def test_the_order_of_the_first_rows_holds(tmp_path):
+    cells = [f"{day:02}.{month:02}.2026" for day, month in ((30, 5), (31, 5), (1, 6), (2, 6))]
+    path = written(tmp_path, data_of("t", cells))
+    assert tables.joined(list(tables.read(path, ["pos"], 2, dt=86400.0))).times.tolist() == [86400.0 * k for k in range(4)]
+
+
+def test_without_pandas_other_dates_are_one_line(tmp_path, monkeypatch):
+    monkeypatch.setitem(sys.modules, "pandas", None)
+    path = written(tmp_path, data_of("t", ["31.05.2026 08:00", "31.05.2026 08:01"]))
+    with pytest.raises(KalmanqError, match=r"row 2, column t: .*tools\[pandas\]"):
+        read(path, model_file.read(cart(tmp_path)))
 
 
 def test_a_row_in_a_later_block_is_told(tmp_path):
