@@ -18,11 +18,12 @@ import scipy.special  # noqa: F401
 from joblib.externals.loky import reusable_executor
 
 from kalmanq import command_line
-from kalmanq.commands import COMMANDS
+from kalmanq.commands import COMMANDS, STUDIES
 
 sys.argv, _argv = ["kalmanq"], sys.argv
-for _name in COMMANDS:
-    command_line.loaded(_name)
+for _name, _row in COMMANDS.items():
+    if not _row.module.startswith(STUDIES):
+        command_line.loaded(_name)
 sys.argv = _argv
 
 

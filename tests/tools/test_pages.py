@@ -19,12 +19,12 @@ from command import kalmanq
 from whole import WHOLE
 
 from kalmanq.command_line import loaded
-from kalmanq.commands import COMMANDS
+from kalmanq.commands import COMMANDS, STUDIES
 from kalmanq.model import model_file
 from kalmanq.nonlinear import file as nonlinear_file
 
 ROOT = Path(__file__).resolve().parents[2]
-PAGES = [*sorted((ROOT / "tools/docs").glob("[gr]*/*.md")), ROOT / "tools/studies/README.md"]
+PAGES = sorted((ROOT / "tools/docs").glob("[gr]*/*.md"))
 BLOCK = re.compile(r"^```(\w+) ?(\S*)\n(.*?)^```", re.S | re.M)
 EVERY_DAY = {"model_files", "tasks", "coming_from", "nonlinear"}  # the others take seconds of a processor
 ELSEWHERE = re.compile(r"^(tools/|pip)")  # what other tests run: they build, or install
@@ -33,12 +33,16 @@ ELSEWHERE = re.compile(r"^(tools/|pip)")  # what other tests run: they build, or
 @pytest.mark.parametrize("page", [pytest.param(one, marks=() if one.stem in EVERY_DAY else WHOLE) for one in PAGES],
                          ids=lambda page: page.stem)
 def test_the_page(page, tmp_path):
+    check_page(page, tmp_path)
+
+
+def check_page(page: Path, folder: Path) -> None:
     for name in ("tools", "include"):
-        (tmp_path / name).symlink_to(ROOT / name)
+        (folder / name).symlink_to(ROOT / name)
     for language, name, text in BLOCK.findall(page.read_text(encoding="utf-8")):
         if name:
-            (tmp_path / name).write_text(text)
-        RUN.get(language, lambda *_: None)(text, name, tmp_path)
+            (folder / name).write_text(text)
+        RUN.get(language, lambda *_: None)(text, name, folder)
 
 
 def python(text: str, name: str, folder: Path) -> None:
@@ -92,13 +96,18 @@ DAILY = ("check", "compile", "steady")
 
 
 @pytest.mark.parametrize("name, example", [pytest.param(name, one, marks=() if name in DAILY else WHOLE, id=f"{name} {k}")
-                                           for name, row in COMMANDS.items() for k, one in enumerate([row.example, *row.more])])
+                                           for name, row in COMMANDS.items() if not row.module.startswith(STUDIES)
+                                           for k, one in enumerate([row.example, *row.more])])
 def test_the_examples_of_each_commands_help(name, example, tmp_path):
+    check_example(name, example, tmp_path)
+
+
+def check_example(name: str, example: str, folder: Path) -> None:
     for path in (ROOT / "tools/kalmanq/examples").glob("*.*"):
-        shutil.copy(path, tmp_path)
+        shutil.copy(path, folder)
     if "my.csv" in example and name != "simulate":
-        assert kalmanq(*shlex.split(COMMANDS["simulate"].example)[1:], folder=tmp_path).returncode == 0
-    done = kalmanq(*shlex.split(example)[1:], folder=tmp_path)
+        assert kalmanq(*shlex.split(COMMANDS["simulate"].example)[1:], folder=folder).returncode == 0
+    done = kalmanq(*shlex.split(example)[1:], folder=folder)
     skip_without_webassembly(done)
     assert done.returncode == 0, done.stderr
 

@@ -115,7 +115,7 @@ def test_q16_is_the_filter_of_the_cost_tables(tmp_path):
     """tests/cost/q16_filter.c, word for word of the mean"""
     of = numerics.model("low noise")
     z = np.round(simulate(of, 50, 3)[1][:, 0] / numerics.GRID) * numerics.GRID
-    cost = Path(__file__).parents[1] / "cost"
+    cost = Path(__file__).parents[3] / "tests/cost"
     subprocess.run(["cc", "-shared", "-fPIC", "-o", tmp_path / "q16.so", cost / "q16_filter.c"], check=True)
     library, words = ctypes.CDLL(str(tmp_path / "q16.so")), lambda a: [int(one) for one in np.ravel(np.round(np.asarray(a) / numerics.UNIT))]
     filter_, process, sensor = ((ctypes.c_int32 * 128)(*given) for given in (
