@@ -6,7 +6,6 @@ import os
 import time
 
 from kalmanq import KalmanqError
-from kalmanq.run import campaigns
 
 
 def third(task):
@@ -21,11 +20,6 @@ def refuses_five(task):
 
 def ends_its_process(task):
     os._exit(1) if task == 3 else time.sleep(0.01)
-
-
-def is_long(task):
-    time.sleep(campaigns.BATCH_SECONDS)
-    return task
 
 
 def is_short(task):

@@ -15,6 +15,7 @@ from pathlib import Path
 import matplotlib.pyplot  # noqa: F401
 import scipy.optimize  # noqa: F401
 import scipy.special  # noqa: F401
+from joblib.externals.loky import reusable_executor
 
 from kalmanq import command_line
 from kalmanq.commands import commands
@@ -84,6 +85,7 @@ def _run(arguments: list[str], folder: object, *streams: int) -> None:
             warnings.simplefilter("ignore", silent)
         sys.argv = ["kalmanq", *arguments]
         sys.modules["__main__"] = command_line  # what workers import
+        reusable_executor._executor = None  # those of the parent do not hear this process
         command_line.main()
         code = 0
     except SystemExit as ended:

@@ -420,7 +420,8 @@ def test_two_outputs_are_two_files(tmp_path):
 
 @pytest.mark.parametrize("missing, command, extra", [
     ("matplotlib", ["run", MODEL, NILE, "--plot", "out.png"], "plots"), ("matplotlib", ["report", MODEL, NILE, "-o", "o.html"], "plots"),
-    ("scipy", ["fit", MODEL, NILE], "fitting"), ("scipy", ["design", MODEL, "--core", "m3"], "fitting")])
+    ("scipy", ["fit", MODEL, NILE], "fitting"), ("scipy", ["design", MODEL, "--core", "m3"], "fitting"),
+    ("joblib", ["simulate", MODEL, "--runs", 2, "--out", "o.csv"], "campaigns")])
 def test_what_an_extra_of_the_package_has_is_named(missing, command, extra, tmp_path):
     program = (f"import sys; sys.modules[{missing!r}] = None\nfrom kalmanq.__main__ import main\n"
                f"sys.argv = {['kalmanq', *map(str, command)]}\nmain()")
@@ -466,7 +467,7 @@ def test_without_jinja2_compile_says_what_to_install(tmp_path):
 
 
 def test_the_library_needs_nothing_of_the_command_line():
-    code = ("import sys; sys.modules.update(typer=None, rich=None, click=None, jinja2=None, scipy=None, matplotlib=None); import kalmanq\n"
+    code = ("import sys; sys.modules.update(typer=None, rich=None, click=None, jinja2=None, joblib=None, scipy=None, matplotlib=None); import kalmanq\n"
             "for name in kalmanq.__all__: getattr(kalmanq, name)\nimport kalmanq.run.campaigns")
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True)
     assert (done.returncode, done.stderr) == (0, "")

@@ -85,7 +85,7 @@ def test_a_fit_takes_the_times_of_an_index():
         tables, given = [pandas.DataFrame({model.measurements[0].name: z.ravel()}, index=index)], fit(model, [z], ["R"], times=[times])
         assert abs(fit(model, tables, ["R"]).log_likelihood - given.log_likelihood) < 1e-5
     for call in (lambda: kalmanq.gradient(model, tables), lambda: kalmanq.Estimation(model, tables)):
-        with pytest.raises(KalmanqError, match="of records whose rows are dt apart"):
+        with pytest.raises(KalmanqError, match="records .*dt"):
             call()
 
 
@@ -104,7 +104,7 @@ def test_a_step_may_be_a_duration():
 def test_one_record_is_no_list_of_them():
     model, z = of_time(), np.arange(5.0)
     for given in (z, pandas.DataFrame({"z": z}), pandas.Series(z)):
-        with pytest.raises(KalmanqError, match=r"^z: one record: give a list of them, \[z\]$"):
+        with pytest.raises(KalmanqError, match=r"^z: .*\[z\]$"):
             fit(model, given, ["R"])
 
 
@@ -114,31 +114,48 @@ def test_an_index_that_may_count_rows_is_asked_about():
     rows = pandas.Series(z)
     for table in (rows, rows.set_axis(range(100, 105)), rows.set_axis(pandas.to_datetime(0.1 * np.arange(5) + 1e9, unit="s").round("ms"))):
         assert np.allclose(Filter(model).run(table).mean, apart.mean, rtol=1e-12)
-    for index, said in ((pandas.Index([0, 1, 2, 4, 5]), "^z: its index of whole numbers may be times or numbers of rows: give times=, or z.to_numpy"),
-                        (pandas.RangeIndex(0, 10, 2), "may be times or"), (pandas.RangeIndex(5, name="time"), "may be times or"),
-                        (pandas.Index(["2024-01-01"] * 5), "^z: its index has no times: pandas.to_datetime"),
-                        (pandas.MultiIndex.from_product([["a"], range(5)]), "has no times"),
-                        (pandas.to_datetime(["2024-01-01"] * 5), "^row 1: the index of z: the time is not after the one before: sort the rows.*; or give times=, or z.to_numpy")):
+    for index, said in ((pandas.Index([0, 1, 2, 4, 5]), "^z: its index .*whole numbers .*times=, or z.to_numpy"),
+                        (pandas.RangeIndex(0, 10, 2), "whole numbers"), (pandas.RangeIndex(5, name="time"), "whole numbers"),
+                        (pandas.Index(["2024-01-01"] * 5), "^z: its index .*pandas.to_datetime"),
+                        (pandas.MultiIndex.from_product([["a"], range(5)]), "pandas.to_datetime"),
+                        (pandas.to_datetime(["2024-01-01"] * 5), "^row 1: the index of z: .*sort .*times=, or z.to_numpy")):
         with pytest.raises(KalmanqError, match=said):
             Filter(model).run(rows.set_axis(index))
     seconds = Model.of_continuous([[0.0]], H=[1], R=1, Qc=[1], dt=2, P0=[1])
     assert np.array_equal(Filter(seconds).run(rows.set_axis(range(0, 10, 2))).mean, Filter(seconds).run(z).mean)  # both say the same
     f = Filter(model)
     f.run(rows.set_axis(pandas.date_range("2024-01-01", periods=5, freq="s")))
-    with pytest.raises(KalmanqError, match="times: numbers, the rows before had dates"):
+    with pytest.raises(KalmanqError, match="times: numbers, .*dates"):
         f.run(z, times=np.arange(100.0, 105))
+
+
+def test_a_column_of_times_is_taken_where_the_index_counts_rows():
+    model, z = of_time(), np.arange(6.0)
+    exact, apart = Filter(model).run(z, times=SECONDS), Filter(model).run(z)
+    assert np.abs(exact.mean - apart.mean).max() > 0.1
+    name, dates = model.measurements[0].name, pandas.to_datetime(SECONDS + 1.7e9, unit="s").round("ms")
+    for head, times in (("time", dates), ("time", SECONDS), ("t [ms]", (1000 * SECONDS).round().astype(int))):
+        table = pandas.DataFrame({head: times, name: z, "note": "x"})
+        assert np.allclose(Filter(model).run(table).mean, exact.mean, rtol=1e-6, atol=1e-9)
+        assert np.array_equal(Filter(model).run(table.set_index(0.1 * np.arange(6))).mean, apart.mean)  # the index says it
+    for times in (range(6), ["2024-01-01"] * 6, SECONDS[::-1]):
+        with pytest.raises(KalmanqError, match="column time"):
+            Filter(model).run(pandas.DataFrame({"time": times, name: z}))
+    table = pandas.DataFrame({"time": SECONDS, "z1": z})
+    with pytest.warns(kalmanq.KalmanqWarning, match="column time"):
+        Filter(Model(1, H=1, R=1, Q=1, P0=1)).run(table)
 
 
 def test_what_takes_steps_alone_refuses_an_index_of_others():
     model, z = Model.of_continuous([[0.0]], H=[1], R=1, Qc=[1], dt=0.1, P0=[1]), np.arange(6.0)
     table, even = (pandas.Series(z, index=pandas.to_timedelta(one, unit="s")) for one in (SECONDS, 0.1 * np.arange(6)))
     for make in (SteadyFilter, ReweightedSmoother):
-        with pytest.raises(KalmanqError, match="of steps of dt = 0.1 alone, and the step from 0.1 to 0.5 s is not one"):
+        with pytest.raises(KalmanqError, match="dt = 0.1 .*0.1 to 0.5 s"):
             make(model).run(table)
         assert np.array_equal(make(model).run(even).mean, make(model).run(z).mean)
     f = SteadyFilter(model)
     f.run(even[:2])
-    with pytest.raises(KalmanqError, match="the step from 0.1 to 0.4 s is not one"):
+    with pytest.raises(KalmanqError, match="0.1 to 0.4 s"):
         f.run(even[4:])
 
 
@@ -147,7 +164,7 @@ def test_a_model_of_steps_warns_of_an_irregular_index():
     stamps = pandas.date_range("2024-01-01", periods=9, freq="D")
     left_out = np.delete(np.arange(9), 5)
     rows = pandas.Series(z)
-    said = "^z: row 5: the times of the index are irregular, steps are {0} to {1}, most {0}: each row is taken for one step of the model; "
+    said = "^z: row 5: .*index .*irregular, .* {0} to {1}, .* {0}: "
     for index, least, most in ((stamps[left_out], 86400, 172800), (pandas.Index(left_out), 1, 2), (pandas.Index(0.5 * left_out), 0.5, 1),
                                (pandas.Index(stamps[left_out].to_pydatetime(), dtype=object), 86400, 172800)):
         for call in (Filter(model).run, Smoother(model).run, SteadyFilter(model).run, ReweightedSmoother(model).run,
@@ -155,12 +172,12 @@ def test_a_model_of_steps_warns_of_an_irregular_index():
             with pytest.warns(kalmanq.KalmanqWarning, match=said.format(least, most)) as told:
                 call(rows.set_axis(index))
             assert len(told) == 1, [str(one.message) for one in told]
-    with pytest.warns(kalmanq.KalmanqWarning, match="^z: row 1: the time of the index is not after the one before"):
+    with pytest.warns(kalmanq.KalmanqWarning, match="^z: row 1: .*index .*sort"):
         Filter(model).run(rows.set_axis(stamps[left_out][::-1]))
     for index in (stamps[:8][::-1], pandas.Index(np.arange(8.0)[::-1])):  # newest first
-        with pytest.warns(kalmanq.KalmanqWarning, match="^z: row 1: the time of the index is not after the one before"):
+        with pytest.warns(kalmanq.KalmanqWarning, match="^z: row 1: .*index .*sort"):
             Filter(model).run(rows.set_axis(index))
-    with pytest.warns(kalmanq.KalmanqWarning, match="^z: row ., the times of the index are irregular|^z: row .: the times of the index are irregular"):
+    with pytest.warns(kalmanq.KalmanqWarning, match="^z: row .: .*index .*irregular"):
         Filter(model).run(rows.set_axis(pandas.Index([0, 0.1, 0.2, 17, 17.1, 20, 33, 40])))
     random = np.random.default_rng(1).integers(0, 999, 8)
     with warnings.catch_warnings():
@@ -185,6 +202,6 @@ def test_a_nonlinear_model_takes_the_times_of_an_index():
     assert np.allclose(np.concatenate([f.run(table[:2]).mean, f.run(table[2:]).mean]), exact.mean, rtol=1e-6, atol=1e-9)
     steps = NonlinearModel(lambda x: [x[0] + x[1], x[1]], **GIVEN)
     for call in (NonlinearFilter(steps).run, NonlinearSmoother(steps).run):
-        with pytest.warns(kalmanq.KalmanqWarning, match="the times of the index are irregular, .* functions of dt take them") as told:
+        with pytest.warns(kalmanq.KalmanqWarning, match="index .*irregular, .* functions of dt") as told:
             call(table)
         assert len(told) == 1

@@ -179,9 +179,9 @@ def test_a_form_that_the_model_has_not_is_named(method, tmp_path):
     z = np.zeros((9, 2))
     for model in (Model(np.eye(2), H=np.eye(2), R=np.eye(2), Q=[[2, 0.5], [0.5, 1]]),
                   Model(np.eye(2), H=np.eye(2), R=np.eye(2), G=[[1, 0.5], [0, 1]])):
-        with pytest.raises(KalmanqError, match=r"^Q of the model is not diagonal, Q\[1,0\] is 0.5, .*--q-form multiple"):
+        with pytest.raises(KalmanqError, match=r"^Q .*diagonal, Q\[1,0\] is 0.5, .*--q-form multiple"):
             kalmanq.fit(model, [z], Q_form="diagonal", method=method)
-    with pytest.raises(KalmanqError, match=r"^R of the model is not diagonal, R\[1,0\] is -0.25, .*--r-form multiple .* or full"):
+    with pytest.raises(KalmanqError, match=r"^R .*diagonal, R\[1,0\] is -0.25, .*--r-form multiple .* or full"):
         kalmanq.fit(Model(np.eye(2), H=np.eye(2), R=[[1, -0.25], [-0.25, 1]], Q=np.eye(2)), [z], R_form="diagonal", method=method)
     (tmp_path / "z.csv").write_text("east,north\n" + "1,2\n" * 9)
     done = within("fit", EXAMPLES / "track.toml", tmp_path / "z.csv", "--q-form", "diagonal")
@@ -398,7 +398,7 @@ def test_held_entries_stay_and_only_the_free_ones_move():
     assert np.all(found.model.Q[apart] == 0) and found.converged
     fixed = kalmanq.fit(model, [z], ("R",), held={"R": [[1, 0], [0, 0]]})
     assert abs(fixed.model.R[0, 0] - 2) < 1e-12 and fixed.model.R[0, 1] != 0
-    with pytest.raises(KalmanqError, match="EM holds no entries"):
+    with pytest.raises(KalmanqError, match="EM .*entries"):
         kalmanq.fit(model, [z], held={"Q": apart}, method="em")
 
 
@@ -485,9 +485,9 @@ def test_what_is_not_determined_is_named():
     assert not found.converged and "not determined" in found.message
     assert found.undetermined == ("H[0,0] +1 %, Q[0,0] -2 %, x0[0] -1 %",)
     assert np.isnan(found.standard_errors["H"][0, 0]) and found.standard_errors["A"][0, 0] > 0
-    with pytest.raises(KalmanqError, match="H cannot be free where P0 of x1 is unknown"):
+    with pytest.raises(KalmanqError, match="^H .*P0 of x1"):
         kalmanq.fit(nile_model(), [nile()], ("H", "R"))
-    with pytest.raises(KalmanqError, match="A cannot be free where P0 of x2 is unknown"):
+    with pytest.raises(KalmanqError, match="^A .*P0 of x2"):
         kalmanq.fit(Model([[1, 0.5], [0, 0.9]], H=[1, 0], R=1, Q=[1, 1]), [nile()], ("A", "Q", "R"),
                     held={"A": [[1, 0], [1, 1]]})
     once = Model([[1]], H=[[1], [1]], R=[1.0, 1.0], Q=[[0.0]], P0=[[1.0]])
@@ -560,16 +560,16 @@ def test_starts_are_counted_and_seeded():
 
 
 @pytest.mark.parametrize("given, said", [
-    ({"free": ("Q", "S")}, "S is no parameter"), ({"free": ()}, "nothing is free"), ({"method": "newton"}, "no method"),
-    ({"Q_form": "round"}, "no form"), ({"held": {"A": [[1]]}}, "not one of the free"), ({"starts": 0}, "starts"),
-    ({"held": {"Q": [[1]]}}, "all of Q is fixed"), ({"free": ("x0",)}, "P0 is unknown"),
+    ({"free": ("Q", "S")}, "^S "), ({"free": ()}, "nothing"), ({"method": "newton"}, "newton"),
+    ({"Q_form": "round"}, "round"), ({"held": {"A": [[1]]}}, "^A|A "), ({"starts": 0}, "starts"),
+    ({"held": {"Q": [[1]]}}, "Q .*fixed"), ({"free": ("x0",)}, "P0"),
     ({"u": [None, None]}, "2 records"), ({"seed": -1}, "seed"), ({"starts": 2.5}, "starts"),
     ({"iterations": 0}, "iterations"), ({"tolerance": -1.0}, "tolerance"), ({"tolerance": float("nan")}, "tolerance"),
     ({"arithmetic": "f32"}, "f64"), ({"arithmetic": "q31", "method": "em"}, "f32 and f64")])
 def test_what_cannot_be_is_refused(given, said):
     with pytest.raises(KalmanqError, match=said):
         kalmanq.fit(nile_model(), [nile()], **given)
-    with pytest.raises(KalmanqError, match="begin with some noise"):
+    with pytest.raises(KalmanqError, match="begin"):
         kalmanq.fit(nile_model(P0=[1.0]).changed(Q=[[0.0]]), [nile()])
 
 
@@ -619,10 +619,10 @@ def test_entries_are_named(tmp_path):
 
 
 @pytest.mark.parametrize("options, said", [
-    (["--free", "Q,S"], "S is no parameter"), (["--free", "A[0]"], "A[ROW,COLUMN]"), (["--free", "Q[3,0]"], "1 x 1"),
+    (["--free", "Q,S"], "^S "), (["--free", "A[0]"], "A[ROW,COLUMN]"), (["--free", "Q[3,0]"], "1 x 1"),
     (["--hold", "Q"], "name entries"), (["--hold", "A[0,0]"], "A is not free"), (["--free", "Q R"], "is not NAME"),
     (["--free", "x0[0,0]"], "not of x0"), (["--free", ""], "names nothing"), (["--free", "H,Q,R"], "H^2 Q"),
-    (["--hold", "Q[0,0]"], "all of Q is fixed")])
+    (["--hold", "Q[0,0]"], "Q .*fixed")])
 def test_wrong_input_is_one_line_and_no_file(options, said, tmp_path):
     done = within("fit", guess(tmp_path), NILE, *options, "--out", tmp_path / "out.toml")
     assert done.returncode == 1 and said in done.stderr and done.stderr.count("\n") == 1 and done.stdout == ""
@@ -630,7 +630,7 @@ def test_wrong_input_is_one_line_and_no_file(options, said, tmp_path):
 
 
 def test_a_gradient_to_what_is_no_parameter_is_refused():
-    with pytest.raises(KalmanqError, match="B has no derivatives"):
+    with pytest.raises(KalmanqError, match="B .*derivatives"):
         kalmanq.gradient(nile_model(P0=[1e7]), [nile()], of=("B",))
 
 
@@ -679,7 +679,7 @@ def test_starts_without_a_value_do_not_hide_one_that_has_one(tmp_path):
     z = 1e200 * np.random.default_rng(0).normal(size=60)
     found = kalmanq.fit(Model([[1]], H=[1], R=1, Q=1, P0=[1]), [z], starts=3)
     assert not found.converged and "not finite" in found.message
-    with pytest.raises(KalmanqError, match="^P0 of the diffuse start: the records are so large that no variance stands for it: give P0"):
+    with pytest.raises(KalmanqError, match="^P0 .*records .*give P0"):
         kalmanq.fit(Model([[1]], H=[1], R=1, Q=1), [z])
     model, data = tmp_path / "wild.toml", tmp_path / "wild.csv"
     model.write_text("[model]\nA = [[1]]\nH = [1]\nQ = 1\nR = 1\nP0 = 1\n[measurements]\nnames = ['z']\n")
@@ -698,7 +698,7 @@ def test_a_history_that_ends_by_an_overflow_says_so(arithmetic):
     for run in (kalmanq.Smoother(model, arithmetic).run, kalmanq.Smoother(model.changed(P0=None), arithmetic).run, kalmanq.ReweightedSmoother(model, arithmetic).run,
                 kalmanq.LagSmoother(model, 3, arithmetic).run, kalmanq.InstantSmoother(model, 3, arithmetic).run,
                 lambda z: kalmanq.fit(model.changed(P0=None), [z])):
-        with warnings.catch_warnings(), pytest.raises(KalmanqError, match="a mean or a variance has grown not representable, and what came before") as told:
+        with warnings.catch_warnings(), pytest.raises(KalmanqError, match="representable") as told:
             warnings.simplefilter("ignore")
             run(z)
         assert "memory" not in str(told.value)
@@ -708,10 +708,10 @@ def test_what_a_fit_cannot_begin_from_is_said():
     draw = np.random.default_rng(0)
     z, one = draw.normal(size=(20, 1)), dict(H=[1], R=1, Q=1)
     for model, free, more, said in (
-            (Model([[0.5]], **{**one, "R": 0}, P0=[1]), ("R",), dict(R_form="multiple"), "^R is 0, and stays 0: begin with some noise"),
-            (Model([[0.5]], **one, P0=[0]), ("x0", "P0"), {}, "^P0 is singular: what has no noise"),
-            (Model([[0.5]], **{**one, "Q": 1e305}, P0=[1]), ("R",), {}, r"^A, B, Q: a number is too large: in f64 a variance of a state, or a mean, is at most 2\^1000; take"),
-            (Model([[0.5]], **one, P0=[1e305]), ("R",), {}, "^x0, P0: a number is too large: in f64")):
+            (Model([[0.5]], **{**one, "R": 0}, P0=[1]), ("R",), dict(R_form="multiple"), "^R .*begin"),
+            (Model([[0.5]], **one, P0=[0]), ("x0", "P0"), {}, "^P0 .*singular"),
+            (Model([[0.5]], **{**one, "Q": 1e305}, P0=[1]), ("R",), {}, r"^A, B, Q: .*large.*f64 .*2\^1000"),
+            (Model([[0.5]], **one, P0=[1e305]), ("R",), {}, "^x0, P0: .*large.*f64")):
         with pytest.raises(KalmanqError, match=said):
             kalmanq.fit(model, [z], free, **more)
     tiny = Model([[0]], H=[[-2.66e8], [-2.57e8]], R=[1e4, 1e8], Q=0.0119, P0=[0])

@@ -149,15 +149,15 @@ def test_starts():
 
 def test_nothing_there():
     model, z, u = drawn("cell", 20, 1)
-    for given, said in ((None, "u is missing: current"), ([np.full_like(u, np.nan)], "current: a control is missing")):
+    for given, said in ((None, "^u .*current"), ([np.full_like(u, np.nan)], "current: .*missing")):
         with pytest.raises(kalmanq.KalmanqError, match=said):
             kalmanq.fit(model, [z], model.free, u=given)
     assert kalmanq.fit(model, [np.full_like(z, np.nan)], model.free, u=[u]).message == "there is no data: every measurement is missing"
 
 
 @pytest.mark.parametrize("name, free, said", [
-    ("rover", ["R"], "R of several sensors cannot be free: make what they have a constant"),
-    ("gyro", ["x0"], "x0 cannot be free where the states are errors of nominal numbers")])
+    ("rover", ["R"], "^R .*sensors .*constant"),
+    ("gyro", ["x0"], "^x0 .*nominal")])
 def test_refused_as_a_whole(name, free, said):
     model, z, u = drawn(name, 20, 1)
     with pytest.raises(kalmanq.KalmanqError, match=said):
@@ -166,7 +166,7 @@ def test_refused_as_a_whole(name, free, said):
 
 def test_q_of_a_g_is_refused():
     model, z, u = drawn("cell", 20, 1)
-    with pytest.raises(kalmanq.KalmanqError, match="Q cannot be free where the file has G: make the size of G a constant"):
+    with pytest.raises(kalmanq.KalmanqError, match="^Q .*G .*constant"):
         kalmanq.fit(model.changed(G=np.diag([1e-5, 2e-3])), [z], ["Q"], u=[u])
 
 

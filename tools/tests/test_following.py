@@ -79,7 +79,7 @@ def test_a_point_that_is_unknown_or_none_is_refused():
         InstantSmoother(model, 0).run([1.0, 2.0, 3.0])
     run = InstantSmoother(model, 1).run([1.0, 2.0, 3.0, 2.5])
     assert np.all(np.isfinite(run.instant[1:]))
-    with pytest.raises(KalmanqError, match="row: below 0"):
+    with pytest.raises(KalmanqError, match="^row: "):
         InstantSmoother(models.cart(), -1)
 
 

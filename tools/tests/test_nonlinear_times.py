@@ -286,10 +286,10 @@ def test_what_has_no_step_or_no_times_is_refused_in_one_line(tmp_path):
         command, *more = given
         refused(kalmanq(command, tmp_path / "m.py", *(tmp_path / one if str(one).endswith("csv") else one for one in more)), said, tmp_path)
     model = read(tmp_path / "m.py")
-    for said, do in (("dt is missing: the rows before have times", lambda f: (f.predict(dt=1.0), f.predict())),
-                     ("row 0: the time is not after the one before", lambda f: (f.run([0, 0], times=[0, 1]), f.run([0], times=[1]))),
-                     ("times are missing", lambda f: (f.run([0, 0], times=[0, 1]), f.run([0]))),
-                     ("dt: not a number or a duration above 0", lambda f: f.predict(dt=0))):
+    for said, do in (("^dt .*times", lambda f: (f.predict(dt=1.0), f.predict())),
+                     ("row 0: .*after", lambda f: (f.run([0, 0], times=[0, 1]), f.run([0], times=[1]))),
+                     ("^times .*missing", lambda f: (f.run([0, 0], times=[0, 1]), f.run([0]))),
+                     ("^dt: .*duration", lambda f: f.predict(dt=0))):
         with pytest.raises(KalmanqError, match=said):
             do(NonlinearFilter(model))
     (tmp_path / "m.py").write_text(FIXED)
@@ -429,7 +429,7 @@ def test_the_c_refuses_a_noise_that_is_none(tmp_path):
     with CompiledEquations(model, "f32") as c:
         run = c.run(z, None, times)
     assert "not finite" in run.event_names and np.array_equal(run.mean[2:], run.mean[[1, 1]]) and run.taken[2] == 0
-    with pytest.raises(KalmanqError, match="row 2: .*Q: has a negative variance"):
+    with pytest.raises(KalmanqError, match="row 2: .*Q: .*negative"):
         NonlinearFilter(model).run(z, times=times)
 
 

@@ -102,9 +102,9 @@ def test_two_states_and_a_control():
 
 
 def test_what_cannot_be():
-    with pytest.raises(KalmanqError, match="known start"):
+    with pytest.raises(KalmanqError, match="start"):
         ReweightedSmoother(walk_model(P0=None))
-    with pytest.raises(KalmanqError, match="passes: below 1"):
+    with pytest.raises(KalmanqError, match="^passes: "):
         ReweightedSmoother(walk_model(), passes=0)
     with pytest.raises(KalmanqError, match="nu|range|reweighting"):
         ReweightedSmoother(walk_model(), nu=0).run([1.0, 2.0])

@@ -136,7 +136,7 @@ def test_what_is_refused_changes_nothing(arithmetic):
     assert np.array_equal(f.memory, before) and f.row == 0
     for call in (lambda: f.run([1.0, 2.0], [[0.1], [np.nan]]), lambda: f.predict([np.nan]),
                  lambda: f.forecast(1, [[np.nan]])):
-        with pytest.raises(KalmanqError, match="push: a control is missing"):
+        with pytest.raises(KalmanqError, match="push: .*missing"):
             call()
     assert np.array_equal(f.memory, before)
 
@@ -225,13 +225,13 @@ def test_tables_that_do_not_fit_are_refused_by_name():
     z, _ = models.data(models.pair(), 10, 2)
     pandas, table = frame(z)
     f = Filter(models.pair())
-    with pytest.raises(KalmanqError, match="z: there is no column second; there are note, first"):
+    with pytest.raises(KalmanqError, match="^z: .*second; .*note, first"):
         f.run(table.drop(columns="second"))
-    with pytest.raises(KalmanqError, match="z: there is no column first; there are 0, 1"):
+    with pytest.raises(KalmanqError, match="^z: .*first; .*0, 1"):
         f.run(pandas.DataFrame(z))
-    with pytest.raises(KalmanqError, match="z: the column first is there twice"):
+    with pytest.raises(KalmanqError, match="^z: .*first .*twice"):
         f.run(pandas.concat([table, table["first"]], axis=1))
-    with pytest.raises(KalmanqError, match="not an array of numbers"):
+    with pytest.raises(KalmanqError, match="array of numbers"):
         f.run(table.assign(first="wild"))
 
 
@@ -261,9 +261,9 @@ def test_controls_may_be_a_table_whose_index_agrees():
     assert steady.index.equals(index) and np.array_equal(steady.mean, SteadyFilter(model).run(z, u).mean)
     estimation = kalmanq.Estimation(model, [both], u=[both])
     assert estimation.run(2).log_likelihood == kalmanq.Estimation(model, [z], u=[u]).run(2).log_likelihood
-    with pytest.raises(KalmanqError, match="different indices"):
+    with pytest.raises(KalmanqError, match="indices"):
         Filter(model).run(both, both.set_axis(range(20)))
-    with pytest.raises(KalmanqError, match="u: there is no column push"):
+    with pytest.raises(KalmanqError, match="^u: .*push"):
         Filter(model).run(both, both[["range"]])
 
 
@@ -287,7 +287,7 @@ def test_what_is_masked_is_missing(arithmetic):
     f = Filter(model, arithmetic)
     f.update(np.ma.array([5.0], mask=[True]))
     assert f.taken == 0
-    with pytest.raises(KalmanqError, match="push: a control is missing"):
+    with pytest.raises(KalmanqError, match="push: .*missing"):
         Filter(model, arithmetic).run(z, np.ma.array(u, mask=u > 2))
     level = kalmanq.Model(1, H=1, R=1, Q=1, P0=100, states=[Quantity("x", range=1e3)], measurements=[Quantity("z", range=1e3)])
     assert Filter(level, arithmetic).run(np.ma.array([1, 99, 3], mask=[0, 1, 0])).mean[-1, 0] < 3
@@ -296,7 +296,7 @@ def test_what_is_masked_is_missing(arithmetic):
 def test_a_masked_entry_of_a_model_is_refused():
     for key in ("A", "H", "R", "Q", "x0", "P0"):
         given = {"A": 1.0, "H": 1.0, "R": 1.0, "Q": 1.0, "x0": 0.0, "P0": 1.0, key: np.ma.array([1.0], mask=[True])}
-        with pytest.raises(KalmanqError, match=f"{key}: has an entry that is not finite"):
+        with pytest.raises(KalmanqError, match=f"{key}: .*finite"):
             kalmanq.Model(**given)
 
 
@@ -309,9 +309,9 @@ def test_complex_numbers_are_refused(z):
     model = kalmanq.Model(1, H=1, R=1, Q=1, P0=1, B=1)
     pandas = pytest.importorskip("pandas")
     for given in (z, pandas.Series(z), pandas.DataFrame({"z1": z})):
-        with pytest.raises(KalmanqError, match="z: not an array of numbers .*complex"):
+        with pytest.raises(KalmanqError, match="^z: .*complex"):
             Filter(model).run(given, np.zeros(3))
-    with pytest.raises(KalmanqError, match="u: not an array of numbers .*complex"):
+    with pytest.raises(KalmanqError, match="^u: .*complex"):
         Smoother(model).run(np.zeros(3), z)
     f = Filter(model)
     for call in (f.update, f.predict, f.step):
@@ -320,7 +320,7 @@ def test_complex_numbers_are_refused(z):
     for key in ("A", "H", "R", "Q", "x0", "P0"):
         with pytest.raises(KalmanqError, match=f"{key}: .*complex"):
             kalmanq.Model(**{"A": 1.0, "H": 1.0, "R": 1.0, "Q": 1.0, "x0": 0.0, "P0": 1.0, key: z[1:2]})
-    with pytest.raises(KalmanqError, match="H: not an array of numbers .*complex"):
+    with pytest.raises(KalmanqError, match="^H: .*complex"):
         kalmanq.Filter(kalmanq.Model(1, H=1, R=1, Q=1, P0=1)).run(np.zeros(3), varying=kalmanq.Varying(H=np.array(z)[:, None]))
     with pytest.raises(KalmanqError, match="complex"):
         kalmanq.LeastSquares(x0=[0.0], P0=[1.0]).run(H=np.ones(3), z=np.zeros(3), r=z)

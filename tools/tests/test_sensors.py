@@ -223,25 +223,25 @@ def test_files_of_steps_are_records_and_a_file_of_controls_is_a_part_of_one(tmp_
 
 REFUSED = [
     (lambda f: [written(f, "a.csv", "acc", [1.0]), written(f, "b.csv", "t,pos,speed", ["0"], [1.0], [1.0])],
-     "a.csv: there is no column of times, by which files are joined; --time"),
+     "a.csv: .*--time"),
     (lambda f: [written(f, "a.csv", "t,acc", ["0"], [1.0]), written(f, "b.csv", "t,acc", ["0"], [1.0])],
-     "column acc is in .*a.csv and in .*b.csv: leave one out"),
+     "column acc .*a.csv .*b.csv"),
     (lambda f: [written(f, "a.csv", "t,acc", ["0"], [1.0]), written(f, "b.csv", "t,pos", ["0"], [1.0])],
-     "there is no column speed of the sensor gps"),
-    (lambda f: [written(f, "a.csv", "t,x", ["0"], [1.0])], "there is no column of any sensor: acc, pos, speed"),
+     "speed .*gps"),
+    (lambda f: [written(f, "a.csv", "t,x", ["0"], [1.0])], "sensor: acc, pos, speed"),
     (lambda f: [written(f, "a.csv", "t,acc", ["0"], [1.0]), written(f, "b.csv", "t,x", ["0"], [1.0])],
-     "b.csv: there is no column of the model, acc, pos, speed .--rename acc="),
+     "b.csv: .*acc, pos, speed .--rename acc="),
     (lambda f: [written(f, "a.csv", "t,acc", ["0"], [1.0]), written(f, "b.csv", "t,pos,speed", ["2024-01-01"], [1.0], [1.0])],
-     "b.csv: row 2, column t: the times are dates, the other file's are numbers"),
+     "b.csv: row 2, column t: .*dates, .*numbers"),
     (lambda f: [written(f, "a.csv", "t,acc", ["0", "1"], [1.0, 2.0]),
                 written(f, "b.csv", "t,pos,speed", ["0", "7"], [1.0] * 2, [1.0] * 2)],
-     "the unit of the times is not certain: as seconds, the median step is 1, dt is 0.0025"),
+     "unit .* is 1, dt is 0.0025"),
     (lambda f: [written(f, "a.csv", "t [s],acc", ["0", "0.0025"], [1.0, 2.0]),
                 written(f, "b.csv", "t,pos,speed", ["0", "100"], [1.0] * 2, [1.0] * 2)],
-     "b.csv: column t: the unit of the times is not certain: as seconds, the median step is 100"),
+     "b.csv: column t: .*unit .* is 100"),
     (lambda f: [written(f, "a.csv", "t [s],acc", ["0", "1", "0.5"], [1.0] * 3),
                 written(f, "b.csv", "t [s],pos,speed", ["0"], [1.0], [1.0])],
-     "a.csv: row 4, column t .s.: the time goes back"),
+     "a.csv: row 4, column t .s.: .*back"),
 ]
 
 
@@ -307,7 +307,7 @@ def test_files_of_two_time_zones_are_joined_by_the_instants(tmp_path):
     for zone in ("+05:30", "-08:00"):
         again, _, then = joining.record([imu, made[zone]], model)
         assert np.array_equal(again, z, equal_nan=True) and np.array_equal(at, then)
-    with pytest.raises(KalmanqError, match="gps3.csv: row 2, column time: .*no time zone, the other file's have UTC: write both alike"):
+    with pytest.raises(KalmanqError, match="gps3.csv: row 2, column time: .*zone, .*UTC"):
         joining.record([imu, made[""]], model)
 
 
@@ -509,17 +509,17 @@ def test_a_delay_in_rows(tmp_path):
 
 
 @pytest.mark.parametrize("old, new, said", [
-    ("R = 0.01", "R = 0.01\ndelay = -1", "line 17: delay: is a number, 0 or more"),
-    ("R = 0.01", "R = 0.01\ndelay = '1 s'", "line 17: delay: is a number"),
-    ('name = "gps"', 'name = "imu"', "line 19: name: imu is there twice"), ("R = 0.01", "", "line 11: R: is missing from"),
-    ("R = 0.01", "S = 1\nR = 0.01", "line 16: S: no such key in .*sensors"),
+    ("R = 0.01", "R = 0.01\ndelay = -1", "line 17: delay: .*0 or more"),
+    ("R = 0.01", "R = 0.01\ndelay = '1 s'", "line 17: delay: "),
+    ('name = "gps"', 'name = "imu"', "line 19: name: imu .*twice"), ("R = 0.01", "", "line 11: R: .*missing"),
+    ("R = 0.01", "S = 1\nR = 0.01", "line 16: S: .*sensors"),
     ("H = [0.0, 0.0, 1.0]", "H = [1.0]", "line 15: H: is 1 x 1"),
-    ("R = 0.01", "R = 0.01\nmeasured = 'at'", "measured: is the name of a column of times, beside `delay`"),
-    ('["pos", "speed"]', '["pos"]', "measurements: names has 1 name; there are 2 measurements"),
-    ('["pos", "speed"]', '["pos", "acc"]', "measurements: have one name twice"),
+    ("R = 0.01", "R = 0.01\nmeasured = 'at'", "measured: .*`delay`"),
+    ('["pos", "speed"]', '["pos"]', "measurements: names .* 1 .* 2 "),
+    ('["pos", "speed"]', '["pos", "acc"]', "measurements: .*twice"),
     ("dt = 0.0025", "dt = 0.0025\nH = 1", "line 6: H: is each"),
-    ("[states]", "[measurements]\nnames = []\n[states]", "measurements: is each sensor's own"),
-    ("R = 0.01", "R = -1", "line 16: R: has a neg"), ('name = "gps"', "name = 3", "line 19: name: is not a text"),
+    ("[states]", "[measurements]\nnames = []\n[states]", "measurements: .*sensor's"),
+    ("R = 0.01", "R = -1", "line 16: R: has a neg"), ('name = "gps"', "name = 3", "line 19: name: .*text"),
     ("[[sensors]]\nname = \"gps\"", "[sensors]\nname = \"gps\"", "line 18: ")])
 def test_what_is_no_sensor_is_refused(old, new, said, tmp_path):
     path = walk(tmp_path)

@@ -81,9 +81,9 @@ def test_a_wrong_model_is_found_and_calls_are_the_sequence(arithmetic):
 
 def test_what_cannot_be_watched_is_refused():
     model = models.cart()
-    with pytest.raises(KalmanqError, match="window is in f32"):
+    with pytest.raises(KalmanqError, match="window .*f32"):
         Filter(model).run([1.0], watch=Consistency(model, 10, "f32"))
-    with pytest.raises(KalmanqError, match="window is of 2 components"):
+    with pytest.raises(KalmanqError, match="window .*2 components"):
         Filter(model).run([1.0], watch=Consistency(models.pair()))
     with pytest.raises(KalmanqError):
         Consistency(model, 0)
@@ -147,7 +147,7 @@ def test_least_squares_that_cannot_be_say_why():
     fit = LeastSquares(x0=[0.0], P0=[1.0])
     with pytest.raises(KalmanqError, match="H is 1 rows, z 2"):
         fit.run(H=[[1.0]], z=[1.0, 2.0])
-    with pytest.raises(KalmanqError, match="not finite"):
+    with pytest.raises(KalmanqError, match="finite"):
         fit.run(H=[[1.0]], z=[np.nan])
     with pytest.raises(KalmanqError, match="H is 1 x 2, not T x 1"):
         fit.run(H=[[1.0, 2.0]], z=[1.0])

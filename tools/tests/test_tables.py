@@ -58,32 +58,38 @@ def test_what_is_certain_is_found(which, tmp_path):
     assert same(columns(written(tmp_path, WRITTEN[which])), [FLOW])
 
 
-@pytest.mark.parametrize("encoding", ["utf-8", "utf-8-sig", "latin-1", "utf-16", "utf-16-le", "utf-16-be", "utf-32"])
+@pytest.mark.parametrize("encoding", ["utf-8", "utf-8-sig", "latin-1", "utf-16", "utf-32"])
 def test_letters_are_found(encoding, tmp_path):
     text = "# Abfluß der Würm\nFläche;Durchfluß [m³/s]\nä;1,5\nö;NA\nü;-2,25\nß;1000\n"
     assert same(columns(written(tmp_path, text, encoding), ["Durchfluß"]), [FLOW])
 
 
+@pytest.mark.parametrize("encoding", ["utf-16-le", "utf-16-be"])
+def test_letters_without_their_mark_are_refused(encoding, tmp_path):
+    with pytest.raises(KalmanqError, match="UTF-8"):
+        columns(written(tmp_path, "flow\n1.5\n", encoding))
+
+
 def test_a_quoted_name_with_a_semicolon_is_a_name(tmp_path):
     assert columns(written(tmp_path, '"flow;1"\n2\n3\n'), ["flow;1"]) == [[2, 3]]
-    with pytest.raises(KalmanqError, match="no column flow; there are flow;1"):
+    with pytest.raises(KalmanqError, match="flow; .*flow;1"):
         columns(written(tmp_path, '"flow;1"\n2\n'))
 
 
 UNCERTAIN = {  # and what is said
-    "a;flow\nx;1,234\nx;2,345\n": "row 2, column flow: '1,234' is not a number; .*--decimal ,",
-    "a;flow\nx;1,5\nx;2.5\n": "row 2, column flow: '1,5' is not a number",
-    "a;flow\nx;1\nx;2\nx;1,5\n": "row 4, column flow: '1,5' is not a number; .*--decimal ,",  # after the first block
-    "a;flow\nx;1.234,5\nx;2.000,5\n": "'1.234,5' is not a number; digits are not grouped here",
-    "flow\n1_000\n": "row 2, column flow: '1_000' is not a number",
-    "flow\n1\n2,5\n": "row 3: 2 fields, not 1; .*--decimal ,",
-    "flow\n1\n?\n": "row 3, column flow: '\\?' is not a number; if it is missing: --missing",
-    "1,2\n3,4\n": "row 1: there is no header: 1, 2 are no names; the first row has the names of the columns, flow among them",
-    "time,x,1\n0,2,3\n": "there is no column flow; there are time, x, 1",
-    "a,flow\n1,2\n3\n": "row 3: 1 field, not 2: fill it in, or leave the row out",
-    "flow [m],flow [ft]\n1,2\n": "the column flow is there twice",
-    "a,b;c\n1,2;3\n": "',' or ';' may be between fields: --separator says which",
-    "\0\1\2\3": "is not text",
+    "a;flow\nx;1,234\nx;2,345\n": "row 2, column flow: '1,234' .*--decimal ,",
+    "a;flow\nx;1,5\nx;2.5\n": "row 2, column flow: '1,5' ",
+    "a;flow\nx;1\nx;2\nx;1,5\n": "row 4, column flow: '1,5' .*--decimal ,",  # after the first block
+    "a;flow\nx;1.234,5\nx;2.000,5\n": "'1.234,5' .*grouped",
+    "flow\n1_000\n": "row 2, column flow: '1_000' ",
+    "flow\n1\n2,5\n": "row 3: 2 .*--decimal ,",
+    "flow\n1\n?\n": "row 3, column flow: '\\?' .*--missing",
+    "1,2\n3,4\n": "row 1: .*header: 1, 2 .*flow",
+    "time,x,1\n0,2,3\n": "flow; .*time, x, 1",
+    "a,flow\n1,2\n3\n": "row 3: 1 .*2: fill",
+    "flow [m],flow [ft]\n1,2\n": "flow .*twice",
+    "a,b;c\n1,2;3\n": "',' or ';' .*--separator",
+    "\0\1\2\3": "text",
 }
 
 
@@ -103,7 +109,7 @@ def test_what_is_said_is_taken(tmp_path):
 
 def test_a_unit_that_is_another_one_is_refused(tmp_path):
     path = written(tmp_path, "pos [cm],speed [m/s]\n1,2\n")
-    with pytest.raises(KalmanqError, match=r"row 1: pos \[cm\] is in cm, the model has pos in m: convert it"):
+    with pytest.raises(KalmanqError, match=r"row 1: pos \[cm\] .*cm, .*pos in m: convert"):
         columns(path, WANTED)
     assert columns(path, WANTED, rename={"pos": "pos [cm]"}) == [[1], [2]]
     assert columns(written(tmp_path, "pos [m],speed [m/s]\n1,2\n"), WANTED) == [[1], [2]]

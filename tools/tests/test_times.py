@@ -348,17 +348,17 @@ def test_a_qc_of_fewer_noises_keeps_its_rank():
 def test_what_is_not_fitted_at_irregular_times(tmp_path):
     times, z = drawn_at_random_times(1)
     two, gm = cart(Qc=[0.1, 0.5]), built("temperature", (20, 0.5, 0.04), tmp_path)
-    for given, said in ((dict(free=["A"]), "A of records at irregular times is not fitted: leave it out of --free"),
-                        (dict(model=two, method="em"), r"^EM has no best Qc, .*: take maximum likelihood \(ml\), or --q-form multiple"),
-                        (dict(free=["F"], method="em"), "^EM of a model in continuous time estimates Qc and R, not F"),
-                        (dict(model=two, method="em", Q_form="diagonal", held={"Q": np.eye(2)}), "EM holds no entries"),
-                        (dict(model=cart(Qc=[[1, 1], [1, 1]]), Q_form="diagonal"), r"Q of the model is not diagonal, Q\[1,0\] is 1"),
-                        (dict(model=cart(Qc=[0, 0])), "^Qc is 0, and stays 0"), (dict(times=[times, times]), "times has 2 records"),
-                        (dict(model=gm, free=["time_constant", "x0"]), "^x0 cannot be free beside parameters of the builder: time_constant, "),
-                        (dict(model=gm, free=["time_constant[1]"]), "time_constant has 1 number$"), (dict(model=gm, free=["sigma[a]"]), "is not there"),
-                        (dict(model=gm, free=["sigma"], R_form="multiple"), "^parameters of a builder are free each by itself"),
-                        (dict(model=gm, free=["dt"]), "and time_constant, sigma, noise of its builder;"),
-                        (dict(model=built("mast", (1.7, 0, 1, 1), tmp_path), free=["damping"]), "^damping is not above 0, and its logarithm")):
+    for given, said in ((dict(free=["A"]), "^A .*irregular .*--free"),
+                        (dict(model=two, method="em"), r"^EM .*Qc, .*\(ml\), or --q-form multiple"),
+                        (dict(free=["F"], method="em"), "^EM .*Qc and R, not F"),
+                        (dict(model=two, method="em", Q_form="diagonal", held={"Q": np.eye(2)}), "^EM .*entries"),
+                        (dict(model=cart(Qc=[[1, 1], [1, 1]]), Q_form="diagonal"), r"^Q .*diagonal, Q\[1,0\] is 1"),
+                        (dict(model=cart(Qc=[0, 0])), "^Qc is 0"), (dict(times=[times, times]), "times .*2 records"),
+                        (dict(model=gm, free=["time_constant", "x0"]), "^x0 .*builder: time_constant, "),
+                        (dict(model=gm, free=["time_constant[1]"]), "time_constant .*1 number$"), (dict(model=gm, free=["sigma[a]"]), r"sigma\[a\]"),
+                        (dict(model=gm, free=["sigma"], R_form="multiple"), "^parameters .*builder"),
+                        (dict(model=gm, free=["dt"]), "time_constant, sigma, noise .*builder;"),
+                        (dict(model=built("mast", (1.7, 0, 1, 1), tmp_path), free=["damping"]), "^damping .*logarithm")):
         with pytest.raises(KalmanqError, match=said):
             fit(given.pop("model", cart()), [z], given.pop("free", ["Q"]), times=given.pop("times", [times]), **given)
 
@@ -488,14 +488,14 @@ def test_a_frozen_gain_and_regressors_take_times():
 
 
 @pytest.mark.parametrize("times, said", [
-    ([0, 1, 1, 2], "row 2: the time is not after the one before"), ([0, 1, 0.5, 2], "row 2: the time is not after"),
-    ([0, 1, np.nan, 2], "row 2: the time is missing"), ([0, 1, 2], "times are 3, not 4"), (["a", 1, 2, 3], "times: not numbers"),
-    (np.array(["2020-01-01"] * 4, "datetime64[s]"), "row 1: the time is not after the one before"),
-    (["2020-01-01", "2020-01-02", "2020-01-03", "2020-01-04"], "times: not numbers, dates or durations: .* of texts$"),
-    (np.array(["2020-01-01", "NaT", "2020-01-03", "2020-01-04"], "datetime64[s]"), "row 1: the time is missing"),
-    (np.arange(4).astype("timedelta64[M]"), "durations in months, or without a unit"), (np.arange(4).astype("timedelta64"), "without a unit"),
-    ([datetime(2020, 1, 1), datetime(2020, 1, 2, tzinfo=timezone.utc)] * 2, "times: some have a time zone"),
-    ([0, 1, 1e300, 2e300], "so long that the model is not representable")])
+    ([0, 1, 1, 2], "row 2: .*after"), ([0, 1, 0.5, 2], "row 2: .*after"),
+    ([0, 1, np.nan, 2], "row 2: .*missing"), ([0, 1, 2], "times are 3, not 4"), (["a", 1, 2, 3], "^times: .*numbers"),
+    (np.array(["2020-01-01"] * 4, "datetime64[s]"), "row 1: .*after"),
+    (["2020-01-01", "2020-01-02", "2020-01-03", "2020-01-04"], "^times: .* of texts$"),
+    (np.array(["2020-01-01", "NaT", "2020-01-03", "2020-01-04"], "datetime64[s]"), "row 1: .*missing"),
+    (np.arange(4).astype("timedelta64[M]"), "months.*unit"), (np.arange(4).astype("timedelta64"), "unit"),
+    ([datetime(2020, 1, 1), datetime(2020, 1, 2, tzinfo=timezone.utc)] * 2, "^times: .*zone"),
+    ([0, 1, 1e300, 2e300], "representable")])
 def test_what_is_no_time_is_refused(times, said):
     model = Model.of_continuous([[0, 1], [0, 0]], H=[1, 0], R=0.1, Qc=[0, 1], dt=0.1, P0=[1, 1])
     with pytest.raises(KalmanqError, match=said):
@@ -507,16 +507,16 @@ def test_what_takes_no_times_says_so():
     for refused, said in ((lambda: Filter(steps).run([1, 2], times=[0, 1]), "F, Qc and dt"),
                           (lambda: Filter(steps).predict(dt=1.0), "F, Qc, dt"),
                           (lambda: Filter(model).predict(dt=0.0), "above 0"),
-                          (lambda: Filter(model).run([1, 2], times=[0, 1], varying=Varying(A=[1, 1])), "the times make A, B and Q")):
+                          (lambda: Filter(model).run([1, 2], times=[0, 1], varying=Varying(A=[1, 1])), "A, B and Q")):
         with pytest.raises(KalmanqError, match=said):
             refused()
     f = Filter(model)
     f.run([1.0, 2.0])
-    with pytest.raises(KalmanqError, match="the time of the last row is not known"):
+    with pytest.raises(KalmanqError, match="last row"):
         f.run([1.0], times=[3.0])
     f = Filter(model)
     f.run([1.0, 2.0], times=[0, 1])
-    with pytest.raises(KalmanqError, match="row 0: the time is not after"):
+    with pytest.raises(KalmanqError, match="row 0: .*after"):
         f.run([1.0], times=[1.0])
 
 

@@ -56,7 +56,7 @@ def test_a_module_is_as_it_was(module):
 
 
 def test_numbers_kept_in_a_module_are_put_back():
-    with pytest.raises(tracing.Untraced, match="called twice"):
+    with pytest.raises(tracing.Untraced, match="twice"):
         Formulas(refused.counting)
     assert refused.calls == 0
 
@@ -68,7 +68,7 @@ def test_one_trace_inside_another():
 
     before = dict(globals())
     assert repr(traced_alone(outer)[0].op) == "'sin'"
-    with pytest.raises(tracing.Untraced, match="has no formula"):
+    with pytest.raises(tracing.Untraced, match="formula"):
         traced_alone(lambda x: [math.sin(x[0]), *Formulas(refused.gamma).nodes])
     assert {**globals()} == before and math.sin(0.0) == 0.0 and traced.math is math and traced.helper.math is math
 

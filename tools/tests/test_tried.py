@@ -46,8 +46,8 @@ def model_of(folder: Path, text: str) -> NonlinearModel:
     return read(folder / "model.py")
 
 
-@pytest.mark.parametrize("ranges, said", [("1, 10", "hot left its range in row 2, at 42: take a smaller step"),
-                                          ("1, [-5, 5]", "hot left its range in row 1, at 6: "), ("[1, 2], 1e3", "calm left its range in row 0, at 0.5: ")])
+@pytest.mark.parametrize("ranges, said", [("1, 10", "hot .*row 2, at 42: "),
+                                          ("1, [-5, 5]", "hot .*row 1, at 6: "), ("[1, 2], 1e3", "calm .*row 0, at 0.5: ")])
 def test_rows_that_go_wrong_are_told_from_where_they_left_the_ranges(ranges: str, said: str, tmp_path: Path) -> None:
     with pytest.raises(KalmanqError, match=f"^row [0-9]+: .*{said}"):
         simulate(model_of(tmp_path, RUNAWAY.replace("RANGES", ranges)), 50, 1)
@@ -95,7 +95,7 @@ def test_f_and_an_increment_that_contradict_each_other(factor: float, is_refused
     both = f"def increment(x):\n    return [{factor} * (new - old) for new, old in zip(f(x), x)]\n"
     model = model_of(tmp_path, PENDULUM + both)
     if is_refused:
-        with pytest.raises(KalmanqError, match="increment: of .*: correct the one or leave the other out"):
+        with pytest.raises(KalmanqError, match="increment: .*correct"):
             refuse_wrong(model)
     else:
         refuse_wrong(model)

@@ -21,6 +21,7 @@ from kalmanq.data import joining
 from kalmanq.fitting.entries import free_and_held
 from kalmanq.model import Model, Quantity, model_file
 from kalmanq.run.diagnostics import mean_bounds
+from kalmanq.run.robust import LOSSES
 from kalmanq.run.simulation import drawn
 from kalmanq.tune import page
 from tune_node import nameless, needs_browser, needs_node, numbers, ready, settled, shown
@@ -576,8 +577,13 @@ def test_nothing_stale_is_shown(chromium, tmp_path):
     do("paint('late', 50, 60)")  # then there is no lag
     assert chromium.run("drawn.pictures.lagged === undefined") and "no fixed lag" in text("painted")
     do("$('reset').click(); change({ lag: 4, loss: 'jump', parameter: 9 })")
-    assert chromium.run("drawn.refused === null && drawn.pictures.lagged === undefined")
-    do("$('reset').click(); change({ loss: 'gate', parameter: 0.99 }); paint('gap', 0, 110); measureDistance()")
+    assert chromium.run("drawn.refused === null && drawn.pictures.lagged === undefined") and "--robust jump=9\n" in chromium.run("commands()")
+    assert chromium.run("[...$('loss').options].map((one) => one.value)") == ["none", *LOSSES]
+    do("setParameter(0.5)")
+    assert "at least 1" in text("message") and chromium.run("set.parameter") == 9
+    do("$('reset').click(); change({ loss: 'gate', parameter: 0.99 })")
+    assert "--robust gate=2.5758\n" in chromium.run("commands()")
+    do("paint('gap', 0, 110); measureDistance()")
     assert chromium.run("seenBy.second[0] === set.cells")  # by what the distances are measured
     do("$('reset').click(); change({ arithmetic: 'q31', cells: { 5: 1e9 } })")
     do("$('state').value = 1; $('state').onchange()")

@@ -215,7 +215,7 @@ def test_shapes_of_data_are_checked():
     for z, u in (([[1, 2]], None), ([1, 2], [1]), (["a"], None), ([1.0], [[1, 2]])):
         with pytest.raises(KalmanqError):
             f.run(z, u)
-    with pytest.raises(KalmanqError, match="fixed point needs"):
+    with pytest.raises(KalmanqError, match="fixed point"):
         Filter(kalmanq.Model([[1]], H=[1], R=1, Q=1, P0=[1]), "q31")
     with pytest.raises(KalmanqError):
         f.forecast(-1)
@@ -248,7 +248,7 @@ def test_a_sigma_of_q31_is_that_of_its_covariance(seed):
     z[50:60] = np.nan
     exact, limit = models.textbook(model, z, None), 1e-6
     sigma, smoothed = (np.sqrt(np.einsum("tii->ti", exact[name])) for name in ("covariance", "smoothed_covariance"))
-    with pytest.warns(KalmanqWarning, match="sigma of velocity is 10, beyond its declared range of 5: raise"):
+    with pytest.warns(KalmanqWarning, match="sigma of velocity is 10, .* 5: raise"):
         f = Filter(model, "q31")
         run = f.run(z)
     assert np.max(np.abs(run.sigma / sigma - 1)) < limit and np.max(np.abs(f.sigma / sigma[-1] - 1)) < limit

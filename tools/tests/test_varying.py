@@ -168,18 +168,18 @@ def test_the_likelihood_of_records():
 
 
 def test_an_adaptation_refuses_what_varies():
-    with pytest.raises(KalmanqError, match="one process and one sensor"):
+    with pytest.raises(KalmanqError, match="one process"):
         AdaptiveFilter(Model(1, H=1, R=1, Q=0.1, P0=1)).run(np.zeros(9), varying=Varying(A=np.ones(9)))
 
 
 @pytest.mark.parametrize("given, said", [
     ({"A": np.ones((29, 2, 2))}, "A is 29 x 2 x 2, not 30 x 2 x 2"), ({"H": np.ones((30, 3))}, "H is 30 x 3, not 30 x 1 x 2"),
     ({"H": np.ones((30, 1, 3))}, "H is 30 x 1 x 3, not 30 x 1 x 2"), ({"H": np.ones((29, 2))}, "H is 29 x 2, not 30 x 1 x 2"),
-    ({"H": np.full((30, 2), np.nan)}, "row 0: H has an entry that is not finite"),
-    ({"Q": np.full((30, 2, 2), np.nan)}, "row 0: Q has an entry that is not finite"),
-    ({"B": np.ones((30, 2, 1))}, "B: the model has no controls"),
+    ({"H": np.full((30, 2), np.nan)}, "row 0: H .*finite"),
+    ({"Q": np.full((30, 2, 2), np.nan)}, "row 0: Q .*finite"),
+    ({"B": np.ones((30, 2, 1))}, "^B: .*controls"),
     ({"Q": -np.ones((30, 2))}, "row 0: .*Q"), ({"R": np.full((30, 1, 1), -1.0)}, "row 0: .*R"),
-    ({"A": "x"}, "A: not an array of numbers")])
+    ({"A": "x"}, "^A: .*array")])
 @pytest.mark.parametrize("arithmetic", ["f64", "f32", "q31"])
 def test_what_does_not_fit_is_refused(given, said, arithmetic):
     model = Model(np.eye(2), H=[1, 1], R=1, Q=[1, 1], P0=[1, 1], states=[Quantity("a", "", 9), Quantity("b", "", 9)],
@@ -190,7 +190,7 @@ def test_what_does_not_fit_is_refused(given, said, arithmetic):
 
 def test_a_value_beyond_its_range_names_the_row():
     model = Model(1, H=1, R=1, Q=1, P0=1, states=[Quantity("x", "", 9)], measurements=[Quantity("z", "", 64)])
-    with pytest.raises(KalmanqError, match="row 17: z = 70: measurements: beyond the declared range"):
+    with pytest.raises(KalmanqError, match="row 17: z = 70: .*range"):
         Smoother(model, "q31").run(70.0 * (np.arange(30) == 17), varying=Varying(H=np.ones(30)))
 
 

@@ -58,7 +58,7 @@ def test_equal_to_the_last_bit() -> None:
 
 @pytest.mark.parametrize("words", [(8, 17, 20), (8, 16, 22)])
 def test_a_bit_that_differs(words: tuple[float, ...]) -> None:
-    with pytest.raises(boards.BoardError, match="2 of 3 numbers equal.*not what kalmanq run says"):
+    with pytest.raises(boards.BoardError, match="2 of 3 .*kalmanq run"):
         boards.compared(Printed("adc", "compiled", level(*words), HOST))
 
 
@@ -86,7 +86,7 @@ def test_numbers_in_float(name: str, way: str, off: float, is_right: bool) -> No
     if is_right:
         assert f"{100 - 2 * late} rows" in boards.compared(job)[1]
     else:
-        with pytest.raises(boards.BoardError, match="not what kalmanq run says"):
+        with pytest.raises(boards.BoardError, match="kalmanq run"):
             boards.compared(job)
 
 

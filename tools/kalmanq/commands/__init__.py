@@ -17,6 +17,7 @@ class Row(NamedTuple):
     more: Sequence[str] = ()
 
 
+ON_DASK = "within joblib's parallel_config(backend=\"dask\") run_campaign of Python runs on your cluster: tools/docs/guides/many_runs.md"
 GONE = {  # of a command: options that it had before 2.0, and why it has no more
     "compile": {
         "--form": "compile has one form, which takes any gaps; leave it out",
@@ -26,6 +27,8 @@ GONE = {  # of a command: options that it had before 2.0, and why it has no more
         "--student": "it is --robust student=NU",
         "--settle": "the gain counts as constant where every variance is within 1e-6 of the steady one; leave it out",
         "--data": "declare the ranges of states and controls in MODEL.py, which formats hold"},
+    "simulate": {"--dask": ON_DASK},
+    "study": {"--dask": ON_DASK},
 }
 COMMANDS = {
     "run": Row(

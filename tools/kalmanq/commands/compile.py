@@ -12,7 +12,7 @@ from rich.console import Console
 
 from kalmanq.commands import compile_equations
 from kalmanq.commands.messages import print_json, tell_written
-from kalmanq.commands.options import ANY_MODEL, JSON, choices, command_of, robust_of
+from kalmanq.commands.options import ANY_MODEL, JSON, choices, command_of, forms_of, robust_of
 from kalmanq.commands.writing import alone, over_library, remarks_of, write
 from kalmanq.compiler.given.names import WORDS, identifier
 from kalmanq.compiler.given.request import ARITHMETICS, Options as Wanted, refuse_over_library
@@ -25,9 +25,8 @@ from kalmanq.firmware.steps_kept import MOST_STEPS
 from kalmanq.model import model_file
 from kalmanq.nonlinear import file as nonlinear_file
 from kalmanq.run.parts import WAYS, ways_of
-from kalmanq.run.robust import LOSSES, Robust
+from kalmanq.run.robust import ALONE, LOSSES, Robust
 
-ALONE = ("gate", "student")  # losses that C without the library has
 
 
 @dataclass(frozen=True)
@@ -35,7 +34,7 @@ class Options:
     model: Path = ANY_MODEL
     out: Path = typer.Option(..., "-o", "--out", metavar="NAME.c", help="The C file. NAME.h, NAME_test.c and NAME_report.txt are written next to it.")
     arithmetic: choices("Compiled", ARITHMETICS) = typer.Option("f32", "--arith", help="The arithmetic of the C file.")
-    robust: Optional[str] = typer.Option(None, "--robust", metavar="gate[=K]|student[=NU]", help="Against outliers. gate: reject what is more than K sigma "
+    robust: Optional[str] = typer.Option(None, "--robust", metavar=forms_of(ALONE), help="Against outliers. gate: reject what is more than K sigma "
                                          "(3.8906) from its prediction; student: less weight, as Student's noise with NU (10) degrees of freedom gives it. "
                                          "--library: huber[=K] and jump[=G], too.")
     nis: bool = typer.Option(False, "--nis", help="Also compute NIS and the variances of innovations (f32, f64: the likelihood, too).")

@@ -41,7 +41,7 @@ class Found:
         return "missing" if self.version is None else self.version
 
 
-MODULES = {"kalmanq": "all commands", "numpy": "all commands", "scipy": "fit, design, report, compare, simulate --runs", "matplotlib": "--plot, report",
+MODULES = {"kalmanq": "all commands", "numpy": "all commands", "scipy": "fit, design, report, compare, simulate --runs", "joblib": "simulate --runs, study", "pandas": "dates such as 31.05.2026", "matplotlib": "--plot, report",
            "PIL": "--plot, report", "jinja2": "the C of compile, check, design, tune and --compiled", "unicorn": "costs of compile, design, report, tune",
            "elftools": "costs of compile, design, report, tune"}
 SOURCES = {"PIL": "pillow", "elftools": "pyelftools"}

@@ -41,7 +41,6 @@ JSON = typer.Option(False, "--json", help="Print the results as JSON.")
 ARITHMETIC = typer.Option("f64", "--arith", help="The arithmetic of the chip: float, double or fixed point.")
 COMPILED = typer.Option(False, "--compiled", help="Run the C that kalmanq compile writes, built on this machine.")
 WORKERS = typer.Option(None, "--workers", min=1, help="Number of processes; all cores by default.")
-DASK = typer.Option(None, "--dask", metavar="ADDRESS", help="Run on the cluster of this Dask scheduler.")
 FRESH = typer.Option(False, "--fresh", help="Start anew: do not go on where a command was interrupted.")
 
 # How a file of data is written; of every command that reads one
@@ -63,7 +62,6 @@ LAYOUT = {
         None, "--jitter", metavar="SHARE", min=0, max=0.49, help="A step counts as a multiple of dt if it is off by less than this share of dt.",
         rich_help_panel=LAYOUT_PANEL)),
 }
-USUAL = {"gate": 4, "huber": 3, "student": 10, "jump": 9}  # what messages show
 READ = ("data", "controls", "at")  # fields that are files of data
 
 
@@ -110,6 +108,11 @@ def require_steps(model: Model, times: Optional[np.ndarray], what: str) -> None:
     require_even(model, times, what, f"leave {what} out; --jitter takes steps that are nearly dt for dt; --time none takes each row for one")
 
 
+def forms_of(losses: Iterable[str]) -> str:
+    """As --robust takes them: gate[=K]|..."""
+    return "|".join(f"{name}[={LOSSES[name].letter}]" for name in losses)
+
+
 def robust_of(given: Optional[str], known: Iterable[str] = LOSSES) -> Optional[Robust]:
     """Of --robust LOSS[=PARAMETER]; known: losses that the command has"""
     if given is None:
@@ -121,9 +124,9 @@ def robust_of(given: Optional[str], known: Iterable[str] = LOSSES) -> Optional[R
     try:
         parameter = float(value) if has_value else None
     except ValueError:
-        raise KalmanqError(f"--robust {given}: {value or 'nothing'} is not a number: give one, such as {loss}={USUAL[loss]}") from None
+        raise KalmanqError(f"--robust {given}: {value or 'nothing'} is not a number: give one, such as {loss}={LOSSES[loss].shown:g}") from None
     if parameter is not None and loss == "gate" and not 1 < parameter < math.inf:
-        raise KalmanqError(f"--robust {given}: K is in sigma, above 1: give gate=4, or gate alone")
+        raise KalmanqError(f"--robust {given}: K is in sigma, above 1: give gate={LOSSES['gate'].shown:g}, or gate alone")
     try:
         return Robust(loss, parameter)
     except KalmanqError as problem:

@@ -25,6 +25,7 @@ from kalmanq.commands.options import (
     Arithmetic,
     choices,
     command_of,
+    forms_of,
     read_any,
     refuse_compiled,
     require_steps,
@@ -45,6 +46,7 @@ from kalmanq.nonlinear.methods import BY_POINTS, METHODS
 from kalmanq.run.filters import Filter, LagSmoother
 from kalmanq.run.parts import WAYS
 from kalmanq.run.results import Run
+from kalmanq.run.robust import LOSSES
 from kalmanq.run.streamed import StreamedSmoother
 
 BLOCK = 65536  # rows in memory at once
@@ -61,7 +63,7 @@ class Options:
     smooth: bool = typer.Option(False, "--smooth", help="Smooth: also give each state given all rows.")
     lag: Optional[int] = typer.Option(None, "--lag", metavar="L", min=0, help="At each row, also give the state of L rows ago.")
     forecast: int = typer.Option(0, "--forecast", metavar="K", min=0, max=10_000, help="Forecast K rows of dt after the last one; the last control stays.")
-    robust: Optional[str] = typer.Option(None, "--robust", metavar="gate[=K]|huber[=K]|student[=NU]|jump[=G]", help="Against outliers: gate rejects rows as unlikely as a "
+    robust: Optional[str] = typer.Option(None, "--robust", metavar=forms_of(LOSSES), help="Against outliers: gate rejects rows as unlikely as a "
                                          "measurement K sigma off (3.89), huber counts no more than K sigma (3), student weighs with NU degrees of freedom (10). "
                                          "For jumps of the state: jump raises P where e^2 is above G S (9).")
     way: Optional[choices("Way", WAYS)] = typer.Option(None, "--as", help="f32, q31: compute bit for bit as the C file of `design --way`.")

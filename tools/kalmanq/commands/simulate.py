@@ -14,7 +14,7 @@ import typer
 from rich.console import Console
 
 from kalmanq.commands.messages import print_json, table, tell_written
-from kalmanq.commands.options import ANY_MODEL, COMPILED, DASK, FRESH, JSON, WORKERS, AnyModel, Arithmetic, command_of, read_any, refuse_compiled, require_steps
+from kalmanq.commands.options import ANY_MODEL, COMPILED, FRESH, JSON, WORKERS, AnyModel, Arithmetic, command_of, read_any, refuse_compiled, require_steps
 from kalmanq.compiler.run.equation_run import compiled_equations_run
 from kalmanq.compiler.run.simulation import NO_SMOOTHER, compiled_run
 from kalmanq.data import tables
@@ -47,7 +47,6 @@ class Options:
     smooth: bool = typer.Option(False, "--smooth", help="With --runs: smooth each run, too.")
     compiled: bool = COMPILED
     workers: Optional[int] = WORKERS
-    dask: Optional[str] = DASK
     fresh: bool = FRESH
     json: bool = JSON
 
@@ -55,7 +54,7 @@ class Options:
 def simulate_file(options: Options, console: Console) -> None:
     if options.runs is not None:
         return simulate_runs(options, console)
-    given = [f"--{name}" for name in ("arith", "smooth", "compiled", "workers", "dask", "fresh", "json")
+    given = [f"--{name}" for name in ("arith", "smooth", "compiled", "workers", "fresh", "json")
              if getattr(options, {"arith": "arithmetic"}.get(name, name))]
     if given:
         raise KalmanqError(f"{', '.join(given)}: {'go' if len(given) > 1 else 'goes'} with --runs")
@@ -151,7 +150,7 @@ def simulate_runs(options: Options, console: Console) -> None:
     with progress_bar(f"{model.name}, {_way(options)}") as progress:
         made = list(run_campaign(
             partial(one_run, study), range(options.runs), fingerprint=_fingerprint(options, u, times), journal=journal_of(out),
-            workers=options.workers, dask=options.dask, progress=progress, fresh=options.fresh))
+            workers=options.workers, progress=progress, fresh=options.fresh))
     columns = {name: np.array([row[name] for row in made], object) for name in made[0]}
     with tables.writing(out, list(columns), [options.model]) as write:
         write(columns.values())
@@ -180,8 +179,6 @@ def _out(options: Options) -> Path:
         raise KalmanqError("--runs: needs --out, a row a run")
     if options.truth:
         raise KalmanqError("--truth: of one run alone, without --runs")
-    if options.workers is not None and options.dask is not None:
-        raise KalmanqError("--workers and --dask: one of them")
     refuse_output(options.out, [options.model])
     return options.out
 

@@ -81,9 +81,13 @@ def _moment(one: Any) -> Any:
 # ------------------------------------------------------------------------------ the index of a table
 
 
-def in_index(index: Any, unit: float, dt: Optional[float], name: str) -> Optional[Any]:
-    """What it says of when the rows are: dates, durations, or numbers in units of so many seconds; None: it counts rows.
-    KalmanqError: it may be either, or is neither.  dt: of a row, in the same unit, if it is known"""
+def counts_rows(index: Any) -> bool:
+    return _kind(index) == "i" and bool(np.all(np.diff(np.asarray(index)) == 1)) and not _is_named_time(index)
+
+
+def in_index(index: Any, unit: float, dt: Optional[float], name: str, what: str = "index") -> Optional[Any]:
+    """What an index, or a column, says of when the rows are: dates, durations, or numbers in units of so many seconds; None: it counts
+    rows.  KalmanqError: it may be either, or is neither.  dt: of a row, in the same unit, if it is known"""
     kind, values = _kind(index), np.asarray(index)
     if kind in "mM":
         return index
@@ -92,15 +96,15 @@ def in_index(index: Any, unit: float, dt: Optional[float], name: str) -> Optiona
     if kind == "f":
         return values / PER_SECOND[said] / unit if said else values
     if kind != "i":
-        raise KalmanqError(f"{name}: its index has no times: pandas.to_datetime makes dates of texts; or {cure}")
+        raise KalmanqError(f"{name}: its {what} has no times: pandas.to_datetime makes dates of texts; or {cure}")
     if said:
         return values.astype(f"datetime64[{said}]") if said in COUNTED else values / PER_SECOND[said] / unit
-    if np.all(np.diff(values) == 1) and not _is_named_time(index) or dt is not None and np.all(np.diff(values) == dt):
+    if counts_rows(index) or dt is not None and np.all(np.diff(values) == dt):
         return None
-    raise KalmanqError(f"{name}: its index of whole numbers may be times or numbers of rows: {cure}")
+    raise KalmanqError(f"{name}: its {what} of whole numbers may be times or numbers of rows: {cure}")
 
 
-def warn_of_steps(index: Any, name: str, cure: str) -> None:
+def warn_of_steps(index: Any, name: str, what: str, cure: str) -> None:
     """Of a model that takes each row for one step, where the index says that they are not alike"""
     kind = _kind(index)
     if kind not in "mMif" or len(index) < 3:
@@ -112,12 +116,12 @@ def warn_of_steps(index: Any, name: str, cure: str) -> None:
     if kind == "i" and not _is_named_time(index) and not _rises_like_a_clock(steps):
         return
     if kind in "mMf" and np.any(steps <= 0):
-        warnings.warn(f"{name}: row {int(np.argmax(steps <= 0)) + 1}: the time of the index is not after the one before: each row is taken "
+        warnings.warn(f"{name}: row {int(np.argmax(steps <= 0)) + 1}: the time of the {what} is not after the one before: each row is taken "
                       "for one step of the model; sort the rows, and join rows of one time", KalmanqWarning, stacklevel=5)
         return
     judged = Times("", 0)
     judged.take(steps, np.arange(1, len(index)), 0.0)
-    judged.warn(name, cure, "the index", 6)
+    judged.warn(name, cure, f"the {what}", 6)
 
 
 def _kind(index: Any) -> str:

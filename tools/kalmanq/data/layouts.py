@@ -112,22 +112,6 @@ def options_of(layout: Layout) -> list[str]:
 # ------------------------------------------------------------------------------ letters
 
 
-class _Again(io.RawIOBase):
-    """Bytes that were read already, and those after them: a pipe cannot go back."""
-
-    def __init__(self, head: bytes, rest: io.BufferedIOBase):
-        self._head, self._rest = head, rest
-
-    def readable(self) -> bool:
-        return True
-
-    def readinto(self, buffer) -> int:  # type: ignore[no-untyped-def]
-        made = self._head[: len(buffer)] or self._rest.read(len(buffer))
-        self._head = self._head[len(made) :]
-        buffer[: len(made)] = made
-        return len(made)
-
-
 def _latin_1(problem: UnicodeError) -> tuple[str, int]:
     """What is no UTF-8 is Latin-1: numbers are the same in both."""
     assert isinstance(problem, UnicodeDecodeError)
@@ -142,14 +126,9 @@ def _encoding(source: Source, head: bytes) -> tuple[str, str]:
                        (codecs.BOM_UTF16_LE, "utf-16"), (codecs.BOM_UTF16_BE, "utf-16")):
         if head.startswith(mark):
             return name, "strict"
-    if b"\0" not in head:
-        return "utf-8-sig", "kalmanq_latin_1"
-    even, odd = head[::2].count(0), head[1::2].count(0)
-    if not even and 2 * odd > len(head[1::2]):
-        return "utf-16-le", "strict"
-    if not odd and 2 * even > len(head[::2]):
-        return "utf-16-be", "strict"
-    raise TableError(source, "is not text")
+    if b"\0" in head:
+        raise TableError(source, "is not text, or in UTF-16 without a mark at its beginning: save it as UTF-8")
+    return "utf-8-sig", "kalmanq_latin_1"
 
 
 @contextmanager
@@ -162,9 +141,7 @@ def opened(source: Source) -> Iterator[TextIO]:
     except IsADirectoryError:
         raise TableError(source, "is a folder") from None
     try:
-        head = raw.read(HEAD)
-        encoding, errors = _encoding(source, head)
-        text = io.TextIOWrapper(io.BufferedReader(_Again(head, raw)), encoding, errors, newline="")
+        text = io.TextIOWrapper(raw, *_encoding(source, raw.peek(HEAD)), newline="")
         try:
             yield text
         finally:

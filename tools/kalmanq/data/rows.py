@@ -3,12 +3,15 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field, replace
+from pathlib import Path
 from typing import Any, Mapping, Optional, Sequence
 
 import numpy as np
 from numpy.typing import ArrayLike
 
-from kalmanq.data.dates import in_index, numbers_from, warn_of_steps
+from kalmanq.data.dates import counts_rows, in_index, numbers_from, warn_of_steps
+from kalmanq.data.layouts import Source
+from kalmanq.data.times import time_column
 from kalmanq.errors import KalmanqError
 from kalmanq.model import Model, Quantity
 from kalmanq.model.arrays import by_name, numbers_of
@@ -54,7 +57,7 @@ class Rows:
             return z
         made, index = rows_of(z, model.measurements, "z"), index_of(z, u)
         if times is None and index is not None and not _moves(varying):
-            times = times_in(index, model, "u" if index_of(z) is None else "z")
+            times = times_in(model, z, u)
         at, begun = (None, None) if times is None else times_of(times, model, len(made), varying, origin)
         return cls(made, controls_of(u, model, len(made)), at, {} if varying is None else _matrices_of(varying, model, len(made)), index,
                    begun)
@@ -76,21 +79,33 @@ def _moves(varying: Optional[Varying]) -> bool:
     return varying is not None and any(getattr(varying, name) is not None for name in "ABQ")
 
 
-def times_in(index: Any, model: Any, name: str) -> Optional[Any]:
-    """What the index of a table says of when its rows are.  None: they are steps, and where these are not alike that is warned of"""
-    of = getattr(model, "continuous", None)
-    if of is not None or getattr(model, "reads_times", False):
+def times_in(model: Any, z: Any, u: Any) -> Optional[Any]:
+    """What the table that z or u is says of when its rows are.  None: they are steps, and where these are not alike that is warned of"""
+    of, name = getattr(model, "continuous", None), "z" if is_table(z) else "u"
+    is_timed = of is not None or getattr(model, "reads_times", False)
+    index, what = _clock_of(z if is_table(z) else u, model, is_timed)
+    if is_timed:
         unit, dt = (of.seconds, of.dt) if of else (1.0, model.dt)
-        made = in_index(index, unit, dt, name)
+        made = in_index(index, unit, dt, name, what)
         try:
             if made is not None:
                 rising(made, len(index), unit)
         except KalmanqError as problem:
-            raise KalmanqError(f"the index of {name}: {problem.text}; or give times=, or {name}.to_numpy()", row=problem.row) from problem
+            raise KalmanqError(f"the {what} of {name}: {problem.text}; or give times=, or {name}.to_numpy()", row=problem.row) from problem
         return made
-    warn_of_steps(index, name, "a model in continuous time takes them as they are: Model.of_continuous" if isinstance(model, Model) else
+    warn_of_steps(index, name, what, "a model in continuous time takes them as they are: Model.of_continuous" if isinstance(model, Model) else
                   "functions of dt take them as they are: f(x, t, u, dt)")
     return None
+
+
+def _clock_of(table: Any, model: Any, is_timed: bool) -> tuple[Any, str]:
+    """The index of a table or, where that counts rows, the column that is called as one of times; and how messages call it"""
+    columns = list(getattr(table, "columns", ()))
+    if not columns or not counts_rows(table.index):
+        return table.index, "index"
+    names = [one.name for one in (*model.measurements, *model.inputs)]
+    place = time_column(Source(Path()), list(map(str, columns)), [columns.index(one) for one in names if one in columns], () if is_timed else names)
+    return (table.index, "index") if place is None else (table.iloc[:, place], f"column {columns[place]}")
 
 
 def times_of(given: Any, model: Model, rows: int, varying: Optional[Varying] = None,

@@ -10,6 +10,7 @@ from typing import Optional, Sequence
 import numpy as np
 
 from kalmanq.data.layouts import MISSING, Source, TableError, unit_of, without_unit
+from kalmanq.data.local_dates import LocalDates
 from kalmanq.data.times import CLOCK, NONE, clocks, plain
 from kalmanq.errors import KalmanqWarning
 from kalmanq.model.continuous import UNITS
@@ -57,6 +58,7 @@ class TimeColumn:
         self.step = np.nan
         self.unit = unit_in(name, unit_of(source.layout.time or ""))
         self.kind, self._zone = "", ""
+        self._local = LocalDates(source, name)
         self._per_second, self._base = 1.0, 0
         self._last: Optional[tuple[float, str]] = None
 
@@ -71,7 +73,7 @@ class TimeColumn:
         for k, cell in enumerate(cells):
             if cell.lower() in MISSING:
                 raise TableError(self.source, "the time is missing: leave the row out, or fill it in", line + k, self.name)
-        is_first = not self.kind
+        cells, is_first = self._local.in_iso(cells, line), not self.kind
         if is_first:
             self._begin(cells[0], line)
         made = self._seconds(cells, line)
@@ -85,12 +87,12 @@ class TimeColumn:
     def stamps(self, cells: Sequence[str], line: int, rows: TimeColumn) -> np.ndarray:
         """Times beside those of the rows, in any order; NaN: none"""
         made = np.full(len(cells), np.nan)
-        for k, cell in enumerate(one.replace(",", ".", 1) for one in cells):
-            if cell.lower() not in MISSING:
-                if not self.kind:
-                    self.origin, self.unit = rows.origin, self.unit or rows.unit
-                    self._begin(cell, line + k)
-                made[k] = self._seconds([cell], line + k)[0]
+        there = [k for k, cell in enumerate(cells) if cell.lower() not in MISSING]
+        for k, cell in zip(there, self._local.in_iso([cells[k].replace(",", ".", 1) for k in there], line)):
+            if not self.kind:
+                self.origin, self.unit = rows.origin, self.unit or rows.unit
+                self._begin(cell, line + k)
+            made[k] = self._seconds([cell], line + k)[0]
         return made
 
     def _begin(self, cell: str, line: int) -> None:

@@ -7,7 +7,6 @@
 #include "../tune/c/memory.h"
 
 typedef enum { TUNE_F32, TUNE_F64, TUNE_Q31 } tune_arithmetic;
-typedef enum { TUNE_PLAIN, TUNE_GATE, TUNE_HUBER, TUNE_STUDENT, TUNE_JUMP } tune_loss;
 /* What was refused: engine.js says it in words. */
 typedef enum {
     TUNE_NOTHING, TUNE_MEMORY, TUNE_FORMATS, TUNE_PROCESS, TUNE_SENSOR, TUNE_PRIOR, TUNE_MEASUREMENTS, TUNE_CONTROLS,
@@ -21,7 +20,8 @@ typedef struct {
     int32_t processes; /* (A, B, Q) that follow each other in A, B, Q; the first is of the forecast */
     int32_t factor;    /* columns of G; 0: Q */
     uint32_t unknown;  /* states of which nothing is known at first */
-    int32_t loss, level, run; /* level and run: of a gate */
+    const void *loss;         /* &kq_loss_NAME_T of the arithmetic; NULL: none */
+    int32_t level, run;       /* of a gate; -1: of another loss */
     int32_t smooth;    /* 0, 1 */
     int32_t only;      /* the state that is wanted smoothed; -1: all */
     int32_t lag;       /* rows; -1: none */

@@ -60,13 +60,13 @@ static void K(choose_loss)(K(tuned) *r, K(loss) *loss, score *limits)
 {
     const kq_tune *of = r->of;
     if (!of->loss) return;
-    *loss = (K(loss)){.kind = of->loss == TUNE_GATE ? &K(loss_gate) : of->loss == TUNE_HUBER ? &K(loss_huber)
-                            : of->loss == TUNE_STUDENT ? &K(loss_student) : &K(loss_jump)};
+    *loss = (K(loss)){.kind = of->loss};
     loss->parameter = K(parameter)(*of->parameter);
     loss->run = (uint16_t)of->run;
     r->q.loss = loss;
+    if (of->level < 0) return;
     for (int c = 0; c < of->m; c++) limits[c] = K(chi_square_limit)(c + 1, (kq_level)of->level);
-    if (of->loss == TUNE_GATE) r->q.limits = limits;
+    r->q.limits = limits;
 }
 
 /* The rows from `first` on; what is asked of them is in r->q. */

@@ -243,7 +243,7 @@ def rows_at(model: NonlinearModel, z: Any, u: Any = None, times: Any = None, ori
         return z
     made, index = rows_of(z, model.measurements, "z"), index_of(z, u)
     if times is None and index is not None:
-        times = times_in(index, model, "u" if index_of(z) is None else "z")
+        times = times_in(model, z, u)
     at, begun = (None, None) if times is None else rising(times, len(made), 1.0, origin)
     return Rows(made, controls_of(u, model, len(made)), at, {}, index, begun)
 

@@ -4,6 +4,7 @@
         ...                                    in the order of the tasks
     journal_of(out).unlink()                   when what was to be written is written
 
+Joblib does the tasks, on what its parallel_config says: with parallel_config(backend="dask") on the cluster of a Dask client.
 Results are the same, bit for bit, whatever the number of workers, the order in which they end and however often
 it was interrupted: a task knows nothing of the others, and each result goes through the journal's text.
 """
@@ -12,26 +13,21 @@ from __future__ import annotations
 
 import importlib.metadata
 import json
-import logging
 import os
-import signal
 import threading
 import time
 import warnings
-from concurrent.futures import FIRST_COMPLETED, CancelledError, Executor, Future, ProcessPoolExecutor, wait
 from concurrent.futures.process import BrokenProcessPool
-from contextlib import contextmanager
-from dataclasses import dataclass
+from contextlib import closing, contextmanager
 from functools import lru_cache
-from multiprocessing import active_children, connection, get_context, parent_process
-from multiprocessing.process import BaseProcess
+from multiprocessing import parent_process
 from pathlib import Path
-from typing import Any, Callable, Iterator, Mapping, Optional, Sequence
+from typing import Any, Callable, Generator, Iterator, Mapping, Optional, Sequence
 
 import numpy as np
 
 from kalmanq.data.files import telling_where
-from kalmanq.errors import KalmanqError, KalmanqWarning
+from kalmanq.errors import KalmanqError
 
 try:
     import fcntl
@@ -39,11 +35,7 @@ except ImportError:  # not a POSIX system: two campaigns of one journal are not 
     fcntl = None  # type: ignore[assignment]
 
 KEY = "kalmanq_campaign"  # the first line of a journal has it
-AHEAD = 2  # batches that are given out for each worker, so that none waits for the next one
-BATCH_SECONDS = 0.2  # of short tasks, what goes out at once: less is spent on the way than on the work
-CONNECT_SECONDS = 5  # to reach a Dask scheduler
-ALONE_SECONDS = 30  # that a Dask cluster may be without a worker
-HEARD_SECONDS = 0.2  # until Ctrl-C is heard, at most
+HEARD_SECONDS = 0.2  # until a worker hears that its campaign was killed, at most
 TERMINATED = 143  # how a worker ends whose campaign was killed
 SHOWN = 40  # longer values are not shown in a line
 
@@ -59,15 +51,13 @@ def journal_of(out: Path) -> Path:
 
 
 def run_campaign(function: Callable[[Any], Any], tasks: Sequence[Any], *, fingerprint: Mapping[str, Any], journal: Path,
-                 workers: Optional[int] = None, dask: Optional[str] = None, progress: Told = None,
-                 fresh: bool = False) -> Iterator[Any]:
+                 workers: Optional[int] = None, progress: Told = None, fresh: bool = False) -> Iterator[Any]:
     """The results function(task), in the order of the tasks.
 
     function     of a module, so that other processes find it; its result is what JSON can say
     fingerprint  all that determines the result of task k, for JSON; the number of tasks does not
     journal      the file with the results so far; who calls deletes it when they are no longer needed
-    workers      processes; 1: this one; None: as many as there are cores
-    dask         the address of a scheduler, whose cluster does the work
+    workers      processes; 1: this one; None: as many as there are cores, or all of the cluster
     progress     called with how many are done and how many there are
     fresh        results in the journal are forgotten; otherwise those of another campaign are an error
     """
@@ -77,13 +67,13 @@ def run_campaign(function: Callable[[Any], Any], tasks: Sequence[Any], *, finger
             left = [k for k in range(len(tasks)) if k not in book.results]
             done = len(tasks) - len(left)
             _tell(progress, done, len(tasks))
-            made = _made(function, tasks, left, workers, dask)
-            for k in range(len(tasks)):
-                while k not in book.results:
-                    book.add(*next(made))
-                    done += 1
-                    _tell(progress, done, len(tasks))
-                yield book.results.pop(k)
+            with closing(_made(function, tasks, left, workers)) as made:
+                for k in range(len(tasks)):
+                    while k not in book.results:
+                        book.add(*next(made))
+                        done += 1
+                        _tell(progress, done, len(tasks))
+                    yield book.results.pop(k)
     except KeyboardInterrupt:
         done = sum(task < len(tasks) for task in book.kept)
         raise CampaignInterrupted(
@@ -221,217 +211,49 @@ def versions() -> dict[str, str]:
     return {"kalmanq": _version(), "numpy": np.__version__}
 
 
-def _perform(function: Callable[[Any], Any], task: Any, wanted: Mapping[str, str]) -> str:
-    if versions() != wanted:
-        raise KalmanqError(f"a worker has other versions: {versions()}, not {dict(wanted)}: install the same ones")
-    try:
-        return json.dumps(function(task))
-    except KalmanqError as problem:
-        raise KalmanqError(str(problem)) from None  # not every error of its kind can be sent
-
-
-@dataclass(frozen=True)
-class _Batch:
-    """What comes back of some tasks: the results of the first of them, and why it ended before the last one"""
-
-    results: list[str]
-    seconds: float
-    refused: str = ""
-
-
-def _perform_all(function: Callable[[Any], Any], tasks: Sequence[Any], wanted: Mapping[str, str]) -> _Batch:
-    """This is what runs in another process, or on another machine."""
-    results: list[str] = []
-    begun = time.monotonic()
-    try:
-        for task in tasks:
-            results.append(_perform(function, task, wanted))
-    except KalmanqError as problem:
-        return _Batch(results, time.monotonic() - begun, str(problem))
-    return _Batch(results, time.monotonic() - begun)
-
-
-def _made(function: Callable[[Any], Any], tasks: Sequence[Any], left: Sequence[int], workers: Optional[int],
-          dask: Optional[str]) -> Iterator[tuple[int, str]]:
+def _made(function: Callable[[Any], Any], tasks: Sequence[Any], left: Sequence[int],
+          workers: Optional[int]) -> Generator[tuple[int, str], None, None]:
     """Tasks that are left, as they end, with their results."""
-    count = min(workers or cores(), len(left))
     if not left:
         return
-    if dask is not None:
-        with _cluster(dask) as (executor, width, has_workers):
-            yield from _as_they_end(executor, width, function, tasks, left, _Watch(dask, has_workers))
-    elif count > 1:
-        with _processes(count) as executor:
-            yield from _as_they_end(executor, count, function, tasks, left)
-    else:
-        for k in left:
-            yield k, _perform(function, tasks[k], versions())
+    from joblib import Parallel, delayed, effective_n_jobs  # an extra, which nothing else needs
 
-
-def cores() -> int:
-    """Those that this process may use."""
-    return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
-
-
-def _as_they_end(executor: Executor, width: int, function: Callable[[Any], Any], tasks: Sequence[Any],
-                 left: Sequence[int], watch: Optional[_Watch] = None) -> Iterator[tuple[int, str]]:
-    given: dict[Future[_Batch], list[int]] = {}
-    lost: set[int] = set()
-    position, size = 0, 1
-
-    def give(batch: Sequence[int]) -> None:
-        given[executor.submit(_perform_all, function, [tasks[k] for k in batch], versions())] = list(batch)
-
-    while True:
-        with _interrupts_held():
-            while len(given) < AHEAD * width and position < len(left):
-                fair = -(-(len(left) - position) // (AHEAD * width))  # all workers end at one time
-                batch = left[position : position + min(size, fair)]
-                position += len(batch)
-                give(batch)
-        if not given:
-            return
-        with _interrupts_held():
-            ended = sorted(wait(given, HEARD_SECONDS, FIRST_COMPLETED).done, key=_has_failed)
-            outcomes = [(given.pop(future), future) for future in ended]
-            if watch:
-                watch.look(bool(ended))
-        for batch, future in outcomes:  # what is done is kept before an error ends all
-            if watch and batch[0] not in lost and not future.cancelled() and isinstance(future.exception(), TypeError):
-                lost.add(batch[0])  # Dask's own error, where a worker goes while its result comes: given once more
-                give(batch)
-                continue
-            made = future.result()
-            yield from zip(batch, made.results)
-            if made.refused:
-                raise KalmanqError(made.refused)
-            size = min(2 * size, max(1, int(BATCH_SECONDS * len(batch) / max(made.seconds, 1e-6))))
-
-
-class _Watch:
-    """Is anybody there to work?  A cluster whose last worker has gone would be waited for without an end."""
-
-    def __init__(self, address: str, has_workers: Callable[[], bool]):
-        self._address, self._has_workers = address, has_workers
-        self._looked = time.monotonic()
-        self._alone: Optional[float] = None
-
-    def look(self, has_ended: bool) -> None:
-        now = time.monotonic()
-        if has_ended:
-            self._looked, self._alone = now, None
-        if now - self._looked < CONNECT_SECONDS:
-            return
-        self._looked = now
-        if self._has_workers():
-            self._alone = None
-        elif self._alone is None:
-            self._alone = now
-            warnings.warn(f"the Dask cluster at {self._address} has no workers: {ALONE_SECONDS} s are waited for one",
-                          KalmanqWarning, stacklevel=2)
-        elif now - self._alone >= ALONE_SECONDS:
-            raise KalmanqError(f"the Dask cluster at {self._address} has no workers any more; the same command goes on "
-                               "from there")
-
-
-def _has_failed(future: Future[_Batch]) -> bool:
-    return future.cancelled() or future.exception() is not None or bool(future.result().refused)
-
-
-@contextmanager
-def _interrupts_held() -> Iterator[None]:
-    """Ctrl-C is heard when this is over, and never by a process that begins in it: this one ends the others.
-
-    An interrupt while a process begins would leave one that nobody knows of, and one within a lock that other
-    threads wait for would leave it locked.
-    """
-    if threading.current_thread() is not threading.main_thread():
-        yield
-        return
-    heard: list[Any] = []
-    before = signal.signal(signal.SIGINT, lambda *given: heard.append(given))
-    mask = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT}) if hasattr(signal, "pthread_sigmask") else None
+    count = min(effective_n_jobs(workers or -1), len(left))
+    ended = Parallel(count, return_as="generator_unordered", max_nbytes=None)(
+        delayed(_perform)(function, k, tasks[k], versions()) for k in left)
     try:
-        yield
+        for k, result, refused in ended:
+            if refused:
+                raise KalmanqError(refused)
+            yield k, result
+    except BrokenProcessPool:
+        raise KalmanqError("a worker process ended by itself, out of memory perhaps; the same command goes on from there") from None
     finally:
-        if mask is not None:  # a new process has the mask of its parent
-            signal.pthread_sigmask(signal.SIG_SETMASK, mask)
-        signal.signal(signal.SIGINT, before)
-        if heard and callable(before):
-            before(*heard[-1])
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore", UserWarning)  # of tasks that were given up
+            ended.close()
 
 
+def _perform(function: Callable[[Any], Any], k: int, task: Any, wanted: Mapping[str, str]) -> tuple[int, str, str]:
+    """The number of a task, its result, and why it has none.  This is what runs in another process, or on another machine."""
+    _end_with_the_parent()
+    if versions() != wanted:
+        return k, "", f"a worker has other versions: {versions()}, not {dict(wanted)}: install the same ones"
+    try:
+        return k, json.dumps(function(task)), ""
+    except KalmanqError as problem:  # its text: not every error of its kind can be sent
+        return k, "", str(problem)
+
+
+@lru_cache(maxsize=None)
 def _end_with_the_parent() -> None:
-    """Of a worker: what is killed says nothing to its workers, which would wait for ever."""
+    """Of a worker: what is killed says nothing to its workers, which would go on."""
     parent = parent_process()
 
-    def watch() -> None:
-        connection.wait([parent.sentinel])  # type: ignore[union-attr]
+    def watch(pid: Optional[int]) -> None:
+        while os.getppid() == pid:
+            time.sleep(HEARD_SECONDS)
         os._exit(TERMINATED)
 
     if parent is not None:
-        threading.Thread(target=watch, daemon=True).start()
-
-
-@contextmanager
-def _processes(count: int) -> Iterator[Executor]:
-    others = set(active_children())
-    executor = ProcessPoolExecutor(count, mp_context=get_context("spawn"), initializer=_end_with_the_parent)
-    try:
-        yield executor
-    except BaseException as problem:
-        _give_up(executor, others)
-        if isinstance(problem, BrokenProcessPool):
-            raise KalmanqError("a worker process ended by itself, out of memory perhaps; the same command goes on "
-                               "from there") from None
-        raise
-    executor.shutdown()
-
-
-def _give_up(executor: Executor, others: set[BaseProcess]) -> None:
-    """Ends what is under way.  All processes are ended: one that is not would wait for what another one held."""
-    with _interrupts_held():
-        executor.shutdown(wait=False, cancel_futures=True)
-        for child in set(active_children()) - others:
-            child.terminate()
-
-
-@contextmanager
-def _cluster(address: str) -> Iterator[tuple[Executor, int, Callable[[], bool]]]:
-    """An executor of a Dask cluster, how many threads that has, and whether it has any still."""
-    try:
-        from distributed import Client
-    except ImportError:
-        raise KalmanqError("--dask: needs dask[distributed]: pip install 'kalmanq[dask]'") from None
-    for handler in logging.getLogger("distributed").handlers:
-        handler.setLevel(logging.CRITICAL + 1)  # what goes wrong is said in one line
-    try:
-        with _interrupts_held():
-            client = Client(address, timeout=CONNECT_SECONDS, set_as_default=False)
-    except (OSError, ValueError) as problem:
-        raise KalmanqError(f"there is no Dask scheduler at {address}: start one (dask scheduler), or leave --dask out") from problem
-    try:
-        width = sum(client.nthreads().values())
-        if not width:
-            raise KalmanqError(f"the Dask cluster at {address} has no workers")
-        executor = client.get_executor()
-        try:
-            yield executor, width, lambda: bool(client.nthreads())
-        finally:
-            with _interrupts_held():
-                executor.shutdown(wait=False)
-    except CancelledError:
-        raise KalmanqError(f"the Dask cluster at {address} was lost; the same command goes on from there") from None
-    except (ImportError, AttributeError) as problem:  # a worker without what the task is made of
-        raise KalmanqError(f"the Dask cluster at {address}: {_line(problem)}") from problem
-    except Exception as problem:
-        if type(problem).__module__.startswith("distributed"):
-            raise KalmanqError(f"the Dask cluster at {address}: {_line(problem)}") from problem
-        raise
-    finally:
-        with _interrupts_held():
-            client.close(timeout=2)
-
-
-def _line(problem: BaseException) -> str:
-    return (str(problem).splitlines() or [type(problem).__name__])[0]
+        threading.Thread(target=watch, args=[parent.pid], daemon=True).start()

@@ -12,9 +12,36 @@ from kalmanq.errors import KalmanqError
 
 LEVELS = {0.9: lib.KQ_LEVEL_90, 0.95: lib.KQ_LEVEL_95, 0.99: lib.KQ_LEVEL_99, 0.999: lib.KQ_LEVEL_999,
           0.9999: lib.KQ_LEVEL_9999}
-LOSSES = {"gate": 0.9999, "huber": 3.0, "student": 10.0, "jump": 9.0}  # with their usual parameters
-LEAST = {"huber": 0.0, "student": 2.0**-20, "jump": 1.0}  # of a parameter; 0 is too little
 FINEST = 2.0**24  # a limit of q31 is in Q39.24
+
+
+@dataclass(frozen=True)
+class Loss:
+    """A loss of robust.h, kq_loss_NAME: what commands and pages say of it.
+
+    usual     its parameter; of a gate the probability that a good measurement passes
+    shown     the parameter in messages and, of a filter without the library, on pages; of a gate in sigma
+    least     of a parameter, in sigma if it is a gate's; 0 and a gate's 1 are too little
+    letter    of the parameter
+    is_alone  C without the library has it, too
+    """
+
+    usual: float
+    shown: float
+    least: float
+    letter: str
+    is_alone: bool
+    title: str
+    note: str
+
+
+LOSSES = {
+    "gate": Loss(0.9999, 4.0, 1.0, "K", True, "gate", "Leaves out what is more than K sigma off."),
+    "huber": Loss(3.0, 3.0, 0.0, "K", False, "Huber", "Counts a row beyond K sigma less."),
+    "student": Loss(10.0, 10.0, 2.0**-20, "NU", True, "Student t", "Heavy tails with NU degrees of freedom."),
+    "jump": Loss(9.0, 9.0, 1.0, "G", False, "jump", "Raises the covariance where a row says that the state has jumped: e^2 above G S."),
+}
+ALONE = tuple(name for name, one in LOSSES.items() if one.is_alone)
 
 
 @dataclass(frozen=True)
@@ -40,13 +67,14 @@ class Robust:
             raise KalmanqError(f"there is no robust {self.way!r}: {', '.join(LOSSES)}")
         if self.way == "gate" and self.value not in LEVELS and not 1 < self.value < math.inf:
             raise KalmanqError(f"a gate's level is one of {', '.join(map(str, LEVELS))}, or above 1: in sigma")
-        if self.way != "gate" and not (LEAST[self.way] <= self.value < math.inf and self.value > 0):
-            raise KalmanqError(f"{self.way}: {self.value:g} is not a parameter: give {'1 or more' if self.way == 'jump' else 'one above 0'}, "
-                               f"usually {LOSSES[self.way]:g}")
+        of = LOSSES[self.way]
+        if self.way != "gate" and not (of.least <= self.value < math.inf and self.value > 0):
+            raise KalmanqError(f"{self.way}: {self.value:g} is not a parameter: give {'1 or more' if of.least == 1 else 'one above 0'}, "
+                               f"usually {of.usual:g}")
 
     @property
     def value(self) -> float:
-        return LOSSES[self.way] if self.parameter is None else self.parameter
+        return LOSSES[self.way].usual if self.parameter is None else self.parameter
 
     @property
     def sigmas(self) -> float:

@@ -20,10 +20,11 @@ from kalmanq.formulas.graph import using
 from kalmanq.formulas.printing import Body, Floats, indented
 from kalmanq.nonlinear import NonlinearModel
 from kalmanq.nonlinear.calls import Given
+from kalmanq.run.robust import ALONE
 from kalmanq.tune.literals import Template, in_double, template, with_loads
 
 C = Path(__file__).resolve().parent / "c"
-LOSSES = ("none", "gate", "student")
+LOSSES = ("none", *ALONE)
 FLOATS = ("f32", "f64")
 CLANG = ("clang", *(f"clang-{k}" for k in range(21, 13, -1)))
 LINKER = ("wasm-ld", *(f"wasm-ld-{k}" for k in range(21, 13, -1)))

@@ -9,8 +9,6 @@ const FIELDS = ("arithmetic n m l rows processes factor unknown loss level run s
 const RESULTS = ("mean sigma innovation innovation_sigma nis log_likelihood taken smoothed smoothed_sigma lagged lagged_sigma " +
   "forecast forecast_sigma").split(" ");
 const ARITHMETICS = ["f32", "f64", "q31"];
-const LOSSES = ["none", "gate", "huber", "student", "jump"];
-const LEVELS = [0.9, 0.95, 0.99, 0.999, 0.9999];
 const SATURATED = 8, LAGS = 20, BAND = 1.959963984540054, FARTHEST = 35;
 const PARTS = ["", "memory", "formats", "A, B, Q", "H, R", "P0", "measurements", "controls", "the run", "the smoother", "the lag", "what comes late"];
 
@@ -176,11 +174,11 @@ class Engine extends Recording {
     if (asked.arithmetic === "q31" && !this.canFix) throw new Refusal("q31 needs a range of each state, measurement and control: `ranges` in the model file");
     for (const name of ["Q", "R", "P0"]) this.write(this.free[name], made[name]);
     if (made.G) this.write(this.free.G, made.G);
-    const loss = LOSSES.indexOf(asked.loss || "none");
+    const loss = asked.loss && asked.loss !== "none" ? this.core[`kq_loss_${asked.loss}_${asked.arithmetic}`].value : 0;
     this.ahead = asked.all === false ? 0 : Math.min(asked.ahead || 0, this.mostAhead);
-    this.write(this.free.parameter, [loss > 1 ? asked.parameter : 0]);
+    this.write(this.free.parameter, [loss && asked.loss !== "gate" ? asked.parameter : 0]);
     this.set({ arithmetic: ARITHMETICS.indexOf(asked.arithmetic), n: model.n, m: model.m, l: model.l, rows: model.rows,
-               processes: model.processes, factor: model.factor, unknown: model.unknown, loss, level: LEVELS.indexOf(asked.parameter), run: 8,
+               processes: model.processes, factor: model.factor, unknown: model.unknown, loss, level: asked.loss === "gate" ? this.level(asked.parameter) : -1, run: 8,
                smooth: asked.smooth && !loss ? 1 : 0, only: asked.only ?? -1, lag: asked.lag > 0 ? asked.lag : -1, ahead: this.ahead, ...this.fixed, ...this.free,
                range: this.range, fraction: this.fraction, which: this.which, late: this.late, latest: loss ? 0 : this.latest, z: this.z, u: this.u, ...this.out });
     if (asked.all === false) this.set({ mean: 0, smooth: 0 });
@@ -211,7 +209,9 @@ class Engine extends Recording {
     for (; bytes[at]; at++) made += String.fromCharCode(bytes[at]);
     return made;
   }
-  limit(dof, level) { return this.core.tune_limit(dof, LEVELS.indexOf(level)); }
+  /* The kq_level of a probability */
+  level(share) { return this.model.losses.gate.levels.find(([one]) => one === share)[1]; }
+  limit(dof, share) { return this.core.tune_limit(dof, this.level(share)); }
 }
 
 /* ------------------------------------------------------------------ what is told of a run */

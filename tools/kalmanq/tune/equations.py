@@ -26,11 +26,12 @@ from kalmanq.formulas.program import Program
 from kalmanq.model import Quantity
 from kalmanq.nonlinear import NonlinearModel, file as model_file
 from kalmanq.run.diagnostics import chi_square_limit
+from kalmanq.run.robust import ALONE
 from kalmanq.tune import emitted
 from kalmanq.tune.emitted import Variant
 from kalmanq.tune.equation_noises import noises_of, text_of
 from kalmanq.tune.noises import Noise, marker, split
-from kalmanq.tune.packing import noise_content, packed, quantities
+from kalmanq.tune.packing import losses, noise_content, packed, quantities
 
 
 def content(model: NonlinearModel, z: np.ndarray, u: Optional[np.ndarray], times: Optional[np.ndarray], sources: dict[str, Any]) -> tuple[dict[str, Any], bytes]:
@@ -55,7 +56,7 @@ def content(model: NonlinearModel, z: np.ndarray, u: Optional[np.ndarray], times
         "z": packed(z), "u": packed(np.zeros((len(z), 0)) if u is None else u), "clock": packed(clock), "times": packed(times), "unit": "s" if times is not None else "",
         "step": _step(clock), "flow": None, "noises": [noise_content(one) for one in noises], "template": _template(model, source, noises),
         "smooths": len(z) <= MOST_STEPS, "limits": _limits(model.m), "total": float(np.sum(run.log_likelihood)), "host": _found(run),
-        "filters": {one.name: _filter(one) for one in made}, "c_name": name, "cores": CORES, **_costs(model, name)}, module
+        "losses": losses(ALONE, in_sigma=True), "filters": {one.name: _filter(one) for one in made}, "c_name": name, "cores": CORES, **_costs(model, name)}, module
 
 
 def _name_of(file: str) -> str:

@@ -9,11 +9,7 @@ const BEGIN = {
   theta: content.noises.map((one) => one.value), dt: content.flow ? content.flow.dt : undefined, free: content.noises.map(() => true), arithmetic: "f64", loss: "none", parameter: null,
   lag: 0, ahead: Math.max(10, Math.min(200, Math.round(content.rows / 10))), cells: {}, late: {},
 };
-const USUAL = { none: null, gate: isNonlinear ? 4 : 0.9999, huber: 3, student: isNonlinear ? 4 : 10, jump: 9 };
-const LOSS_NOTES = {
-  none: "", gate: isNonlinear ? "Leaves out a measurement that is more than so many sigma off." : "Leaves out a row that is too far off; the parameter is the share of good rows that pass.",
-  huber: "A row beyond k sigma counts less.", student: "Heavy tails with nu degrees of freedom.", jump: "Raises the covariance where a row says the state has jumped.",
-};
+const LOSSES = { none: { title: "as they are", note: "", usual: null }, ...content.losses };
 const EVENTS = [[1, "a measurement was redundant"], [2, "overflow: a mean or variance is not representable"], [8, "a state saturated at the end of its range"],
                 [128, "precision lost: a sigma may be wrong by more than 5 %"], [512, "a low-noise measurement contradicts what was known"]];
 
@@ -239,7 +235,7 @@ function showSettings() {
   $("loss").value = set.loss;
   $("parameter").value = set.parameter === null ? "" : String(set.parameter);
   $("parameter").disabled = set.loss === "none";
-  $("loss-note").textContent = LOSS_NOTES[set.loss] + (smooths() ? "" : isNonlinear ? " No smoother: its history holds 32767 rows." : ` No smoother${set.loss === "jump" ? " or fixed lag" : ""} then.`);
+  $("loss-note").textContent = LOSSES[set.loss].note + (LOSSES[set.loss].levels ? " The parameter is the share of good rows that pass." : "") + (smooths() ? "" : isNonlinear ? " No smoother: its history holds 32767 rows." : ` No smoother${set.loss === "jump" ? " or fixed lag" : ""} then.`);
   $("lag").value = set.lag;
   $("ahead").value = set.ahead;
   for (const [id, name] of [["arithmetics", "arithmetic"], ["loss", "loss"], ["parameter", "parameter"], ["lag", "lag"], ["ahead", "ahead"]]) {
@@ -422,20 +418,25 @@ function commands() { return [...notIn(), isNonlinear ? commandsOfEquations() : 
 
 /* What the page shows and `kalmanq run` does not take, as comments of the shell */
 function notIn() {
-  const isOther = isNonlinear ? set.loss !== "none" : set.parameter !== USUAL[set.loss];
   return [...(isPainted() ? ["# of the recording as it was: what is painted is in this page alone"] : []),
-          ...(isOther ? [`# kalmanq run has ${isNonlinear ? `no ${set.loss}` : `the parameter ${USUAL[set.loss]} of ${set.loss}, not ${set.parameter}`}`] : [])];
+          ...(isNonlinear && set.loss !== "none" ? [`# kalmanq run has no ${set.loss}`] : [])];
+}
+
+/* Of a command; a gate's parameter in sigma */
+function robustly() {
+  const level = (LOSSES[set.loss].levels || []).find(([share]) => share === set.parameter);
+  return set.loss === "none" ? "" : ` --robust ${set.loss}=${level ? level[2] : set.parameter}`;
 }
 
 function filesOfData() { const { data, files = [data], options = [] } = content.sources; return data ? ` ${[...files, ...options].map(quoted).join(" ")}` : " DATA.csv"; }
 
 /* Where all of Q and R is free, and nothing else */
 function commandsOfEquations() {
-  const files = filesOfData(), names = content.noises.map((one) => one.fit), loss = set.loss === "none" ? "" : ` --robust ${set.loss}=${set.parameter}`;
+  const files = filesOfData(), names = content.noises.map((one) => one.fit);
   const isFit = set.free.every(Boolean) && names.every(Boolean), file = quoted(content.sources.model);
   return [...(isFit ? [`kalmanq fit ${file}${files} --free Q,R --q-form diagonal --r-form diagonal`] : []),
           `kalmanq run ${tuned()}${files} --compiled --arith ${set.arithmetic} --smooth`,
-          `kalmanq compile ${tuned()} --arith ${set.arithmetic}${loss} -o ${content.c_name}.c`].join("\n");
+          `kalmanq compile ${tuned()} --arith ${set.arithmetic}${robustly()} -o ${content.c_name}.c`].join("\n");
 }
 
 /* The file that `kalmanq fit` begins from: with this dt and these noises, where the fit does not move them */
@@ -450,7 +451,7 @@ function commandsOfMatrices() {
   const isDiscrete = names.every((one) => /^[QR](\[|$)/.test(one));
   const forms = isDiscrete ? " --q-form diagonal --r-form diagonal" : "";
   const fit = names.length && names.every(Boolean) && !names.some((one) => /^(Q|R|Qc)$/.test(one)) ? [`kalmanq fit ${fitted()}${files} --free ${quoted(names.join(","))}${forms}`] : [];
-  return [...fit, `kalmanq run ${tuned()}${files} --arith ${set.arithmetic}${set.loss === "none" ? " --smooth" : ` --robust ${set.loss}`}`,
+  return [...fit, `kalmanq run ${tuned()}${files} --arith ${set.arithmetic}${robustly() || " --smooth"}`,
           `kalmanq design ${tuned()} --core ${core} --arith ${chip} -o .`, `kalmanq compile ${tuned()} --arith ${chip} -o ${tuned().replace(".toml", ".c")}`].join("\n");
 }
 
@@ -639,7 +640,7 @@ function listen() {
   $("state").onchange = () => { shows.state = Number($("state").value); captions(); redraw("look"); };
   $("measurement").onchange = () => { shows.measurement = Number($("measurement").value); captions(); redraw("look"); };
   for (const one of document.querySelectorAll("[name=arithmetic]")) one.onchange = () => change({ arithmetic: one.value });
-  $("loss").onchange = () => change({ loss: $("loss").value, parameter: USUAL[$("loss").value] });
+  $("loss").onchange = () => change({ loss: $("loss").value, parameter: LOSSES[$("loss").value].usual });
   $("parameter").onchange = () => setParameter(Number($("parameter").value.replace(",", ".")));
   $("lag").onchange = () => change({ lag: number("lag", 200) });
   $("ahead").onchange = () => change({ ahead: number("ahead", 2000) });
@@ -660,9 +661,9 @@ function listen() {
 }
 
 function setParameter(value) {
-  const levels = [0.9, 0.95, 0.99, 0.999, 0.9999], isLevel = set.loss === "gate" && !isNonlinear;
-  if (!(value > 0 && Number.isFinite(value)) || (isLevel && !levels.includes(value)) || (set.loss === "jump" && value < 1)) {
-    tell(isLevel ? `the gate's share is one of ${levels.join(", ")}` : `the parameter is a number ${set.loss === "jump" ? "of at least 1" : "above 0"}`, true);
+  const { levels, least } = LOSSES[set.loss], shares = (levels || []).map(([share]) => share), floor = set.loss === "gate" ? 1 : 0;
+  if (levels ? !shares.includes(value) : !(value >= least && value > floor && Number.isFinite(value))) {
+    tell(levels ? `the gate's share is one of ${shares.join(", ")}` : `the parameter is a number ${floor || !least ? `above ${floor}` : `of at least ${least}`}`, true);
     return showSettings();
   }
   change({ parameter: value });
@@ -689,6 +690,7 @@ async function begin() {
   title();
   options($("state"), [...content.states.map((one, k) => [k, one.name]), ...content.measurements.map((one, c) => [content.n + c, `${one.name} (measured)`])], shows.state);
   options($("measurement"), content.measurements.map((one, k) => [k, one.name]), shows.measurement);
+  options($("loss"), Object.entries(LOSSES).map(([name, { title }]) => [name, title]));
   options($("core"), Object.entries(content.cores), Object.keys(content.cores).indexOf("m4f"));
   buildSliders();
   captions();
@@ -703,7 +705,6 @@ async function begin() {
   $("of-label").hidden = content.m === 1;
   if (isNonlinear) {
     $("em-fit").hidden = true;
-    for (const one of ["huber", "jump"]) $("loss").querySelector(`[value=${one}]`).remove();
     $("save-c").hidden = false;
     $("source-name").textContent = `C of this filter, as kalmanq compile writes ${content.c_name}.c`;
     document.querySelector("[name=arithmetic][value=q31]").parentElement.hidden = $("lag").parentElement.hidden = true;

@@ -16,9 +16,10 @@ from kalmanq.model import Model
 from kalmanq.nonlinear import NonlinearModel
 from kalmanq.run.filters import Filter
 from kalmanq.run.parts import ways_of
+from kalmanq.run.robust import LOSSES
 from kalmanq.tune import emitted, equations
 from kalmanq.tune.noises import Shape, has_dt, noises_of
-from kalmanq.tune.packing import noise_content, packed, quantities
+from kalmanq.tune.packing import losses, noise_content, packed, quantities
 
 HERE = Path(__file__).resolve().parent
 CORE = HERE / "core.wasm"
@@ -89,6 +90,7 @@ def content(model: Model, z: np.ndarray, u: Optional[np.ndarray], times: Optiona
         "unit": model.continuous.unit if model.continuous and times is not None else "",
         "flow": flow(model, rest["Qc"]) if has_dt(model, shape) else None,
         "noises": [noise_content(one) for one in noises], "template": template, "total": filter_.log_likelihood,
+        "losses": losses(LOSSES, in_sigma=False),
         "cores": CORES, "costs": costs(model)}
 
 

@@ -13,10 +13,9 @@ from PIL import Image
 from rich.console import Console
 
 from kalmanq.commands.messages import print_json
-from kalmanq.commands.options import DASK, FRESH, JSON, WORKERS, choices, command_of
+from kalmanq.commands.options import FRESH, JSON, WORKERS, choices, command_of
 from kalmanq.data.files import require_folder, telling_where, whole
 from kalmanq.data.tables import write_text
-from kalmanq.errors import KalmanqError
 from kalmanq.pages.pictures import save
 from kalmanq.run.campaigns import journal_of, progress_bar, run_campaign, versions
 from kalmanq_studies.heavy_tails import claims
@@ -37,14 +36,11 @@ class Options:
     quick: bool = typer.Option(False, "--quick", help="Few runs, in less than a minute.")
     seed: int = typer.Option(1, "--seed", min=0, help="The same seed gives the same page.")
     workers: Optional[int] = WORKERS
-    dask: Optional[str] = DASK
     fresh: bool = FRESH
     json: bool = JSON
 
 
 def run_study(options: Options, console: Console) -> None:
-    if options.workers is not None and options.dask is not None:
-        raise KalmanqError("--workers and --dask: one of them")
     require_folder(options.out)
     journal = journal_of(options.out / options.name)
     collected = collect(options, journal)
@@ -65,7 +61,7 @@ def collect(options: Options, journal: Path) -> Collected:
     fingerprint = {"study": options.name, "seed": options.seed, **plan.fingerprint()}
     with progress_bar(options.name) as progress:
         results = run_campaign(perform, tasks, fingerprint=fingerprint, journal=journal, workers=options.workers,
-                               dask=options.dask, progress=progress, fresh=options.fresh)
+                               progress=progress, fresh=options.fresh)
         return Collected(tasks, list(results))  # all of the work is in the campaign, which tells how to go on
 
 
