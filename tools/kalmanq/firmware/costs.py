@@ -21,7 +21,7 @@ CORES = {core.name: core.description for core in cores.CORES}
 FLAGS = "-ffp-contract=off -ffunction-sections -fdata-sections -fno-math-errno -fno-tree-loop-distribute-patterns"
 COMPACT = "--param=max-inline-insns-single=15"  # of the library's files
 PORTS = {"m0": "armv6m", "m3": "armv7m", "m4f": "armv7m", "m7": "armv7m", "m33": "armv7m", "avr": "avr"}
-PARTS = ("kq_filter_{}", "kq_steady_{}", "kq_status", "kq_range_error_q31")  # of the library, that a design may call
+PARTS = ("kq_filter_{}", "kq_status", "kq_range_error_q31")  # of the library: what a design calls
 COUNTED = 8  # settled steps, of which instructions are the mean
 
 
@@ -92,7 +92,7 @@ def costs(core: Core, designs: Sequence[Design]) -> list[tuple[Cost, str]]:
             arithmetics = sorted({one.arithmetic for one in designs})
             objects = dict(zip(arithmetics, pool.map(partial(compiled_library, core, work), arithmetics)))
             built = list(pool.map(lambda one: _tried(lambda: Programs(core, work, one, objects[one.arithmetic])), designs))
-            return [_tried(programs.cost, Cost()) if programs else (Cost(), reason) for programs, reason in built]
+            return [_cost(core, *one) for one in built]
     except (NotMeasured, OSError) as problem:
         return [(Cost(), measured.said(problem))] * len(designs)
 
@@ -100,11 +100,16 @@ def costs(core: Core, designs: Sequence[Design]) -> list[tuple[Cost, str]]:
 T = TypeVar("T")
 
 
-def _tried(task: Callable[[], T], otherwise: Optional[T] = None) -> tuple[Optional[T], str]:
+def _tried(task: Callable[[], T]) -> tuple[Optional[T], str]:
     try:
         return task(), ""
     except (NotMeasured, OSError) as problem:
-        return otherwise, measured.said(problem)
+        return None, measured.said(problem)
+
+
+def _cost(core: Core, programs: Optional[Programs], reason: str) -> tuple[Cost, str]:
+    cost, reason = _tried(programs.cost) if programs else (None, reason)
+    return cost or Cost(), reason or (measured.NO_EMULATOR if core.family == "avr" else "")
 
 
 def compiled_library(core: Core, work: Path, arithmetic: str) -> list[Path]:

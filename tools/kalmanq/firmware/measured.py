@@ -43,7 +43,7 @@ def missing(core: Core, modules: Sequence[str]) -> str:
 @lru_cache(maxsize=None)
 def compiler(core: Core) -> str:
     """Its name and version"""
-    return f"{core.gcc[0]} {run([core.gcc[0], '-dumpfullversion']).strip()}"
+    return f"{core.gcc[0]} {run([core.gcc[0], '-dumpfullversion', '-dumpversion']).strip()}"
 
 
 def flags(core: Core, level: str = "O2") -> tuple[str, ...]:
