@@ -94,9 +94,10 @@ def library_of(core: Core, folder: Path, arithmetic: str) -> list[Path]:
 
 
 def test_an_avr_has_flash_and_ram() -> None:
-    for (cost, why), one in zip(costs.costs(BY_NAME["avr"], made := designs_of(five.attitude(), "avr")), made):
-        assert why == NO_EMULATOR and cost.instructions is cost.stack is None, one
-        assert 8000 < cost.flash < 60_000 and 100 < cost.ram < 1500, (one.way, cost)
+    found = costs.costs(BY_NAME["avr"], designs_of(five.attitude(), "avr"))
+    assert len(found) == 6 and all(why == NO_EMULATOR and cost.instructions is cost.stack is None for cost, why in found)
+    for lean, tables, init in (found[:3], found[3:]):  # of f32, of q31
+        assert 8000 < lean[0].flash < tables[0].flash < init[0].flash < 60_000 and 500 < lean[0].ram <= init[0].ram < 2500, found
 
 
 @pytest.mark.parametrize("seed", first(2, range(20)))
@@ -114,13 +115,16 @@ def test_what_comes_late_is_counted(tmp_path: Path) -> None:
     late, timely = (with_ranges(model_file.read(tmp_path / f"{name}.toml"), [])[0] for name in ("late", "timely"))
     for way in (("f32", "lean"), ("q31", "lean")):
         ((more, _), (less, _)) = (costs_of(model, "m4f", [way])[0] for model in (late, timely))
-        assert more.ram == less.ram + bytes_of_delays(late, way[0]) and more.instructions > 1.4 * less.instructions
+        assert 0 <= less.ram + bytes_of_delays(late, way[0]) - more.ram < 16 and more.instructions > 1.4 * less.instructions
         assert more.flash > less.flash + 300 and more.stack > less.stack
 
 
 @pytest.mark.parametrize("more, way", [({"any_dt": True}, ("f32", "init")), ({"steps": 4}, ("q31", "tables"))])
-def test_longer_steps_are_counted(more: dict, way: tuple[str, str]) -> None:
-    model = with_ranges(model_file.read(EXAMPLES / "cart.toml"), [])[0]
+def test_longer_steps_are_counted(more: dict, way: tuple[str, str], tmp_path: Path) -> None:
+    path = tmp_path / "cart.toml"
+    path.write_text("[model]\nF = [[0.0, 1.0], [0.0, -0.5]]\nQc = [0.0, 0.3]\ndt = 0.1\nH = [1.0, 0.0]\nR = 0.04\nP0 = [4.0, 1.0]\n"
+                    "[states]\nranges = [100, 10]\n[measurements]\nranges = [100]\n")
+    model = with_ranges(model_file.read(path), [])[0]
     (plain, longer) = (costs_of(model, "m4f", [way], **one)[0] for one in ({}, more))
     is_whole([plain, longer])
     assert longer[0].flash > plain[0].flash + 50
@@ -191,7 +195,7 @@ def test_a_compiler_that_fails_is_told_in_a_line(monkeypatch: pytest.MonkeyPatch
 
 
 def test_a_model_that_leaves_its_ranges_has_no_figures() -> None:
-    model = Model(2.0, H=1, R=1, Q=1, P0=1, states=[Quantity("x", range=100)], measurements=[Quantity("z", range=100)])
+    model = Model(1, H=1, R=1, Q=1, P0=1, states=[Quantity("x", range=1)], measurements=[Quantity("z", range=1)])
     assert costs_of(model, "m3", [("f32", "lean")]) == [(Cost(), "each record that is drawn of the model leaves its ranges within 16 rows")]
 
 

@@ -80,7 +80,7 @@ def design_file(options: Options, console: Console) -> None:
 
 ANY_DT = "Steps are of the model's dt there. Another dt than the last one takes the instructions of kq_process_init_continuous " \
          "(process.h) besides."
-LATE = "Of the RAM {} bytes are for what comes late."
+LATE = "Of the RAM up to {} bytes are for what comes late."
 DELAY = "A late measurement takes the instructions of kq_update_delayed (lag.h)."
 REPLAY = "A late measurement works out up to {} steps."
 
