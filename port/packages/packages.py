@@ -257,9 +257,9 @@ kalmanq_dep = declare_dependency(link_with: library, include_directories: header
 
 def python(to):
     """What a source distribution is made of: tools/, with the C library in core/."""
-    for name in ("include", "src", "CMakeLists.txt"):
+    for name in ("include", "src", "CMakeLists.txt", "port/armv6m", "port/armv7m", "port/avr"):
         copy = shutil.copytree if (ROOT / name).is_dir() else shutil.copy
-        (to / "core").mkdir(parents=True, exist_ok=True)
+        (to / "core" / name).parent.mkdir(parents=True, exist_ok=True)
         copy(ROOT / name, to / "core" / name)
     shutil.copytree(ROOT / "tools/kalmanq", to / "kalmanq", ignore=shutil.ignore_patterns("__pycache__", "_core.*.so", "_core.*.pyd"))
     shutil.copy(ROOT / "tools/CMakeLists.txt", to)

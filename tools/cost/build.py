@@ -63,7 +63,7 @@ def model_printer(place: Place) -> None:
 
 def avr_counter(place: Place) -> None:
     """The host's program that runs the AVR's emulator."""
-    source = str(TARGET / "avr_count.c")
+    source = str(ROOT / "port" / "boards" / "avr_count.c")
     run(["cc", "-std=gnu11", "-O2", source, "-lsimavr", "-o", str(place.avr_counter)])
 
 

@@ -44,12 +44,3 @@ def terminal(width: int) -> Console:
 def shown(path: Path) -> str:
     """The path as seen from here, if that is shorter."""
     return min(str(path), os.path.relpath(path), key=len)
-
-
-def end_of(what: str, count: int, broken: Sequence[str]) -> None:
-    """How many were measured, and which promises do not hold: then the script has failed."""
-    for line in broken:
-        print(line, file=sys.stderr)
-    print(f"{count} {what} measured, {len(broken)} promises broken")
-    if broken:
-        raise SystemExit(1)

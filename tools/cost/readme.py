@@ -151,8 +151,7 @@ def card_table(rows: Iterable[Row]) -> str:
 
 
 def kept() -> frozenset[tuple[object, ...]]:
-    """The keys of the rows that are committed: of the pages' tables; and, at all sizes, those that the stack
-    of a design is compared with (designs.py)."""
+    """The keys of the rows that are committed: of the pages' tables."""
     every = [(core.name, arithmetic) for core in CORES for arithmetic in CARD_ARITHMETICS]
     keys: set[tuple[object, ...]] = set()
 
@@ -162,7 +161,6 @@ def kept() -> frozenset[tuple[object, ...]]:
 
     keep(every, CARD_SIZES, GCC, ("step", "smooth", "update", ROOTS, LEAN))
     keep(every, CARD_SIZES, CLANG, ("step", "smooth", LEAN))
-    keep(every, SIZES, GCC, ("step", LEAN))
     for kind in (RUNTIME, FIXED):
         keep(FITTING, SIZES, GCC, ("step",), kind)
     for what, kind, _ in MODULE_ROWS:

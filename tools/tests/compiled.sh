@@ -58,6 +58,6 @@ for folder in "$work"/filters/*; do
         echo "$(basename "$folder") on $core by clang: as on the host"
     fi
 done
-"$python" -B "$root/tools/cost/compiled.py" "$work"/filters/*_f32 --core m4f --level O2 $([ "$which" = few ] || echo --level Os)
-"$python" -B "$root/tools/cost/compiled.py" "$work"/filters/*_q31 --core m3 $([ "$which" = few ] || echo --core m0)
+"$python" -B "$here/compiled_costs.py" "$work"/filters/*_f32 --core m4f --level O2 $([ "$which" = few ] || echo --level Os)
+"$python" -B "$here/compiled_costs.py" "$work"/filters/*_q31 --core m3 $([ "$which" = few ] || echo --core m0)
 echo "all compiled filters are as on the host"

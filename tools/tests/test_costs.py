@@ -52,7 +52,7 @@ def written(path: Path, folder: Path, *options: object) -> dict:
 
 def counted(folder: Path, core: str) -> dict[str, str]:
     """By the tool, in a process of its own"""
-    done = subprocess.run([sys.executable, "-B", str(ROOT / "tools/cost/compiled.py"), str(folder), "--core", core], capture_output=True, text=True)
+    done = subprocess.run([sys.executable, "-B", str(Path(__file__).with_name("compiled_costs.py")), str(folder), "--core", core], capture_output=True, text=True)
     assert done.returncode == 0, done.stdout + done.stderr
     return dict(re.findall(r"(\S+) (\S+)(?:  |\n)", done.stdout.splitlines(keepends=True)[0]))
 

@@ -6,7 +6,6 @@ import json
 import math
 import re
 import subprocess
-import sys
 from dataclasses import replace
 from functools import lru_cache
 from pathlib import Path
@@ -18,14 +17,17 @@ import five
 from command import kalmanq
 from firmware_here import Firmware
 from products import PRODUCTS
-from library import objects
+from random_models import random_model
+from library import objects, written
 from whole import WHOLE, first
 from kalmanq import KalmanqError, Model, ModelError, Quantity
 from kalmanq.commands.design import no_less
 from kalmanq.core import lib
 from kalmanq.firmware import costs
+from kalmanq.compiler.report.design_costs import design_of
 from kalmanq.compiler.text.over_library import source, ways_of
 from kalmanq.firmware.designs import ACCURATE, PARTS, Part, design, errors_of
+from kalmanq.firmware.measured import NO_EMULATOR
 from kalmanq.firmware.life import life_of, tail
 from kalmanq.firmware.ranges import with_ranges
 from kalmanq.firmware.reach import Record, draw, reach
@@ -36,8 +38,6 @@ from kalmanq.run.simulation import simulate
 
 ROOT = Path(__file__).resolve().parents[2]
 EXAMPLES = ROOT / "tools" / "kalmanq" / "examples"
-sys.path.insert(0, str(ROOT / "tools" / "cost"))
-from design_models import random_model, write  # noqa: E402
 
 STRICT = ["-std=c11", "-O1", "-Wall", "-Wextra", "-Wpedantic", "-Wconversion", "-Wdouble-promotion", "-Wshadow",
           "-Werror", "-ffp-contract=off"]
@@ -48,12 +48,12 @@ LARGE = Part("m3", 1 << 24, 1 << 24)
 
 HOST = """
 #include <stdio.h>
-#include "design.h"
+#include "cost-calls.h"
 int main(void)
 {
     int wrong = DESIGN(init)();
     for (int t = 0; t < ROWS; t++) {
-        wrong |= t ? STEP(t) : DESIGN(update)(rows[0], present[0]);
+        wrong |= t ? STEP_OF(t, rows[t], present[t]) : DESIGN(update)(rows[0], present[0]);
         for (int i = 0; i < N; i++) wrong |= MEAN(DESIGN(filter)(), i) != expected[t][i];
     }
     puts(wrong ? "other words" : "the same words");
@@ -88,13 +88,13 @@ def models_to_write():
 @pytest.mark.parametrize("arithmetic", ["f32", "q31"])
 def test_the_c_file_does_what_the_twin_does(model, arithmetic, tmp_path):
     """At every row, of which some have gaps: the means, bit for bit."""
-    record = with_holes(draw(model.changed(gaps=type(model.gaps)()), seeds=[3])[0], 5)
+    record = with_holes(draw(model.changed(gaps=type(model.gaps)()), 32, seeds=[3])[0], 5)
     model = with_ranges(model, draw(model))[0]
-    parts = Parts(model, arithmetic)
     (tmp_path / "main.c").write_text(HOST)
     for way in ways_of(model):
-        name = f"written_{way}"
-        folder = write(tmp_path, name, parts, way, record)
+        name, parts, folder = f"written_{way}", Parts(model, arithmetic, way), tmp_path / way
+        folder.mkdir()
+        written(folder, design_of(parts, way, source(parts, way, name), record).texts)
         subprocess.run(["cc", *STRICT, f"-I{ROOT / 'include'}", f"-I{ROOT / 'src' / 'fixed_size'}", f"-I{folder}",
                         str(folder / f"{name}.c"), str(tmp_path / "main.c"),
                         *objects(f"filter_{arithmetic}", f"steady_{arithmetic}"), "-lm", "-o", str(folder / "run")],
@@ -502,47 +502,6 @@ def test_the_page_and_json_say_why_there_is_no_lean(tmp_path):
     assert json.loads(kalmanq(*options[:6], "--json").stdout)["no_lean"] == why
 
 
-# ------------------------------------------------------------------------------ costs
-
-
-def test_estimates_are_near_what_was_measured():
-    """Of every design that the factors were fitted to, instructions, flash and RAM to 20 %; a page says how near."""
-    off = {measure: [one.off for (*_, name), one in costs.factors().items() if name == measure] for measure in costs.SUMS}
-    assert all(len(of) == len(costs.stacks()) >= 50 and max(of) < 0.2 for of in off.values()), off
-    readme = " ".join((ROOT / "tools" / "docs" / "guides" / "memory.md").read_text(encoding="utf-8").split())
-    said = re.search(r"(\d+) % off at most for instructions, (\d+) % for flash, (\d+) % for RAM", readme)
-    assert [int(one) for one in said.groups()] == [round(100 * max(of)) for of in off.values()]
-
-
-def test_the_stack_grows_with_the_states_and_with_what_there_is():
-    """So that it is never less than is needed; each size is the deepest that was measured up to it."""
-    for key in costs.stacks():
-        plain = [costs.deepest(*key, {"n": n, "correlated": 0, "unknown": 0}) for n in range(1, 17)]
-        assert plain == sorted(plain) and plain[0] > 0
-        for kind in ({"correlated": 1, "unknown": 0}, {"correlated": 0, "unknown": 1}, {"correlated": 1, "unknown": 1}):
-            assert all(costs.deepest(*key, {"n": n + 1, **kind}) >= plain[n] for n in range(16))
-
-
-@pytest.mark.parametrize("core", sorted(PARTS))
-def test_the_flags_of_a_cost_are_those_it_was_measured_with(core):
-    described = subprocess.run(["sh", str(ROOT / "tests" / "target" / "cores.sh"), "describe", core, "gcc"], check=True,
-                               capture_output=True, text=True).stdout
-    of = dict(line.split("=", 1) for line in described.splitlines())
-    level = set() if core == "avr" else {"-O2"}
-    assert {*of["user_profile"].split(), "-ffp-contract=off", *level} == set(costs.flags(core).split())
-    assert set(of["profile"].split()) == {*of["user_profile"].split(), costs.COMPACT}
-    assert costs.include_path(core, "sizes").split() == [*([f"-Iport/{of['port']}"] if of["port"] else []), "-Iinclude",
-                                                         "-Isrc/fixed_size"]
-
-
-def test_every_estimate_says_its_flags(tmp_path):
-    done = kalmanq("design", EXAMPLES / "track.toml", "--core", "m3", "--way", "init", "-o", tmp_path)
-    printed, header = " ".join(done.stdout.split()), (tmp_path / "track.h").read_text()
-    comment = " ".join(header[: header.index("*/")].replace(" * ", " ").split())
-    for text in (printed, comment):
-        assert f"gcc {costs.flags('m3')}" in text and "-Iport/armv7m -Iinclude" in text and costs.COMPACT in text
-
-
 # ------------------------------------------------------------------------------ the command
 
 
@@ -555,8 +514,9 @@ def test_the_command_writes_a_filter(core, tmp_path):
     assert sorted(path.name for path in tmp_path.iterdir()) == ["track.c", "track.h", *others]
     assert {one["arithmetic"] for one in told["ways"]} == {"f32", "q31"}
     for one in told["ways"]:
-        if one["way"] == "compiled" and core == "avr":  # no figures
-            assert one["instructions"] is one["fits"] is None and "flags" not in one
+        if core == "avr":  # no emulator
+            assert one["instructions"] is one["stack"] is one["fits"] is None and one["not_measured"] == NO_EMULATOR
+            assert "flags" not in one if one["way"] == "compiled" else one["flash"] > 0 and one["ram"] > 0
             continue
         assert one["instructions"] > 0 and one["flash"] > 0 and one["fits"]
         if one["way"] == "compiled":

@@ -9,7 +9,7 @@ rm -rf "$work" && mkdir -p "$work"
 (cd "$work/staged" && "$python" -B -c 'from scikit_build_core.build import build_sdist; build_sdist("..")')
 alone=$(mktemp -d) && trap 'rm -rf "$alone"' EXIT
 tar -xzf "$work"/kalmanq-*.tar.gz -C "$alone" --strip-components 1
-for folder in include src; do diff -r "$root/$folder" "$alone/core/$folder"; done
+for folder in include src port/armv6m port/armv7m port/avr; do diff -r "$root/$folder" "$alone/core/$folder"; done
 diff -r -x __pycache__ -x '_core.*.so' "$root/tools/kalmanq" "$alone/kalmanq"
 grep -qx "Version: $(sed -n 's/^version = "\([^"]*\)".*/\1/p' "$root/tools/pyproject.toml")" "$alone/PKG-INFO"
 cmake -G Ninja -S "$alone" -B "$alone/build" -DPython_EXECUTABLE="$python" >"$work/configured.txt" ||

@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import decimal
 import math
-from dataclasses import asdict, dataclass, fields, replace
+from dataclasses import asdict, dataclass, replace
+from functools import partial
 from pathlib import Path
 from typing import Optional, Sequence
 
@@ -17,14 +18,17 @@ from kalmanq.commands.writing import alone, in_lines, over_library, remarks_of, 
 from kalmanq.compiler.given.names import identifier
 from kalmanq.compiler.report import offers as compiled_offers
 from kalmanq.compiler.report.costs import UNKNOWN, built, reasons
+from kalmanq.compiler.report.design_costs import costs_of
 from kalmanq.compiler.report.offers import COLUMNS, Offer, add_ways, offers
 from kalmanq.compiler.text.over_library import bytes_of_delays
 from kalmanq.compiler.text.product import fingerprint, remarked
 from kalmanq.data import joining, rows as given_rows
 from kalmanq.data.files import require_folder
 from kalmanq.errors import KalmanqError
+from kalmanq.firmware.cores import BY_NAME
 from kalmanq.firmware.costs import COMPACT, CORES, Cost, flags, include_path
 from kalmanq.firmware.designs import PARTS, Designs, Part, Trial, Way, design
+from kalmanq.firmware.measured import compiler
 from kalmanq.firmware.ranges import with_ranges
 from kalmanq.firmware.reach import Record, draw
 from kalmanq.firmware.steps_kept import latest_of
@@ -74,13 +78,11 @@ def design_file(options: Options, console: Console) -> None:
         raise KalmanqError(f"{made.model.name}: nothing was written: {_reason(options, made)}")
 
 
-ANY_DT = "Steps are of the model's dt there.  Another dt comes on top: the code, memory and instructions of " \
-         "kq_process_init_continuous (process.h)."
-
-
-LATE = "Of the RAM {} bytes are for what comes late."
-DELAY = "What comes late takes the flash and instructions of a delay besides (kq_update_delayed, lag.h)."
-REPLAY = "What comes late takes less than a kilobyte of flash besides. A predict works out one step more, and a late measurement {} steps."
+ANY_DT = "Steps are of the model's dt there. Another dt than the last one takes the instructions of kq_process_init_continuous " \
+         "(process.h) besides."
+LATE = "Of the RAM up to {} bytes are for what comes late."
+DELAY = "A late measurement takes the instructions of kq_update_delayed (lag.h)."
+REPLAY = "A late measurement works out up to {} steps."
 
 
 def _of_any_dt(options: Options, model: Model) -> Options:
@@ -104,8 +106,7 @@ def _designs(options: Options, model: Model) -> tuple[Designs, list[Record]]:
     if not records:
         raise KalmanqError(f"{model.name}: each record that is drawn of the model begins outside the declared ranges: widen them, make P0 "
                            "smaller, or give --data")
-    late = {name: bytes_of_delays(model, name, options.any_dt) for name in ("f32", "q31")}
-    return design(ranged, part, records, notes, late), records
+    return design(ranged, part, records, notes, partial(costs_of, ranged, options.core, any_dt=options.any_dt, steps=options.steps)), records
 
 
 def _reason(options: Options, made: Designs) -> str:
@@ -116,7 +117,7 @@ def _reason(options: Options, made: Designs) -> str:
         return f"lean: {lean}" if lean else (refused or [_no_such_way(options, made)])[0]
     fitting = [one for one in ways if one.fits is not False]
     if not fitting:
-        least = min(one.cost.flash for one in ways if one.cost)
+        least = min(one.cost.flash for one in ways if one.cost.flash is not None)
         late = bytes_of_delays(made.model, options.arithmetic or "f32", options.any_dt)
         of_late = f", of which {late} bytes are for what comes late " if late else " "
         return f"no way fits {made.part.flash // 1024} kB of flash and {made.part.ram / 1024:g} kB of RAM{of_late}" \
@@ -150,11 +151,8 @@ def _compiled(options: Options, made: Designs, one: Offer) -> dict[str, str]:
 
 
 def _remarks(made: Designs, chosen: Way, any_dt: bool) -> list[str]:
-    cost, late = chosen.cost, _late(made.model, chosen.arithmetic, any_dt)
-    return [f"Expected on {CORES[made.part.core]}: {cost.instructions} instructions a step, {cost.flash} bytes of",
-            f"flash and {cost.ram} of RAM beside a program without a filter, {cost.stack} of stack.",
-            *(in_lines(ANY_DT) if any_dt else []), *(in_lines(late) if late else []), *in_lines(_accuracy(chosen)), *remarks_of(made.notes),
-            *_built(made.part.core, chosen.way)]
+    late = _late(made.model, chosen.arithmetic, any_dt)
+    return [*_measured(made.part.core, chosen), *(in_lines(ANY_DT) if any_dt else []), *(in_lines(late) if late else []), *in_lines(_accuracy(chosen)), *remarks_of(made.notes)]
 
 
 def _late(model: Model, arithmetic: str, any_dt: bool) -> str:
@@ -178,10 +176,17 @@ def no_less(value: float) -> str:
     return f"{float(rounded):.1e}"
 
 
-def _built(core: str, way: str) -> list[str]:
-    """What a cost was measured with, in lines for a comment"""
-    return in_lines(f"That is with gcc {flags(core)} (the library's files: {COMPACT}, too) and the include path "
-                     f"{include_path(core, way)} in this order. Other flags, or another path, cost more.")
+def _measured(core: str, chosen: Way) -> list[str]:
+    """In lines for a comment"""
+    cost = [UNKNOWN if one is None else str(one) for one in asdict(chosen.cost).values()]
+    why_not = f" {UNKNOWN}: {chosen.why_not}." if chosen.why_not else ""
+    return in_lines("On {}: {} instructions a step, {} bytes of flash and {} of RAM beside a program without a filter, {} of stack.".format(
+        CORES[core], *cost) + f"{why_not} With {_flags_said(core, include_path(core, chosen.way), chosen.cost != Cost())}")
+
+
+def _flags_said(core: str, include: str, is_measured: bool) -> str:
+    by = compiler(BY_NAME[core]) if is_measured else "gcc"
+    return f"{by} {flags(core)} (the library's files: {COMPACT}, too) and the include path {include} in this order. Other flags, or another path, cost more."
 
 
 # ------------------------------------------------------------------------------ what is told
@@ -198,20 +203,16 @@ def _told(made: Designs, compiled: Sequence[Offer], chosen: Optional[Way], writt
                           "kq_mean": _reading(trial)}
                    for name, trial in made.trials.items()},
         "ways": [{"arithmetic": one.arithmetic, "way": one.way, "fits": one.fits, "good": one.is_good,
-                  **_cost(one), **_flags(made.part.core, one)} for one in made.ways],
+                  **asdict(one.cost), "not_measured": one.why_not, **_flags(made.part.core, one)} for one in made.ways],
         "no_lean": not_lean(made.model),
         "compiled": [one.told(made.part.core) for one in compiled],
         "chosen": {"arithmetic": chosen.arithmetic, "way": chosen.way} if chosen else None,
         "files": written}
 
 
-def _cost(one: Way) -> dict[str, Optional[int]]:
-    return asdict(one.cost) if one.cost else dict.fromkeys(field.name for field in fields(Cost))
-
-
 def _flags(core: str, one: Way) -> dict[str, str]:
     if one.way == COMPILED:
-        return {"flags": built([core])} if one.cost else {}
+        return {"flags": built([core])} if one.cost.flash else {}
     return {"flags": flags(core), "library_flags": COMPACT, "include": include_path(core, one.way)}
 
 
@@ -246,7 +247,7 @@ def _tell(made: Designs, compiled: Sequence[Offer], chosen: Optional[Way], writt
             console.print(f"  warning: {warning}")
     if chosen:
         console.print(f"recommended: {chosen.arithmetic}, {chosen.way}: {ALL_WAYS[chosen.way]}")
-        for one in (one for one in compiled if chosen.way == COMPILED and chosen.cost and one.arithmetic == chosen.arithmetic):
+        for one in (one for one in compiled if chosen.way == COMPILED and not chosen.why_not and one.arithmetic == chosen.arithmetic):
             console.print(f"  {_settles(one, made.part.core)}")
     tell_written(written, console)
 
@@ -273,12 +274,14 @@ def _tell_ways(made: Designs, chosen: Optional[Way], console: Console) -> None:
     shown = table("", "arithmetic", "way", "instructions a step", "flash", "RAM", "stack", "fits", "worst error, sigma",
                   title="ways to run it (bytes beside a program without a filter; compiled: a row that has not settled)")
     for one in made.ways:
-        shown.add_row("*" if one is chosen else "", one.arithmetic, one.way, *(UNKNOWN if cell is None else str(cell) for cell in _cost(one).values()),
+        shown.add_row("*" if one is chosen else "", one.arithmetic, one.way, *(UNKNOWN if cell is None else str(cell) for cell in asdict(one.cost).values()),
                       UNKNOWN if one.fits is None else "yes" if one.fits else "no", f"{one.trial.worst.max(initial=0):.1e}")
     console.print(shown)
-    ways = "; sizes: -Isrc/fixed_size, too" if any(one.way == "sizes" for one in made.ways) else ""
-    console.print(f"  with gcc {flags(made.part.core)}; the library's files: {COMPACT}, too; include path "
-                  f"{include_path(made.part.core, 'init')}{ways}. Other flags cost more.")
+    sizes = " (sizes: -Isrc/fixed_size, too)" if any(one.way == "sizes" for one in made.ways) else ""
+    library = [one for one in made.ways if one.way != COMPILED]
+    console.print(f"  with {_flags_said(made.part.core, include_path(made.part.core, 'init') + sizes, any(one.cost != Cost() for one in library))}")
+    for line in dict.fromkeys(f"{UNKNOWN}: {one.why_not}" for one in library if one.why_not):
+        console.print(f"  {line}")
     if chosen and chosen.trial.reading:
         console.print(f"  {_accuracy(chosen)}")
     if why := not_lean(made.model):

@@ -3,15 +3,14 @@
 from __future__ import annotations
 
 import warnings
-from dataclasses import dataclass, field, replace
-from typing import Iterable, Mapping, Optional, Sequence
+from dataclasses import dataclass, field
+from typing import Callable, Iterable, Optional, Sequence
 
 import numpy as np
 
 from kalmanq.core import lib, names_of
 from kalmanq.errors import KalmanqError, KalmanqWarning
-from kalmanq.firmware import costs
-from kalmanq.firmware.costs import Cost
+from kalmanq.firmware.costs import Cost, is_offered
 from kalmanq.firmware.ranges import Choice, widened
 from kalmanq.firmware.reach import Reach, Record, draw, reach
 from kalmanq.model import Gaps, Model
@@ -38,8 +37,11 @@ class Part:
     flash: int  # bytes
     ram: int
 
-    def holds(self, cost: Cost) -> bool:
-        return cost.flash + START_UP <= self.flash and cost.ram + cost.stack <= self.ram
+    def holds(self, cost: Cost) -> Optional[bool]:
+        """None: not known"""
+        if cost.flash is not None and cost.flash + START_UP > self.flash or (cost.ram or 0) + (cost.stack or 0) > self.ram:
+            return False
+        return None if None in (cost.flash, cost.ram, cost.stack) else True
 
 
 @dataclass(frozen=True)
@@ -102,11 +104,12 @@ class Trial:
 
 @dataclass
 class Way:
-    """One way to run, with what it costs on the core and why it may not do; None: not known."""
+    """One way to run, with what it costs on the core; why_not: of that nothing, or not all, is known."""
 
     arithmetic: str
     way: str
-    cost: Optional[Cost]
+    cost: Cost
+    why_not: str
     fits: Optional[bool]
     trial: Trial
 
@@ -127,24 +130,30 @@ class Designs:
     notes: list[Choice] = field(default_factory=list)
 
     def chosen(self, arithmetic: Optional[str] = None, way: Optional[str] = None) -> Optional[Way]:
-        """The one with fewest instructions that is good, unless a little more buys less code; one of an unknown cost only where
-        there is no other; None: there is none."""
+        """The one with fewest instructions that is good, unless a little more buys less code; where none are known, the first:
+        f32 before q31, the library's least code before its other ways and these before compiled.  None: there is none."""
         asked = [one for one in self.ways
                  if arithmetic in (None, one.arithmetic) and way in (None, one.way)]
         good = [one for one in asked if one.is_good]
         if not good:
             return None
-        known = [(one.cost, one) for one in good if one.cost]
+        known = [(one.cost.instructions, one.cost.flash or 0, one) for one in good if one.cost.instructions is not None]
         if not known:
             return good[0]
-        fastest = min(cost.instructions for cost, _ in known)
-        near = [(cost, one) for cost, one in known if WORTH * cost.instructions <= fastest]
-        return min(near, key=lambda pair: pair[0].flash)[1]
+        fastest = min(instructions for instructions, _, _ in known)
+        near = [(flash, one) for instructions, flash, one in known if WORTH * instructions <= fastest]
+        return min(near, key=lambda pair: pair[0])[1]
 
 
-def design(model: Model, part: Part, records: Sequence[Record], notes: Sequence[Choice] = (),
-           late: Mapping[str, int] = {}) -> Designs:
-    """Tries every way to run a model that has all its ranges.  late: bytes of RAM for what comes late, by arithmetic"""
+Prices = Callable[[Sequence[tuple[str, str]]], Sequence[tuple[Cost, str]]]  # of arithmetics and ways; why a cost is not known
+
+
+def unpriced(ways: Sequence[tuple[str, str]]) -> list[tuple[Cost, str]]:
+    return [(Cost(), "")] * len(ways)
+
+
+def design(model: Model, part: Part, records: Sequence[Record], notes: Sequence[Choice] = (), prices: Prices = unpriced) -> Designs:
+    """Tries every way to run a model that has all its ranges"""
     runs = [_run(model, "f64", record) for record in records]
     drawn = [one for one in draw(model.changed(gaps=Gaps()), DRAWN, DRAWN_SEEDS) if len(one.z)]
     exact, reached = [_run(model, "f64", one) for one in drawn], reach(model, records)
@@ -161,14 +170,12 @@ def design(model: Model, part: Part, records: Sequence[Record], notes: Sequence[
     trials = {name: tried(name) for name in ("f32", "q31")}
     trials["q31"].cure = _cure(model, records, runs, trials["q31"])
     made = Designs(model, part, reached, trials, [], notes=list(notes))
-    for name, trial in trials.items():
-        for way in ways_of(model) if not trial.refused else []:
-            if costs.is_measured(part.core, name, way):
-                cost = costs.estimate(model, part.core, name, way)
-                cost = replace(cost, ram=cost.ram + late.get(name, 0))
-                own = tried(name, way) if way == "lean" else trial  # low-noise measurements are taken otherwise
-                is_same = own.events == trial.events and np.array_equal(own.worst, trial.worst)
-                made.ways.append(Way(name, way, cost, part.holds(cost), trial if is_same else own))
+    ways = [(name, way) for name, trial in trials.items() if not trial.refused for way in ways_of(model) if is_offered(part.core, name, way)]
+    for (name, way), (cost, why_not) in zip(ways, prices(ways)):
+        trial = trials[name]
+        own = tried(name, way) if way == "lean" else trial  # low-noise measurements are taken otherwise
+        is_same = own.events == trial.events and np.array_equal(own.worst, trial.worst)
+        made.ways.append(Way(name, way, cost, why_not, part.holds(cost), trial if is_same else own))
     return made
 
 

@@ -12,7 +12,7 @@ import tempfile
 from functools import lru_cache
 from importlib.util import find_spec
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Mapping, Optional, Sequence
+from typing import TYPE_CHECKING, Any, Mapping, Optional, Sequence, Union
 
 from kalmanq.firmware.cores import BY_NAME, HINT, Core, NotMeasured, run
 
@@ -23,23 +23,27 @@ TARGET = Path(__file__).resolve().parent / "target"
 MARKS = TARGET / "marks.c"
 CALLS = ("predict", "update", "predict", "update", "step", "step")  # by region of target/compiled.c
 MODULES = ("unicorn", "elftools")
+NO_EMULATOR = "instructions are counted on Arm and RISC-V"
 TYPES = {"f32": "float", "f64": "double", "q31": "int32_t"}
 
 
 def why_not(core: Core) -> str:
     """What keeps this machine from measuring; empty: nothing"""
-    if core.family == "avr":
-        return "instructions are counted on Arm and RISC-V"
+    return NO_EMULATOR if core.family == "avr" else missing(core, MODULES)
+
+
+def missing(core: Core, modules: Sequence[str]) -> str:
+    """Of its compiler and of these; empty: nothing"""
     if shutil.which(core.gcc[0]) is None:
         return f"{core.gcc[0]} was not found: {HINT}"
-    missing = [one for one in MODULES if find_spec(one) is None]
-    return f"{' and '.join(missing)} cannot be imported: pip install './tools[costs]'" if missing else ""
+    absent = [one for one in modules if find_spec(one) is None]
+    return f"{' and '.join(absent)} cannot be imported: pip install './tools[costs]'" if absent else ""
 
 
 @lru_cache(maxsize=None)
 def compiler(core: Core) -> str:
     """Its name and version"""
-    return f"{core.gcc[0]} {run([core.gcc[0], '-dumpfullversion']).strip()}"
+    return f"{core.gcc[0]} {run([core.gcc[0], '-dumpfullversion', '-dumpversion']).strip()}"
 
 
 def flags(core: Core, level: str = "O2") -> tuple[str, ...]:
@@ -143,7 +147,11 @@ def _kept(core: str, what: str, texts: tuple[tuple[str, str], ...]) -> tuple[Map
     try:
         return measured(BY_NAME[core], json.loads(what), dict(texts)), ""
     except (NotMeasured, OSError) as problem:  # a full disk, too
-        return {}, problem.strerror or str(problem) if isinstance(problem, OSError) else str(problem)
+        return {}, said(problem)
+
+
+def said(problem: Union[NotMeasured, OSError]) -> str:
+    return problem.strerror or str(problem) if isinstance(problem, OSError) else str(problem)
 
 
 def told(core: str, what: Mapping[str, Any], texts: Mapping[str, str]) -> tuple[Mapping[str, Optional[int]], str]:

@@ -17,7 +17,7 @@ from kalmanq.compiler.report.settling import of_rates
 from kalmanq.compiler.run.equation_run import COMPILED, compiled_equations_run
 from kalmanq.compiler.run.simulation import NO_SMOOTHER, compiled_run
 from kalmanq.data.rows import controls_of
-from kalmanq.firmware import costs
+from kalmanq.firmware.costs import CORES
 from kalmanq.firmware.ranges import widened
 from kalmanq.firmware.reach import Record
 from kalmanq.model import Model, Quantity
@@ -30,7 +30,6 @@ from kalmanq.pages.verdict import Finding, Whiteness
 from kalmanq.run.campaigns import versions
 from kalmanq.run.comparison import compare
 from kalmanq.run.filters import Smoother
-from kalmanq.run.parts import ways_of
 from kalmanq.run.results import Run
 
 AnyModel = Union[Model, NonlinearModel]
@@ -61,16 +60,6 @@ class Study:
     def rows_across(self) -> dict[str, int]:
         """Of a chart over the rows"""
         return {"buckets": self.buckets, "span": self.rows}
-
-
-def cost_rows(model: Model) -> list[list[str]]:
-    """What a step of a model of this shape costs on each core, in the form of the least code"""
-    made = []
-    for core, name in costs.CORES.items():
-        for arithmetic in ("f32", "q31"):
-            cost = costs.estimate(model, core, arithmetic, ways_of(model)[0])
-            made.append([name, arithmetic, *map(str, (cost.instructions, cost.flash, cost.stack))])
-    return made
 
 
 LEFT_OUT = f"left out: smoothed states and sigmas; {NO_SMOOTHER}"
@@ -257,23 +246,14 @@ def _arithmetics(study: Study) -> str:
 
 
 def _costs(model: Model, z: np.ndarray) -> str:
-    return page.section(
-        "What it costs", page.paragraph("Estimated from designs that were measured on emulated cores; "
-                                        "`kalmanq design` says which way to run it is best on one of them."),
-        page.paragraph(f"With gcc `{costs.flags('m3')}` (the library's files: `{costs.COMPACT}`, too; AVR: "
-                       "`-Os -mcall-prologues` for `-O2`) and the core's own folder of port/ first on the include path. "
-                       "Other flags cost more."),
-        page.table(
-            f"The cost of a step of {counted(model.n, 'state')} and {counted(model.m, 'measurement')}, form {ways_of(model)[0]}",
-            ["core", "arithmetic", "instructions", "flash, bytes", "stack, bytes"],
-            cost_rows(model), text_columns=(1,)), *_compiled(model, z), name="costs")
+    return page.section("What it costs", page.paragraph("`kalmanq design` measures the library's forms, too, on one core."), *_compiled(model, z), name="costs")
 
 
 def _compiled(model: Model, z: np.ndarray) -> list[str]:
     """What kalmanq compile would write, on the cores where it is measured here; of what is refused, why"""
     made = offers(model)
     counted_on = list(dict.fromkeys(core for one in made for core, cost in one.costs.items() if cost.of))
-    rows = [[costs.CORES.get(core, UNKNOWN), *offer.cells(core)] for offer in made if offer.product for core in counted_on or [""]]
+    rows = [[CORES.get(core, UNKNOWN), *offer.cells(core)] for offer in made if offer.product for core in counted_on or [""]]
     why = dict.fromkeys(line for offer in made for line in reasons(offer.costs))
     table = [page.table("Compiled for this model alone", ["core", *COLUMNS], rows, text_columns=(1,))] if rows else []
     return [page.paragraph("`kalmanq compile` writes C for this model alone. Its errors were observed over "

@@ -383,7 +383,7 @@ function showRefusal() {
 function showCosts() {
   const of = (content.costs[$("core").value] || {})[set.arithmetic === "q31" ? "q31" : "f32"] || {};
   const cells = (tag, values) => { const row = document.createElement("tr"); values.forEach((one) => { const cell = document.createElement(tag); cell.textContent = one; row.append(cell); }); return row; };
-  $("costs").replaceChildren(cells("th", isNonlinear ? ["f32", "instructions"] : [set.arithmetic === "q31" ? "q31" : "f32", "instr./step", "flash", "RAM", "stack"]),
+  $("costs").replaceChildren(cells("th", isNonlinear ? ["f32", "instructions"] : [set.arithmetic === "q31" ? "q31" : "f32", "instr./row", "flash", "RAM", "stack"]),
     ...Object.entries(of).map(([way, values]) => cells("td", [way, ...values.map((one) => one.toLocaleString("en").replaceAll(",", "\u2009"))])),
     ...(Object.keys(of).length ? [] : [cells("td", ["-", content.no_costs || "was not counted on this core"])]));
 }

@@ -10,12 +10,14 @@ from typing import Any, Optional, Union
 
 import numpy as np
 
+from kalmanq.compiler.given.request import Options
+from kalmanq.compiler.report.costs import costs_of, reasons
+from kalmanq.compiler.text.product import compiled
 from kalmanq.errors import KalmanqError
-from kalmanq.firmware.costs import CORES, estimate, is_measured
+from kalmanq.firmware.costs import CORES
 from kalmanq.model import Model
 from kalmanq.nonlinear import NonlinearModel
 from kalmanq.run.filters import Filter
-from kalmanq.run.parts import ways_of
 from kalmanq.run.robust import LOSSES
 from kalmanq.tune import emitted, equations
 from kalmanq.tune.noises import Shape, has_dt, noises_of
@@ -91,7 +93,7 @@ def content(model: Model, z: np.ndarray, u: Optional[np.ndarray], times: Optiona
         "flow": flow(model, rest["Qc"]) if has_dt(model, shape) else None,
         "noises": [noise_content(one) for one in noises], "template": template, "total": filter_.log_likelihood,
         "losses": losses(LOSSES, in_sigma=False),
-        "cores": CORES, "costs": costs(model)}
+        "cores": CORES, **costs(model)}
 
 
 def refuse(model: Union[Model, NonlinearModel], z: np.ndarray, u: Optional[np.ndarray]) -> None:
@@ -132,13 +134,20 @@ def _with_ones(model: Model, u: Optional[np.ndarray], rows: int) -> Optional[np.
     return np.hstack([given, np.ones((rows, model.l - given.shape[1]))])
 
 
-def costs(model: Model) -> dict[str, dict[str, dict[str, list[int]]]]:
-    """By core, arithmetic and way: instructions of a step, bytes of flash, RAM and stack, as `kalmanq design` has them"""
+def costs(model: Model) -> dict[str, Any]:
+    """Of the C that `kalmanq compile` writes, by core and arithmetic: instructions of a row in two calls, bytes of flash, RAM and stack,
+    and instructions once it has settled; and why there are none"""
     made: dict[str, dict[str, dict[str, list[int]]]] = {}
-    for core_ in CORES:
-        for arithmetic in ("f32", "q31"):
-            for way in ways_of(model):
-                if is_measured(core_, arithmetic, way):
-                    of = estimate(model, core_, arithmetic, way)
-                    made.setdefault(core_, {}).setdefault(arithmetic, {})[way] = [of.instructions, of.flash, of.ram, of.stack]
-    return made
+    why_not: list[str] = []
+    for arithmetic in ("f32", "q31"):
+        try:
+            product = compiled(model, "filter", Options(arithmetic))
+        except KalmanqError as problem:
+            why_not.append(f"{arithmetic}: {problem}.")
+            continue
+        found = costs_of(product)
+        why_not += reasons(found)
+        for core_, of in ((core_, one.of) for core_, one in found.items() if one.of):
+            rows = {"compiled": [of["two_calls"], of["program"], product.ram, of["stack"]], "settled": [of["two_calls_settled"]]}
+            made.setdefault(core_, {})[arithmetic] = {name: row for name, row in rows.items() if row[0] is not None}
+    return {"costs": made, "no_costs": " ".join(dict.fromkeys(why_not))}

@@ -94,11 +94,11 @@ def add_ways(made: Designs, found: Sequence[Offer], records: Sequence[Record]) -
     exact = [Filter(made.model, "f64").run(one.z, one.u) for one in records] if any(one.product for one in found) else []
     for one in found:
         if one.product:
-            of = one.costs[made.part.core].of
-            sums = library.Cost(of["two_calls"], of["program"], one.ram or 0, of["stack"]) if of else None
+            of, why_not = one.costs[made.part.core].of, one.costs[made.part.core].why_not
+            cost = library.Cost(of["two_calls"], of["program"], one.ram or 0, of["stack"]) if of else library.Cost()
             trial = trial_of(f"{WAY} in {one.arithmetic}", made.model.n, _tried(one, records, exact))
             trial.cause = cause_of(made.model, one.arithmetic, records, trial)
-            made.ways.append(Way(one.arithmetic, WAY, sums, made.part.holds(sums) if sums else None, trial))
+            made.ways.append(Way(one.arithmetic, WAY, cost, why_not, made.part.holds(cost), trial))
 
 
 def _tried(one: Offer, records: Sequence[Record], exact: Sequence[Run]) -> Iterator[tuple[Run, Run, Optional[Run]]]:

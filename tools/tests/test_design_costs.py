@@ -1,0 +1,214 @@
+"""What a design costs on a core is what was counted of its C there, whose words are the twin's; or "-", with the reason."""
+
+from __future__ import annotations
+
+import json
+import os
+import shutil
+import subprocess
+import sys
+from dataclasses import replace
+from pathlib import Path
+from typing import Optional, Sequence
+
+import five
+import numpy as np
+import pytest
+from command import kalmanq
+from library import ROOT
+from models import LATE
+from random_models import random_model
+from whole import WHOLE, first
+
+from kalmanq import Model, Quantity
+from kalmanq.compiler.report.design_costs import costs_of, design_of
+from kalmanq.compiler.text.over_library import bytes_of_delays, source, ways_of
+from kalmanq.firmware import costs
+from kalmanq.firmware.cores import BY_NAME, Core
+from kalmanq.firmware.costs import Cost, Design, is_offered
+from kalmanq.firmware.designs import Part, design
+from kalmanq.firmware.elf import Elf
+from kalmanq.firmware.measured import NO_EMULATOR, compiler
+from kalmanq.firmware.ranges import with_ranges
+from kalmanq.firmware.reach import draw
+from kalmanq.model import Gaps, model_file
+from kalmanq.run.parts import Parts
+
+EXAMPLES = ROOT / "tools" / "kalmanq" / "examples"
+CORES = ("m3", "m0", "m4f", "m7", "m33", "rv32")
+LARGE = replace(BY_NAME["avr"], gcc=("avr-gcc", "-mmcu=atmega1284p"),  # which simavr runs, with all RAM that AVR has
+                link_flags=("-Wl,--defsym=__DATA_REGION_LENGTH__=0xFF00,--defsym=__stack=0xFFFF",))
+
+
+def designs_of(model: Model, core: str, most: Optional[int] = None) -> list[Design]:
+    """In each way, or so many of each arithmetic"""
+    record = draw(model.changed(gaps=Gaps()), 32, seeds=[1])[0]
+    made = []
+    for arithmetic in ("f32", "q31"):
+        for way in [one for one in ways_of(model) if is_offered(core, arithmetic, one)][:most]:
+            parts = Parts(model, arithmetic, way)
+            made.append(design_of(parts, way, source(parts, way, "made"), record))
+    return made
+
+
+def is_whole(found: Sequence[tuple[Cost, str]]) -> None:
+    assert found and all(not why and min(one.instructions, one.flash, one.ram, one.stack) > 0 for one, why in found), found
+
+
+# ------------------------------------------------------------------------------ the words
+
+
+@pytest.mark.parametrize("make", five.FIVE)
+@pytest.mark.parametrize("core, most", [("m3", 1), *(pytest.param(core, None, marks=WHOLE) for core in CORES)])
+def test_a_design_comes_to_the_twin_s_words_on_its_core(make, core: str, most: Optional[int]) -> None:
+    """target/design.c compares them, or there is no cost"""
+    is_whole(costs.costs(BY_NAME[core], designs_of(make(), core, most)))
+
+
+def test_other_words_are_no_cost() -> None:
+    (one, *_) = designs_of(five.level(), "m4f", 1)
+    head, mark, words = one.texts["cost-calls.h"].partition("expected[ROWS][N] = {{")
+    assert mark
+    ((cost, why),) = costs.costs(BY_NAME["m4f"], [replace(one, texts={**one.texts, "cost-calls.h": f"{head}{mark}0.5f}}, {{1.5f}}, {{{words}"})])
+    assert cost == Cost() and why == "main.elf: a call answered -100"
+
+
+@WHOLE
+@pytest.mark.parametrize("make", five.FIVE)
+def test_on_avr_as_well(make, tmp_path: Path) -> None:
+    counter = tmp_path / "avr_count"
+    subprocess.run(["cc", "-std=gnu11", "-O2", str(ROOT / "port/boards/avr_count.c"), "-lsimavr", "-o", str(counter)], check=True)
+    for one in designs_of(make(), "avr"):
+        program = costs.Programs(LARGE, tmp_path, one, library_of(LARGE, tmp_path, one.arithmetic)).linked("main")
+        places = [Elf(program).address(name) for name in ("_end", "cost_region", "cost_failed", "cost_end")]
+        done = subprocess.run([str(counter), str(program), *map(str, places)], capture_output=True, text=True)
+        assert done.stdout.splitlines()[-1:] == ["end"], (one.way, done.stdout[-200:], done.stderr)
+
+
+def library_of(core: Core, folder: Path, arithmetic: str) -> list[Path]:
+    made = sorted((folder / arithmetic).glob("*.o")) if (folder / arithmetic).exists() else []
+    return made or costs.compiled_library(core, folder, arithmetic)
+
+
+# ------------------------------------------------------------------------------ the figures
+
+
+def test_an_avr_has_flash_and_ram() -> None:
+    found = costs.costs(BY_NAME["avr"], designs_of(five.attitude(), "avr"))
+    assert len(found) == 6 and all(why == NO_EMULATOR and cost.instructions is cost.stack is None for cost, why in found)
+    for lean, tables, init in (found[:3], found[3:]):  # of f32, of q31
+        assert 8000 < lean[0].flash < tables[0].flash < init[0].flash < 60_000 and 500 < lean[0].ram <= init[0].ram < 2500, found
+
+
+@pytest.mark.parametrize("seed", first(2, range(20)))
+def test_figures_come_for_models_of_any_kind(seed: int) -> None:
+    random = np.random.default_rng(seed)
+    model = random_model(random, seed % 8 + 1, int(random.integers(1, min(seed % 8 + 1, 4) + 1)))
+    bounded = model.changed(controls=[Quantity(one.name, range=1.0) for one in model.controls]) if model.l else model
+    ranged = with_ranges(bounded, draw(bounded))[0]
+    is_whole(costs_of(ranged, "m4f", [(arithmetic, way) for arithmetic in ("f32", "q31") for way in ways_of(ranged)]))
+
+
+def test_what_comes_late_is_counted(tmp_path: Path) -> None:
+    for name, text in {"late": LATE, "timely": LATE.replace("delay = 3", "")}.items():
+        (tmp_path / f"{name}.toml").write_text(text)
+    late, timely = (with_ranges(model_file.read(tmp_path / f"{name}.toml"), [])[0] for name in ("late", "timely"))
+    for way in (("f32", "lean"), ("q31", "lean")):
+        ((more, _), (less, _)) = (costs_of(model, "m4f", [way])[0] for model in (late, timely))
+        assert 0 <= less.ram + bytes_of_delays(late, way[0]) - more.ram < 16 and more.instructions > 1.4 * less.instructions
+        assert more.flash > less.flash + 300 and more.stack > less.stack
+
+
+@pytest.mark.parametrize("more, way", [({"any_dt": True}, ("f32", "init")), ({"steps": 4}, ("q31", "tables"))])
+def test_longer_steps_are_counted(more: dict, way: tuple[str, str], tmp_path: Path) -> None:
+    path = tmp_path / "cart.toml"
+    path.write_text("[model]\nF = [[0.0, 1.0], [0.0, -0.5]]\nQc = [0.0, 0.3]\ndt = 0.1\nH = [1.0, 0.0]\nR = 0.04\nP0 = [4.0, 1.0]\n"
+                    "[states]\nranges = [100, 10]\n[measurements]\nranges = [100]\n")
+    model = with_ranges(model_file.read(path), [])[0]
+    (plain, longer) = (costs_of(model, "m4f", [way], **one)[0] for one in ({}, more))
+    is_whole([plain, longer])
+    assert longer[0].flash > plain[0].flash + 50
+
+
+def test_figures_are_the_same_twice() -> None:
+    """In two processes, of which one is disturbed"""
+    made = []
+    for seed in ("0", "1"):
+        other = subprocess.Popen([sys.executable, "-c", "while True: pass"]) if seed == "1" else None
+        done = subprocess.run([sys.executable, "-m", "kalmanq.command_line", "design", str(EXAMPLES / "track.toml"), "--core", "m4f", "--json"],
+                              capture_output=True, text=True, env={**os.environ, "PYTHONHASHSEED": seed})
+        if other:
+            other.kill()
+        made.append(json.loads(done.stdout)["ways"])
+    assert made[0] == made[1] and all(one["instructions"] > 0 and one["fits"] for one in made[0]) and len(made[0]) == 10
+
+
+# ------------------------------------------------------------------------------ what they are said with, and why there are none
+
+
+@pytest.mark.parametrize("core", costs.CORES)
+def test_the_flags_are_those_of_the_tests(core: str) -> None:
+    described = subprocess.run(["sh", str(ROOT / "tests/target/cores.sh"), "describe", core, "gcc"], check=True, capture_output=True, text=True).stdout
+    of = dict(line.split("=", 1) for line in described.splitlines())
+    level = set() if core == "avr" else {"-O2"}
+    assert {*of["user_profile"].split(), "-ffp-contract=off", *level} == set(costs.flags(core).split())
+    assert set(of["profile"].split()) == {*of["user_profile"].split(), costs.COMPACT}
+    assert costs.folders(core, "sizes") == [*([f"port/{of['port']}"] if of["port"] else []), "include", "src/fixed_size"]
+
+
+def test_every_cost_says_its_flags(tmp_path: Path) -> None:
+    done = kalmanq("design", EXAMPLES / "track.toml", "--core", "m3", "--way", "init", "-o", tmp_path)
+    printed, header = " ".join(done.stdout.split()), (tmp_path / "track.h").read_text()
+    comment = " ".join(header[: header.index("*/")].replace(" * ", " ").split())
+    for text in (printed, comment):
+        assert f"{compiler(BY_NAME['m3'])} {costs.flags('m3')}" in text and "-Iport/armv7m -Iinclude" in text and costs.COMPACT in text
+
+
+def test_without_a_compiler_the_reason_is_told(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    for name in ("cc", "as", "ld"):  # and no other is on the path
+        (tmp_path / name).symlink_to(shutil.which("gcc" if name == "cc" else name))
+    monkeypatch.setenv("PATH", str(tmp_path))
+    for core, gcc in (("m3", "arm-none-eabi-gcc"), ("avr", "avr-gcc")):
+        said = f"{gcc} was not found: `kalmanq doctor` says how to get it"
+        done = kalmanq("design", EXAMPLES / "track.toml", "--core", core, "-o", tmp_path)
+        told = json.loads(kalmanq("design", EXAMPLES / "track.toml", "--core", core, "--json").stdout)
+        assert done.returncode == 0 and f"-: {said}" in " ".join(done.stdout.split()), done.stderr
+        assert f"- instructions a step, - bytes of flash and - of RAM" in (tmp_path / "track.h").read_text()
+        for one in told["ways"]:
+            assert [one[name] for name in ("instructions", "flash", "ram", "stack", "fits")] == [None] * 5
+            assert one["not_measured"] == (said if core == "m3" or one["way"] != "compiled" else NO_EMULATOR)
+        assert told["chosen"] == {"arithmetic": "f32", "way": "lean"}  # which depends on no figure
+
+
+def test_without_the_sources_too(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
+    monkeypatch.setattr(costs, "library", lambda: tmp_path)
+    assert costs.costs(BY_NAME["m3"], designs_of(five.level(), "m3", 1)) == [
+        (Cost(), f"the library's sources are not in {tmp_path}: install kalmanq again")] * 2
+
+
+def test_a_compiler_that_fails_is_told_in_a_line(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
+    gcc = tmp_path / "arm-none-eabi-gcc"
+    gcc.write_text("#!/bin/sh\necho 'cannot find -lc' >&2\nexit 1\n")
+    gcc.chmod(0o755)
+    monkeypatch.setenv("PATH", str(tmp_path), prepend=":")
+    assert costs.costs(BY_NAME["m3"], designs_of(five.level(), "m3", 1)) == [(Cost(), "arm-none-eabi-gcc: cannot find -lc")] * 2
+
+
+def test_a_model_that_leaves_its_ranges_has_no_figures() -> None:
+    model = Model(1, H=1, R=1, Q=1, P0=1, states=[Quantity("x", range=1)], measurements=[Quantity("z", range=1)])
+    assert costs_of(model, "m3", [("f32", "lean")]) == [(Cost(), "each record that is drawn of the model leaves its ranges within 16 rows")]
+
+
+def test_where_no_cost_is_known_the_choice_depends_on_no_figure() -> None:
+    """Flash and RAM that are known may rule a way out"""
+    model = five.track()
+
+    def chosen(part: Part, cost: Cost):
+        return design(model, part, draw(model), prices=lambda ways: [(cost, "unknown")] * len(ways)).chosen()
+
+    one = chosen(Part("m3", 1 << 16, 1 << 12), Cost())
+    assert (one.arithmetic, one.way, one.fits) == ("f32", "lean", None)
+    assert chosen(Part("m3", 1 << 16, 1 << 12), Cost(flash=30_000, ram=300)).fits is None
+    assert chosen(Part("m3", 1 << 16, 1 << 12), Cost(flash=30_000, ram=5000)) is None
+    assert chosen(Part("m3", 1 << 14, 1 << 12), Cost(flash=30_000, ram=300)) is None
+    assert chosen(Part("m3", 1 << 16, 1 << 12), Cost(100, 30_000, 300, 200)).fits is True
