@@ -14,7 +14,7 @@ import numpy as np
 import pytest
 from command import kalmanq
 from equation_random import random_model, tried
-from equations import FOLDER, NAMES, STRICT, Bare, apart, by_library, model_of, product_of, ran, rows_of, wrong_lines
+from equations import FOLDER, NAMES, STRICT, Bare, apart, by_library, model_of, path_of, product_of, ran, rows_of, wrong_lines
 from library import cc, written
 from whole import WHOLE, first
 
@@ -26,10 +26,11 @@ from kalmanq.compiler.report.equation_report import SEEDS, _apart, findings
 from kalmanq.compiler.run import trial
 from kalmanq.compiler.run.equation_records import drawn
 from kalmanq.compiler.run.host import Host, compiler
+from kalmanq.compiler.text.equation_device_text import compiled_device
 from kalmanq.compiler.text.equation_product import compiled_equations
 from kalmanq.compiler.text.product import compiled
 from kalmanq.formulas.program import Program
-from kalmanq.nonlinear import NonlinearModel, simulate as simulated
+from kalmanq.nonlinear import NonlinearModel, read, simulate as simulated
 from kalmanq.run.simulation import simulate
 
 TOLD = {"orbit": 0.05, "drone": 1e-2, "coordinated_turn": 1e-2, "induction_motor": 1e-2}  # sigma, where float is coarser than elsewhere
@@ -117,6 +118,17 @@ def test_float_is_as_near_as_a_prototype_was(name: str) -> None:
 
 
 # ------------------------------------------------------------------------------ its text
+
+
+@pytest.mark.parametrize("name", first(3, ["bicycle", "drone", "unicycle", *NAMES]))
+def test_it_does_not_depend_on_what_was_compiled_before(name: str) -> None:
+    before, model = read(path_of(name)), read(path_of(name))
+    alone = [make(read(path_of(name)), "kf", Options("f32")).sources() for make in (compiled_equations, compiled_device)]
+    for make, others in ((compiled_equations, dict(iterate=3)), (compiled_equations, dict(smooth=9, student=4.0)), (compiled_device, {})):
+        make(model, "kf", Options("f64", **others))
+    before.formulas.derived_measurement, before.formulas.derived_transition  # as checks have them made
+    for one in (before, model):
+        assert [make(one, "kf", Options("f32")).sources() for make in (compiled_equations, compiled_device)] == alone
 
 
 @pytest.mark.parametrize("names", [NAMES])

@@ -22,6 +22,7 @@ from kalmanq.nonlinear.model import Sensor
 
 
 def compiled_device(model: NonlinearModel, name: str, options: Options = Options(), source: str = "") -> Product:
+    model = model.traced_anew()
     with using(model.formulas.graph):
         a = device(model, name, options)
         text = DeviceText(a.given, a)

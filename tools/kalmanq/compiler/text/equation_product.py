@@ -18,6 +18,7 @@ from kalmanq.nonlinear import NonlinearModel
 def compiled_equations(model: NonlinearModel, name: str, options: Options = Options(), source: str = "",
                        looked_at: Optional[dict[int, list[int]]] = None) -> Product:
     """source: a line about the model's file; looked_at: of the model with other noises (Equations).  Untraced says what has no formula."""
+    model = model.traced_anew()
     of = replace(equations(model, name, options), looked_at=looked_at)
     with using(model.formulas.graph):
         a = EquationFilter(of)

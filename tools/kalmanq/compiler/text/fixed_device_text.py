@@ -19,6 +19,7 @@ from kalmanq.nonlinear.model import Sensor
 def compiled_fixed(model: NonlinearModel, name: str, seen: Seen, options: Options = Options("q31"),
                    source: str = "") -> Product:
     """seen: records that the formats are of"""
+    model = model.traced_anew()
     with using(model.formulas.graph):
         a = fixed_device(model, name, options, seen)
         text = FixedDeviceText(a.given, a)
