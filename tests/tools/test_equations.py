@@ -25,7 +25,8 @@ from kalmanq.compiler.report import report
 from kalmanq.compiler.report.equation_report import SEEDS, _apart, findings
 from kalmanq.compiler.run import trial
 from kalmanq.compiler.run.equation_records import drawn
-from kalmanq.compiler.run.host import Host, compiler
+from kalmanq.compiler.run.building import compiler
+from kalmanq.compiler.run.host import Host
 from kalmanq.compiler.text.equation_device_text import compiled_device
 from kalmanq.compiler.text.equation_product import compiled_equations
 from kalmanq.compiler.text.product import compiled
