@@ -58,7 +58,8 @@ def functions() -> Mapping[str, Callable[..., Any]]:
              for name, (type_, given) in found.items()]
     with folder_of({"functions.c": "\n".join([HEAD, text, *calls, ""])}) as folder:
         library = ctypes.CDLL(str(build(folder, ["functions.c"], "functions.so", ("-shared", "-fPIC"))))
-    made = {name: _called(name, library[f"call_{name}"], type_, [f"{of}{mark}".strip() for of, mark, _ in given]) for name, (type_, given) in found.items()}
+    made = {name: _called(name, library[f"call_{name}"], type_, [f"{of}{mark}".strip() for of, mark, _ in given])
+            for name, (type_, given) in found.items()}
     return {**made, "product": lambda a, b: a * b, "INT64_C": int, "UINT32_C": int}
 
 
