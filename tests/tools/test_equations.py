@@ -61,7 +61,7 @@ def test_iterated(name: str, rounds: int) -> None:
     model, double, single = model_of(name), product_of(name, "f64", iterate=rounds), product_of(name, "f32", iterate=rounds)
     with Host(double) as of_double, Host(single) as of_single:
         _compare(model, double, of_double, of_single, TOLD.get(name, MEAN), 300, SEEDS[:1], rounds)
-        record, _ = rows_of(double, model, 300, 1)
+        record = rows_of(double, model, 300, 1)
         with Host(product_of(name, "f64")) as once:
             is_linear = len(double.arithmetic.linear) == len(model.sensors) or apart(ran(once, record), ran(of_double, record))[0] < 1e-9
         assert is_linear == (name in LINEAR_SENSORS)
@@ -73,10 +73,10 @@ LINEAR_SENSORS = ("bicycle",)  # of those for every day
 def _compare(model: NonlinearModel, double: Any, of_double: Host, of_single: Host, most: float, rows: int, seeds: Any,
              rounds: int) -> None:
     for seed in seeds:
-        record, z = rows_of(double, model, rows, seed)
+        record = rows_of(double, model, rows, seed)
         exact, low = ran(of_double, record), ran(of_single, record)
-        library = by_library(model, z, record.now, rounds)
-        assert (exact.taken == (~np.isnan(z)) @ (1 << np.arange(model.m))).all()
+        library = by_library(model, record.measured, record.now, rounds)
+        assert (exact.taken == record.present).all()
         assert (low.taken == exact.taken).all()
         assert max(apart(exact, library)) < 1e-9
         mean, covariance = apart(low, exact)
@@ -152,7 +152,7 @@ def test_no_compiler_warns(names: list[str], arithmetic: str, options: dict, tmp
 def test_its_program_prints_ok_and_the_digest(name: str, arithmetic: str, tmp_path: Path) -> None:
     product = product_of(name, arithmetic)
     with Host(product) as host:
-        record, _ = drawn(model_of(name), trial.ROWS, 1)
+        record = drawn(model_of(name), trial.ROWS, 1)
         text = trial.trial(product, host, record)
     written(tmp_path, {**product.sources(), "kf_test.c": text})
     flags = (*STRICT, "-O2", "-ffp-contract=off")
@@ -165,7 +165,7 @@ def test_its_program_prints_ok_and_the_digest(name: str, arithmetic: str, tmp_pa
 def test_its_program_finds_another_filter(tmp_path: Path) -> None:
     product = product_of("tank", "f32")
     with Host(product) as host:
-        record, _ = drawn(model_of("tank"), trial.ROWS, 1)
+        record = drawn(model_of("tank"), trial.ROWS, 1)
         text = trial.trial(product, host, record)
     other = product.code.replace("0.5f", "0.51f")
     assert other != product.code
@@ -185,7 +185,7 @@ def test_its_program_bears_another_math_library(options: dict, tmp_path: Path) -
                            P0=[1.0, 1e-6, 1e-4, 1e-4], Q=[1e-10, 1e-18, 1e-12, 1e-12], R=[1e-4])
     product = compiled_equations(model, "kf", Options("f32", **options))
     with Host(product) as host:
-        found, (record, _) = findings(model, product, host), drawn(model, trial.ROWS, 1)
+        found, record = findings(model, product, host), drawn(model, trial.ROWS, 1)
         text = trial.trial(product, host, record, found.first)
     other = "#include <math.h>\nfloat other(float x);\nfloat other(float x) { return nextafterf(cosf(x), 2.0f); }\n"
     written(tmp_path, {**product.sources(), "kf_test.c": text, "other.c": other})
@@ -373,8 +373,8 @@ def test_student_weighs_outliers_down(tmp_path: Path) -> None:
 def test_nis_and_likelihood_are_those_of_the_library(name: str, rounds: int, tmp_path: Path) -> None:
     product, model = product_of(name, "f64", nis=True, iterate=rounds), model_of(name)
     f = Bare(product, tmp_path)
-    record, z = rows_of(product, model, 40, 2)
-    library = by_library(model, z, record.now, rounds)
+    record = rows_of(product, model, 40, 2)
+    library = by_library(model, record.measured, record.now, rounds)
     for t in range(40):
         if t:
             f.predict(record.u[t], t - 1.0)

@@ -42,7 +42,7 @@ def _alone(model: NonlinearModel, name: str, wanted: Options, source: str) -> Tr
     product = compiled_equations(model, name, wanted, source)
     with Host(product) as host:
         found = equation_report.findings(model, product, host)
-        record, _ = drawn(model, ROWS, equation_report.SEEDS[0])
+        record = drawn(model, ROWS, equation_report.SEEDS[0])
         return product, found, trial(product, host, record, found.first)
 
 
@@ -50,7 +50,7 @@ def _device(model: NonlinearModel, name: str, wanted: Options, source: str) -> T
     is_fixed = wanted.arithmetic == "q31"
     product = compiled_fixed(model, name, simulated(model), wanted, source) if is_fixed else compiled_device(model, name, wanted, source)
     equation_report.refuse_wrong(model)
-    record = in_whole_groups(drawn(model, ROWS, equation_report.SEEDS[0])[0], product.given.together)
+    record = in_whole_groups(drawn(model, ROWS, equation_report.SEEDS[0]), product.given.together)
     ran, found = (_fixed_tried if is_fixed else _floats_tried)(model, product, record)
     return product, found, device_trial(product, record, ran)
 
