@@ -10,7 +10,6 @@ from kalmanq.compiler.algorithm.fixed import routines as word_routines
 from kalmanq.compiler.algorithm.fixed.factor import Factor, Key, keys
 from kalmanq.compiler.algorithm.fixed.formats import BITS, Formats, RawValues
 from kalmanq.compiler.algorithm.fixed.mean import Mean
-from kalmanq.compiler.given.request import Request
 from kalmanq.compiler.templates.engine import rendered
 from kalmanq.formulas.printing import indented
 
@@ -18,7 +17,6 @@ from kalmanq.formulas.printing import indented
 class Readings(RawValues, Arithmetic):
     """Of a filter in words, which has these"""
 
-    given: Request
     formats: Formats
     factor: Factor
     mean: Mean
