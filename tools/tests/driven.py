@@ -12,7 +12,7 @@ from library import written
 from kalmanq import Model
 from kalmanq.compiler.given.request import Options
 
-from kalmanq.compiler.run.host import build
+from kalmanq.compiler.run.building import build
 from kalmanq.compiler.text.product import Product, compiled
 
 ACCESS = """\

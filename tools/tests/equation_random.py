@@ -16,7 +16,8 @@ from typing import Callable, Optional, Sequence
 import numpy as np
 
 from kalmanq.compiler.given.request import Options
-from kalmanq.compiler.run.host import build, driver, numbered
+from kalmanq.compiler.run.building import build
+from kalmanq.compiler.run.host import driver, numbered
 from kalmanq.compiler.text.emit import PREDICTS, UPDATES
 from kalmanq.compiler.text.equation_product import compiled_equations
 from kalmanq.compiler.text.product import Product

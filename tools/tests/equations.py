@@ -14,6 +14,7 @@ from driven import Called
 from kalmanq.compiler.given.request import Options
 from kalmanq.compiler.run.equation_records import drawn
 from kalmanq.compiler.run.host import Host, Ran
+from kalmanq.compiler.run.record import Record, in_whole_groups
 from kalmanq.compiler.text.equation_product import compiled_equations
 from kalmanq.compiler.text.product import Product
 from kalmanq.model import model_file
@@ -40,14 +41,9 @@ def product_of(name: str, arithmetic: str, **options: Any) -> Product:
     return compiled_equations(model_of(name), "kf", Options(arithmetic, **options))
 
 
-def rows_of(product: Product, model: NonlinearModel, rows: int, seed: int) -> tuple[Any, np.ndarray]:
-    """A record with missing components, and its measurements as the C takes them: components whose noises are correlated
-    are there together or not at all."""
-    record, z = drawn(model, rows, seed)
-    for j, group in enumerate(product.given.together):
-        members = [k for k in range(model.m) if group >> k & 1]
-        z[np.isnan(z[:, members]).any(axis=1), j] = np.nan
-    return record, z
+def rows_of(product: Product, model: NonlinearModel, rows: int, seed: int) -> Record:
+    """With missing components; those whose noises are correlated are there together or not at all, as the C takes them"""
+    return in_whole_groups(drawn(model, rows, seed), product.given.together)
 
 
 def ran(host: Host, record: Any) -> Ran:

@@ -16,7 +16,8 @@ from whole import first
 from kalmanq import Model, Quantity
 from kalmanq.compiler.given.request import Options, due
 from kalmanq.compiler.run import record
-from kalmanq.compiler.run.host import Host, compiler
+from kalmanq.compiler.run.building import compiler
+from kalmanq.compiler.run.host import Host
 from kalmanq.compiler.text.emit import PREDICTS, UPDATES
 from kalmanq.compiler.text.product import compiled
 

@@ -343,7 +343,7 @@ def test_a_nonlinear_filter_takes_what_is_late(seed, arithmetic, tmp_path):
             for row in draw.permutation(np.flatnonzero(is_there[:, which] & (told[:, which] == t))):
                 assert update(sensor, row, int(t - row)) == 2**sensor.m - 1
     known = np.repeat(is_there, [1, 2, 1], axis=1)
-    record, _ = recorded(model, np.where(known, z, np.nan), u, times)
+    record = recorded(model, np.where(known, z, np.nan), u, times)
     with Host(product) as host:
         ran = host.run_record(record)
     assert update(model.sensors[1], 0, latest + 1) == 0 and late.events

@@ -125,11 +125,6 @@ class Program:
         return [*(one[:rows] for one in made), taken, *(one[rows:] for one in made)]
 
 
-def seen(record: Record) -> np.ndarray:
-    """Measurements, NaN where they are missing"""
-    return np.where(record.present[:, None] >> np.arange(record.z.shape[1]) & 1, record.z, np.nan)
-
-
 def apart(model: NonlinearModel, made: Sequence[np.ndarray], mean: np.ndarray, P: np.ndarray) -> tuple[np.ndarray, float]:
     """Means in sigma, row by row; the largest entry of a covariance in sigma_i sigma_j"""
     sigma = np.sqrt(np.einsum("tii->ti", P))
@@ -146,7 +141,7 @@ def test_it_comes_to_what_straight_lines_in_double_come_to(path, iterate, arithm
     with Host(compiled_equations(model, "straight", replace(options, arithmetic="f64"))) as straight, \
             Host(compiled_equations(model, "straight", replace(options, arithmetic=arithmetic))) as same:
         for seed in SEEDS:
-            record = in_whole_groups(drawn(model, ROWS, seed)[0], program.given.together)
+            record = in_whole_groups(drawn(model, ROWS, seed), program.given.together)
             assert np.any(record.present != 2**model.m - 1)
             exact, other = (one.run_record(record) for one in (straight, same))
             made = program.run(record)
@@ -185,10 +180,10 @@ def test_filters_and_smoothers_are_the_library_s_on_the_host(method, name, arith
     work = f"static {product.arithmetic.type} work[KQ_SIGMA_POINTS_LEN({model.n}, {model.m})];" if by_points else ""
     program = Program(product, tmp_path, calls, work, smooths=True)
     for seed in SEEDS:
-        record = drawn(model, NEAR, seed)[0]
+        record = drawn(model, NEAR, seed)
         record = in_whole_groups(record, [2**model.m - 1] if by_points else product.given.together)
         u = record.now if model.l else None
-        run = NonlinearSmoother(model, "f64", method, ITERATIONS).run(seen(record), u, times=times_of(record), covariance=True)
+        run = NonlinearSmoother(model, "f64", method, ITERATIONS).run(record.measured, u, times=times_of(record), covariance=True)
         mean, P, _, smoothed, smoothed_P = program.run(record)
         for one, *other in (((mean, P), run.mean, run.covariance), ((smoothed, smoothed_P), run.smoothed, run.smoothed_covariance)):
             errors, spread = apart(model, one, *other)
@@ -225,9 +220,9 @@ def test_smoothed_error_states_are_those_of_a_textbook(path, arithmetic, tmp_pat
     program = Program(compiled_device(model, "device", Options(arithmetic)), tmp_path, smooths=True)
     with Host(compiled_equations(model, "straight", Options("f64", smooth=NEAR))) as straight:
         for seed in SEEDS:
-            record = in_whole_groups(drawn(model, NEAR, seed)[0], program.given.together)
+            record = in_whole_groups(drawn(model, NEAR, seed), program.given.together)
             straight.run_record(record)
-            exact = bryson_frazier(model, seen(record), record.now), straight.smoothed(record.what).covariance
+            exact = bryson_frazier(model, record.measured, record.now), straight.smoothed(record.what).covariance
             errors, spread = apart(model, program.run(record)[3:], *exact)
             assert errors.max() < MOST[arithmetic] and spread < MOST[arithmetic]
 
@@ -249,7 +244,7 @@ def test_robust_updates_are_those_of_straight_lines(name, arithmetic, tmp_path):
     with Host(compiled_equations(model, "straight", Options("f64", student=4.0))) as straight, \
             Host(compiled_equations(model, "plain", Options("f64"))) as plain:
         for seed in SEEDS:
-            record = drawn(model, NEAR, seed)[0]
+            record = drawn(model, NEAR, seed)
             record.z[5::17] += 20 * np.sqrt(np.diag(model.R))
             exact, other = (one.run_record(record) for one in (straight, plain))
             errors, spread = apart(model, program.run(record), exact.mean, exact.covariance)
@@ -275,7 +270,7 @@ def test_start_at_is_a_start_of_another_model(path, arithmetic, tmp_path):
                    for name, values in (("x0", mean), ("sigma0", sigma), ("minus", -sigma)) if start]
         runs.append(Program(product, tmp_path / str(k), uses="\n".join(numbers), start=start))
     for seed in SEEDS:
-        record = in_whole_groups(drawn(model, NEAR, seed)[0], runs[0].given.together)
+        record = in_whole_groups(drawn(model, NEAR, seed), runs[0].given.together)
         made, wanted = (one.run(record) for one in runs)
         assert all(np.array_equal(*pair) for pair in zip(made, wanted)) and np.all(np.isfinite(made[0]))
 
@@ -308,7 +303,7 @@ def test_what_is_linear_is_told_once_and_the_rest_in_each_call(tmp_path):
 def test_an_event_where_float_rounds_an_innovation_by_more_than_sigma(share, told, iterate, tmp_path):
     given = random_model(602)
     model = NonlinearModel(given.given["f"].function, given.given["h"].function, x0=given.x0, P0=given.P0, Q=given.Q, R=share * given.R)
-    recorded, _ = drawn(model, 40, 1)
+    recorded = drawn(model, 40, 1)
     product = compiled_device(model, "rounded", Options("f32", iterate=iterate))
     made = Program(product, tmp_path, uses="unsigned events(void); unsigned events(void) { return kq_events_f32(&f.filter); }")
     made.run(recorded)

@@ -15,10 +15,10 @@ import pytest
 from command import kalmanq
 
 from kalmanq.compiler.given import exact
-from kalmanq.compiler.given.request import Options
+from kalmanq.compiler.given.request import Options, groups
 from kalmanq.compiler.run.equation_records import drawn
 from kalmanq.compiler.run.host import PREDICTS, UPDATES, Host, Ran, Smoothed, numbered
-from kalmanq.compiler.run.record import Record
+from kalmanq.compiler.run.record import Record, in_whole_groups
 from kalmanq.compiler.text.equation_product import compiled_equations
 from kalmanq.compiler.text.product import Product
 from kalmanq.model import model_file
@@ -92,15 +92,14 @@ def run_back(model: NonlinearModel, records: Sequence[Record], arithmetic: str =
 
 
 @lru_cache(None)
-def records_of(name: str, sharp: float = 1.0) -> list[tuple[Record, np.ndarray]]:
+def records_of(name: str, sharp: float = 1.0) -> list[Record]:
     model = model_of(name, sharp)
-    return [(record, together(model, z)) for record, z in (drawn(model, ROWS, seed) for seed in SEEDS)]
+    return [in_whole_groups(drawn(model, ROWS, seed), groups(model.R)) for seed in SEEDS]
 
 
 @lru_cache(None)
 def smoothed_of(name: str, arithmetic: str, loops: bool, sharp: float = 1.0) -> list[Smoothed]:
-    records = [one for one, _ in records_of(name, sharp)]
-    return [made for _, made in run_back(model_of(name, sharp), records, arithmetic, loops=loops)]
+    return [made for _, made in run_back(model_of(name, sharp), records_of(name, sharp), arithmetic, loops=loops)]
 
 
 def run_of(host: Host, record: Record, rows: slice = slice(None), **how: Any) -> Ran:
@@ -119,13 +118,6 @@ def apart(one: Any, other: Any) -> tuple[float, float]:
 def by_library(model: NonlinearModel, z: np.ndarray, now: np.ndarray) -> Smoothed:
     run = NonlinearSmoother(model, "f64", "extended", passes=1).run(z, now if model.l else None, covariance=True)
     return Smoothed(run.smoothed, run.smoothed_covariance, run.smoothed)
-
-
-def together(model: NonlinearModel, z: np.ndarray) -> np.ndarray:
-    """Components whose noises are correlated are there together or not at all."""
-    for j in range(model.m):
-        z[np.isnan(z[:, model.R[j] != 0]).any(axis=1), j] = np.nan
-    return z
 
 
 def textbook(model: NonlinearModel, ran: Ran, u: np.ndarray) -> Smoothed:
@@ -151,8 +143,8 @@ def textbook(model: NonlinearModel, ran: Ran, u: np.ndarray) -> Smoothed:
 @pytest.mark.parametrize("loops", LOOPS)
 @pytest.mark.parametrize("name", MODELS)
 def test_double_is_the_library_s_smoother(name: str, loops: bool) -> None:
-    for (record, z), made in zip(records_of(name), smoothed_of(name, "f64", loops)):
-        expected = by_library(model_of(name), z, record.now)
+    for record, made in zip(records_of(name), smoothed_of(name, "f64", loops)):
+        expected = by_library(model_of(name), record.measured, record.now)
         assert max(apart(made, expected)) < 1e-9
         assert apart(Smoothed(made.lagged, made.covariance, made.lagged), expected)[0] < 1e-9
 
@@ -162,7 +154,7 @@ def test_double_is_the_library_s_smoother(name: str, loops: bool) -> None:
 def test_forty_digits(options: dict, loops: bool) -> None:
     """Whatever an update does, the smoother goes back over what it left."""
     model = model_of("range_bearing" if "iterate" in options else "battery")
-    record, _ = drawn(model, 80, 1)
+    record = drawn(model, 80, 1)
     [(ran, made)] = run_back(model, [record], loops=loops, **options)
     assert max(apart(made, textbook(model, ran, record.now))) < 1e-9
 
@@ -203,7 +195,7 @@ def textbook_of_errors(model: NonlinearModel, ran: Ran, u: np.ndarray) -> Smooth
 def test_error_states(loops: bool) -> None:
     model = read(Path(__file__).parent / "equations" / "attitude.py")
     for seed in SEEDS:
-        record, _ = drawn(model, ROWS, seed)
+        record = drawn(model, ROWS, seed)
         [(ran, made)] = run_back(model, [record], loops=loops)
         expected = textbook_of_errors(model, ran, record.now)
         sigma = np.sqrt(np.einsum("tii->ti", expected.covariance))
@@ -221,7 +213,7 @@ def test_error_states(loops: bool) -> None:
 
 def test_the_oldest_step_gives_way() -> None:
     model = model_of("battery")
-    record, _ = drawn(model, ROWS, 1)
+    record = drawn(model, ROWS, 1)
     whole, some = (run_back(model, [record], smooth=steps)[0][1] for steps in (ROWS, 7))
     for one, other in ((whole.mean, some.mean), (whole.covariance, some.covariance), (whole.lagged, some.lagged)):
         assert np.array_equal(one[-8:], other[-8:]) and np.all(np.isnan(other[:-8]))
@@ -229,13 +221,13 @@ def test_the_oldest_step_gives_way() -> None:
 
 def test_fixed_lag_while_rows_come() -> None:
     model, steps = model_of("range_bearing"), 10
-    record, z = drawn(model, 60, 2)
+    record = drawn(model, 60, 2)
     with Host(product_of(model, "f64", smooth=steps), ("-O0",)) as host:
         for t in range(60):
             run_of(host, record, slice(t, t + 1), goes_on=t > 0, clock=numbered(1, t))
             back = host.smoothed(np.full(min(t, steps) + 1, PREDICTS))
             if t % 20 == 19:
-                expected = by_library(model, z[:t + 1], record.now[:t + 1])
+                expected = by_library(model, record.measured[:t + 1], record.now[:t + 1])
                 sigma = np.sqrt(np.diag(expected.covariance[t - steps]))
                 assert np.all(np.abs(back.lagged[0] - expected.mean[t - steps]) < 1e-9 * sigma)
 
@@ -243,7 +235,7 @@ def test_fixed_lag_while_rows_come() -> None:
 def test_steps_that_are_not_finite_and_rows_without_a_step() -> None:
     """A predict that changed nothing is a step back that changes nothing; a row without a predict is no step."""
     model = model_of("battery")
-    record, _ = drawn(model, 60, 1)
+    record = drawn(model, 60, 1)
     record.u[20] = np.nan
     record.what[40] = UPDATES
     for loops in LOOPS:

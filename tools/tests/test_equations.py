@@ -14,7 +14,7 @@ import numpy as np
 import pytest
 from command import kalmanq
 from equation_random import random_model, tried
-from equations import FOLDER, NAMES, STRICT, Bare, apart, by_library, model_of, product_of, ran, rows_of, wrong_lines
+from equations import FOLDER, NAMES, STRICT, Bare, apart, by_library, model_of, path_of, product_of, ran, rows_of, wrong_lines
 from library import cc, written
 from whole import WHOLE, first
 
@@ -25,11 +25,13 @@ from kalmanq.compiler.report import report
 from kalmanq.compiler.report.equation_report import SEEDS, _apart, findings
 from kalmanq.compiler.run import trial
 from kalmanq.compiler.run.equation_records import drawn
-from kalmanq.compiler.run.host import Host, compiler
+from kalmanq.compiler.run.building import compiler
+from kalmanq.compiler.run.host import Host
+from kalmanq.compiler.text.equation_device_text import compiled_device
 from kalmanq.compiler.text.equation_product import compiled_equations
 from kalmanq.compiler.text.product import compiled
 from kalmanq.formulas.program import Program
-from kalmanq.nonlinear import NonlinearModel, simulate as simulated
+from kalmanq.nonlinear import NonlinearModel, read, simulate as simulated
 from kalmanq.run.simulation import simulate
 
 TOLD = {"orbit": 0.05, "drone": 1e-2, "coordinated_turn": 1e-2, "induction_motor": 1e-2}  # sigma, where float is coarser than elsewhere
@@ -59,7 +61,7 @@ def test_iterated(name: str, rounds: int) -> None:
     model, double, single = model_of(name), product_of(name, "f64", iterate=rounds), product_of(name, "f32", iterate=rounds)
     with Host(double) as of_double, Host(single) as of_single:
         _compare(model, double, of_double, of_single, TOLD.get(name, MEAN), 300, SEEDS[:1], rounds)
-        record, _ = rows_of(double, model, 300, 1)
+        record = rows_of(double, model, 300, 1)
         with Host(product_of(name, "f64")) as once:
             is_linear = len(double.arithmetic.linear) == len(model.sensors) or apart(ran(once, record), ran(of_double, record))[0] < 1e-9
         assert is_linear == (name in LINEAR_SENSORS)
@@ -71,10 +73,10 @@ LINEAR_SENSORS = ("bicycle",)  # of those for every day
 def _compare(model: NonlinearModel, double: Any, of_double: Host, of_single: Host, most: float, rows: int, seeds: Any,
              rounds: int) -> None:
     for seed in seeds:
-        record, z = rows_of(double, model, rows, seed)
+        record = rows_of(double, model, rows, seed)
         exact, low = ran(of_double, record), ran(of_single, record)
-        library = by_library(model, z, record.now, rounds)
-        assert (exact.taken == (~np.isnan(z)) @ (1 << np.arange(model.m))).all()
+        library = by_library(model, record.measured, record.now, rounds)
+        assert (exact.taken == record.present).all()
         assert (low.taken == exact.taken).all()
         assert max(apart(exact, library)) < 1e-9
         mean, covariance = apart(low, exact)
@@ -119,6 +121,17 @@ def test_float_is_as_near_as_a_prototype_was(name: str) -> None:
 # ------------------------------------------------------------------------------ its text
 
 
+@pytest.mark.parametrize("name", first(3, ["bicycle", "drone", "unicycle", *NAMES]))
+def test_it_does_not_depend_on_what_was_compiled_before(name: str) -> None:
+    before, model = read(path_of(name)), read(path_of(name))
+    alone = [make(read(path_of(name)), "kf", Options("f32")).sources() for make in (compiled_equations, compiled_device)]
+    for make, others in ((compiled_equations, dict(iterate=3)), (compiled_equations, dict(smooth=9, student=4.0)), (compiled_device, {})):
+        make(model, "kf", Options("f64", **others))
+    before.formulas.derived_measurement, before.formulas.derived_transition  # as checks have them made
+    for one in (before, model):
+        assert [make(one, "kf", Options("f32")).sources() for make in (compiled_equations, compiled_device)] == alone
+
+
 @pytest.mark.parametrize("names", [NAMES])
 @pytest.mark.parametrize("arithmetic", ("f32", "f64"))
 @pytest.mark.parametrize("options", [{}, {"gate": 4.0, "nis": True}, {"student": 4.0, "iterate": 3, "nis": True}],
@@ -139,7 +152,7 @@ def test_no_compiler_warns(names: list[str], arithmetic: str, options: dict, tmp
 def test_its_program_prints_ok_and_the_digest(name: str, arithmetic: str, tmp_path: Path) -> None:
     product = product_of(name, arithmetic)
     with Host(product) as host:
-        record, _ = drawn(model_of(name), trial.ROWS, 1)
+        record = drawn(model_of(name), trial.ROWS, 1)
         text = trial.trial(product, host, record)
     written(tmp_path, {**product.sources(), "kf_test.c": text})
     flags = (*STRICT, "-O2", "-ffp-contract=off")
@@ -152,7 +165,7 @@ def test_its_program_prints_ok_and_the_digest(name: str, arithmetic: str, tmp_pa
 def test_its_program_finds_another_filter(tmp_path: Path) -> None:
     product = product_of("tank", "f32")
     with Host(product) as host:
-        record, _ = drawn(model_of("tank"), trial.ROWS, 1)
+        record = drawn(model_of("tank"), trial.ROWS, 1)
         text = trial.trial(product, host, record)
     other = product.code.replace("0.5f", "0.51f")
     assert other != product.code
@@ -172,7 +185,7 @@ def test_its_program_bears_another_math_library(options: dict, tmp_path: Path) -
                            P0=[1.0, 1e-6, 1e-4, 1e-4], Q=[1e-10, 1e-18, 1e-12, 1e-12], R=[1e-4])
     product = compiled_equations(model, "kf", Options("f32", **options))
     with Host(product) as host:
-        found, (record, _) = findings(model, product, host), drawn(model, trial.ROWS, 1)
+        found, record = findings(model, product, host), drawn(model, trial.ROWS, 1)
         text = trial.trial(product, host, record, found.first)
     other = "#include <math.h>\nfloat other(float x);\nfloat other(float x) { return nextafterf(cosf(x), 2.0f); }\n"
     written(tmp_path, {**product.sources(), "kf_test.c": text, "other.c": other})
@@ -360,8 +373,8 @@ def test_student_weighs_outliers_down(tmp_path: Path) -> None:
 def test_nis_and_likelihood_are_those_of_the_library(name: str, rounds: int, tmp_path: Path) -> None:
     product, model = product_of(name, "f64", nis=True, iterate=rounds), model_of(name)
     f = Bare(product, tmp_path)
-    record, z = rows_of(product, model, 40, 2)
-    library = by_library(model, z, record.now, rounds)
+    record = rows_of(product, model, 40, 2)
+    library = by_library(model, record.measured, record.now, rounds)
     for t in range(40):
         if t:
             f.predict(record.u[t], t - 1.0)

@@ -75,7 +75,7 @@ def compiled(name: str):
 
 
 def whole_record(model, product, rows: int, seed: int) -> Record:
-    return in_whole_groups(drawn(model, rows, seed)[0], product.given.together)
+    return in_whole_groups(drawn(model, rows, seed), product.given.together)
 
 
 def both(name: str, seed: int, rows: int):
@@ -105,9 +105,9 @@ def test_a_run_compiled_in_q31_is_the_device(name, tmp_path):
     """run --compiled --arith q31: block after block the words of the device's own run, and near to double"""
     model = read(path_of(name))
     product = compiled_fixed(model, "kf", simulated(model))
-    record = in_whole_groups(drawn(model, 120, 4)[0], product.given.together)
+    record = whole_record(model, product, 120, 4)
     u = record.now if model.l else None
-    z = np.where(record.present[:, None] >> np.arange(model.m) & 1, record.z, np.nan)
+    z = record.measured
     device = FixedRun(product.arithmetic).run(record)
     with FixedEquations(model) as run:
         parts = [run.run(z[rows], None if u is None else u[rows]) for rows in (slice(0, 50), slice(50, 120))]
@@ -293,7 +293,7 @@ def test_formats_hold_what_is_between_the_ends_of_a_range(range_, holds):
                            measurements=[Quantity("voltage", range=4)], controls=[Quantity("current", range=2)])
     charge = 0.8 - 0.001 * np.arange(760.0)[:, None]
     z = 3.3 + 0.9 * charge - 0.15 * np.exp(-20 * charge) + 1e-3 * np.random.default_rng(3).normal(size=charge.shape)
-    record, _ = recorded(model, z, np.ones_like(charge))
+    record = recorded(model, z, np.ones_like(charge))
     product = compiled_fixed(model, "device", simulated(model))
     with Host(compiled_equations(model, "exact", Options("f64"))) as exact:
         ran, right = FixedRun(product.arithmetic).run(record), exact.run_record(record)

@@ -16,7 +16,7 @@ from whole import first
 
 from kalmanq import KalmanqError
 from kalmanq.compiler.run.equation_run import CompiledEquations
-from kalmanq.compiler.run.host import compiler
+from kalmanq.compiler.run.building import compiler
 from kalmanq.fitting.equations import Equations, likelihood_of
 from kalmanq.fitting.expectation import Records
 from kalmanq.nonlinear import NonlinearFilter, NonlinearModel, NonlinearSmoother, read, simulate

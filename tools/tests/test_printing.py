@@ -7,7 +7,7 @@ from pathlib import Path
 
 import numpy as np
 
-from kalmanq.compiler.run.host import build
+from kalmanq.compiler.run.building import build
 from kalmanq.formulas.choices import choices
 from kalmanq.formulas.graph import Graph, Node, add, call, compare, mul, needed, select, sub, symbol, using
 from kalmanq.formulas.printing import Body, Floats

@@ -12,7 +12,7 @@ import pytest
 import test_formulas as of_constructs
 from test_formulas import Formulas, helper, refused, traced
 
-from kalmanq.compiler.run.host import compiler
+from kalmanq.compiler.run.building import compiler
 from kalmanq.formulas import tracing
 from kalmanq.formulas.graph import using
 from kalmanq.formulas.printing import Body, Floats, indented

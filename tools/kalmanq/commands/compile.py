@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from dataclasses import asdict, dataclass
-from functools import partial
 from pathlib import Path
 from typing import Optional
 
@@ -13,7 +12,7 @@ from rich.console import Console
 from kalmanq.commands import compile_equations
 from kalmanq.commands.messages import print_json, tell_written
 from kalmanq.commands.options import ANY_MODEL, JSON, choices, command_of, forms_of, robust_of
-from kalmanq.commands.writing import alone, over_library, remarks_of, write
+from kalmanq.commands.writing import Made, alone, over_library, remarks_of, write
 from kalmanq.compiler.given.names import WORDS, identifier
 from kalmanq.compiler.given.request import ARITHMETICS, Options as Wanted, refuse_over_library
 from kalmanq.compiler.report import costs, report
@@ -58,32 +57,28 @@ def compile_file(options: Options, console: Console) -> None:
     if is_nonlinear and options.library and robust:
         raise KalmanqError(f"--library and --robust {robust.way}: leave --robust out; over the library it is kq_update_robust with "
                            f"kq_loss_{robust.way} (kalmanq/robust.h)")
-    if is_nonlinear:
-        compiled_as = compile_equations.compile_device if options.library else compile_equations.compile_file
-        compiled_as(options.model, name, wanted, partial(_write, options), options.json, console)
-        return
-    _refuse_of_functions(options)
-    if options.library:
-        _compile_over_library(options, name, wanted, robust, console)
-    else:
-        _compile_alone(options, name, wanted, console)
-
-
-def _compile_alone(options: Options, name: str, wanted: Wanted, console: Console) -> None:
-    model, source = model_file.read(options.model), fingerprint(options.model)
+    if not is_nonlinear:
+        _refuse_of_functions(options)
     with console.status("compiling", spinner="line"):
-        product = compiled(model, name, wanted, source)
-        found, told, texts = alone(product, source)
-    written = _write(options, texts)
+        made = compile_equations.made(options.model, name, wanted, options.library) if is_nonlinear else \
+            _over_library(options, name, wanted, robust) if options.library else _alone(options, name, wanted)
+    written = write(options.out.parent, made.texts, options.model)
     if options.json:
-        print_json(_told(product, found, written))
+        print_json({**made.told, "files": written})
     else:
-        for line in told:
+        for line in made.lines:
             console.print(line)
         tell_written(written, console)
 
 
-def _compile_over_library(options: Options, name: str, wanted: Wanted, robust: Optional[Robust], console: Console) -> None:
+def _alone(options: Options, name: str, wanted: Wanted) -> Made:
+    model, source = model_file.read(options.model), fingerprint(options.model)
+    product = compiled(model, name, wanted, source)
+    found, lines, texts = alone(product, source)
+    return Made(texts, lines, _told(product, found))
+
+
+def _over_library(options: Options, name: str, wanted: Wanted, robust: Optional[Robust]) -> Made:
     """With the full sensor, as it takes all that a model may have; of q31 with the ranges that design chooses"""
     refuse_over_library(wanted, ("nis", "lag", "every", "tunable", "loops"))
     model, notes = model_file.read(options.model), []
@@ -91,16 +86,11 @@ def _compile_over_library(options: Options, name: str, wanted: Wanted, robust: O
         model, notes = with_ranges(model, [])
     way = next(one for one in ("tables", "init") if one in ways_of(model))
     remarks = [fingerprint(options.model), *([f"Updates: --robust {options.robust} (kalmanq/robust.h)."] if robust else []), *remarks_of(notes)]
-    written = _write(options, over_library(model, wanted.arithmetic, way, name, remarks, robust=robust))
-    if options.json:
-        print_json({"name": name, "arithmetic": wanted.arithmetic, "form": "library", "way": way, "n": model.n, "m": model.m,
-                    "l": len(model.inputs), "chosen_ranges": [asdict(one) for one in notes], "files": written})
-    else:
-        console.print(f"{name}: {wanted.arithmetic}, over the library; {WAYS[way]}")
-        for note in notes:
-            console.print(f"  {note}")
-        console.print("  kalmanq design tries it, and has its costs on a core and other forms of it")
-        tell_written(written, console)
+    lines = [f"{name}: {wanted.arithmetic}, over the library; {WAYS[way]}", *(f"  {note}" for note in notes),
+             "  kalmanq design tries it, and has its costs on a core and other forms of it"]
+    return Made(over_library(model, wanted.arithmetic, way, name, remarks, robust=robust), lines, {
+        "name": name, "arithmetic": wanted.arithmetic, "form": "library", "way": way, "n": model.n, "m": model.m, "l": len(model.inputs),
+        "chosen_ranges": [asdict(one) for one in notes]})
 
 
 def _refuse_of_functions(options: Options) -> None:
@@ -126,17 +116,13 @@ def name_of(out: Path) -> str:
     return out.stem
 
 
-def _write(options: Options, texts: dict[str, str]) -> list[Path]:
-    return write(options.out.parent, texts, options.model)
-
-
-def _told(product: Product, found: report.Findings, written: list[Path]) -> dict:
+def _told(product: Product, found: report.Findings) -> dict:
     given, steady = product.given, product.steady
     return {**described(product),
             "unresolved": {given.model.states[i].name: rows for i, rows in product.arithmetic.unresolved.items()},
             "settles": None if steady is None else {
                 "samples": steady.samples, "after_gap": list(steady.after_gap), "tolerance": steady.tolerance},
-            **costs.told(product), "observed": asdict(found), "resolution": report.resolution_of(product), "files": written}
+            **costs.told(product), "observed": asdict(found), "resolution": report.resolution_of(product)}
 
 
 command = command_of(Options, compile_file)

@@ -4,11 +4,8 @@ from __future__ import annotations
 
 from dataclasses import asdict, replace
 from pathlib import Path
-from typing import Callable
 
-from rich.console import Console
-
-from kalmanq.commands.messages import print_json, tell_written
+from kalmanq.commands.writing import Made
 from kalmanq.compiler.given.request import Options
 from kalmanq.compiler.report import costs, equation_report, fixed_report, report
 from kalmanq.compiler.report.described import described
@@ -26,50 +23,39 @@ from kalmanq.errors import KalmanqError
 from kalmanq.nonlinear import NonlinearModel, read
 
 
-def compile_file(path: Path, name: str, wanted: Options, write: Callable[[dict[str, str]], list[Path]], as_json: bool,
-                 console: Console) -> None:
+def made(path: Path, name: str, wanted: Options, over_library: bool) -> Made:
     model, source = read(path), fingerprint(path)
-    with console.status("compiling", spinner="line"):
-        equation_report.refuse_wrong(model)
-        product = compiled_equations(model, name, wanted, source)
-        with Host(product) as host:
-            found = equation_report.findings(model, product, host)
-            record, _ = drawn(model, ROWS, equation_report.SEEDS[0])
-            test = trial(product, host, record, found.first)
-    told = report.lines(product, found, test)
-    written = write(report.files(product, test, told, source))
-    if as_json:
-        print_json({**described(product), **costs.told(product, test), "observed": asdict(found), "files": written})
-    else:
-        for line in told:
-            console.print(line)
-        tell_written(written, console)
-
-
-def compile_device(path: Path, name: str, wanted: Options, write: Callable[[dict[str, str]], list[Path]], as_json: bool,
-                   console: Console) -> None:
-    model, source, is_fixed = read(path), fingerprint(path), wanted.arithmetic == "q31"
-    if model.is_late:
+    if over_library and model.is_late:
         raise KalmanqError("--library: and a sensor with a delay: a device takes all in time; leave --library out")
-    with console.status("compiling", spinner="line"):
-        tried = _fixed_tried if is_fixed else _device_tried
-        product = compiled_fixed(model, name, simulated(model), wanted, source) if is_fixed else \
-            compiled_device(model, name, wanted, source)
-        equation_report.refuse_wrong(model)
-        record = in_whole_groups(drawn(model, ROWS, equation_report.SEEDS[0])[0], product.given.together)
-        ran, found = tried(model, product, record)
-        told = report.lines(product, found)
-        written = write(report.files(product, device_trial(product, record, ran), told, source))
-    if as_json:
-        print_json({"name": name, "arithmetic": wanted.arithmetic, "form": "library", "n": model.n, "m": model.m, "l": model.l,
-                    "files": written})
-    else:
-        for line in told:
-            console.print(line)
-        tell_written(written, console)
+    product, found, test = (_device if over_library else _alone)(model, name, wanted, source)
+    lines = report.lines(product, found, test)
+    told = {"name": name, "arithmetic": wanted.arithmetic, "form": "library", "n": model.n, "m": model.m, "l": model.l} if over_library else \
+        {**described(product), **costs.told(product, test), "observed": asdict(found)}
+    return Made(report.files(product, test, lines, source), lines, told)
 
 
-def _device_tried(model: NonlinearModel, product: Product, record: Record) -> tuple[Ran, report.Found]:
+Tried = tuple[Product, report.Found, str]  # and NAME_test.c
+
+
+def _alone(model: NonlinearModel, name: str, wanted: Options, source: str) -> Tried:
+    equation_report.refuse_wrong(model)
+    product = compiled_equations(model, name, wanted, source)
+    with Host(product) as host:
+        found = equation_report.findings(model, product, host)
+        record = drawn(model, ROWS, equation_report.SEEDS[0])
+        return product, found, trial(product, host, record, found.first)
+
+
+def _device(model: NonlinearModel, name: str, wanted: Options, source: str) -> Tried:
+    is_fixed = wanted.arithmetic == "q31"
+    product = compiled_fixed(model, name, simulated(model), wanted, source) if is_fixed else compiled_device(model, name, wanted, source)
+    equation_report.refuse_wrong(model)
+    record = in_whole_groups(drawn(model, ROWS, equation_report.SEEDS[0]), product.given.together)
+    ran, found = (_fixed_tried if is_fixed else _floats_tried)(model, product, record)
+    return product, found, device_trial(product, record, ran)
+
+
+def _floats_tried(model: NonlinearModel, product: Product, record: Record) -> tuple[Ran, report.Found]:
     """What a record comes to, and what was found"""
     name, wanted = product.given.name, product.given.options
     straight = compiled_equations(model, name, wanted)

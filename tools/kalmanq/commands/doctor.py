@@ -16,7 +16,7 @@ from rich.console import Console
 
 from kalmanq.commands.messages import EXTRAS, print_json, table
 from kalmanq.commands.options import JSON, command_of
-from kalmanq.compiler.run.host import NoCompiler, compiler
+from kalmanq.compiler.run.building import NoCompiler, compiler
 from kalmanq.errors import KalmanqError
 from kalmanq.tune import emitted
 from kalmanq.tune.page import CORE

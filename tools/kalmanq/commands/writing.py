@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import textwrap
 from contextlib import ExitStack
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Sequence
 
@@ -16,6 +17,15 @@ from kalmanq.data.files import whole
 from kalmanq.firmware.ranges import Choice
 from kalmanq.model import Model
 from kalmanq.run.parts import Parts
+
+
+@dataclass(frozen=True)
+class Made:
+    """texts: by file; lines: of what is said, and told: the same for machines"""
+
+    texts: dict[str, str]
+    lines: list[str]
+    told: dict[str, Any]
 
 
 def alone(product: Product, said: str) -> tuple[report.Findings, list[str], dict[str, str]]:

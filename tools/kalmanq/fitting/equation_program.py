@@ -11,7 +11,7 @@ from typing import Callable, Sequence
 
 import numpy as np
 
-from kalmanq.compiler.run.host import build
+from kalmanq.compiler.run.building import build
 from kalmanq.data.files import own_folder, telling_where
 from kalmanq.formulas.calculus import derivative
 from kalmanq.formulas.functions import value

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from copy import copy
 from dataclasses import dataclass, replace
 from functools import cached_property
 from pathlib import Path
@@ -133,8 +134,17 @@ class NonlinearModel:
             self._take_sensors(sensors)
         self._take_step(dt)
         self._take_delays({} if delays is None else delays)
-        self.formulas = Formulas(self.given, len(self.carried), n, m, self.l, self.angles, noises=self.noises)
+        self.formulas = self._formulas()
         self._derived: dict[str, Jacobian] = {}
+
+    def _formulas(self) -> Formulas:
+        return Formulas(self.given, len(self.carried), self.n, self.m, self.l, self.angles, noises=self.noises)
+
+    def traced_anew(self) -> NonlinearModel:
+        """With formulas of its own, in whose graph nothing else has been made: the order of its nodes is that of products"""
+        made = copy(self)
+        made.formulas = made._formulas()
+        return made
 
     def _take_sensors(self, sensors: Mapping[str, tuple]) -> None:
         self._sensors, sizes = sensors, self.noises.sizes

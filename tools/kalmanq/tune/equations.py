@@ -138,7 +138,7 @@ def _costs(model: NonlinearModel, name: str) -> dict[str, Any]:
     """By core and call: instructions, as `kalmanq compile` has them; and why there are none"""
     product = compiled_equations(model, name, Options("f32"))
     try:
-        record, _ = drawn(model, ROWS, equation_report.SEEDS[0])
+        record = drawn(model, ROWS, equation_report.SEEDS[0])
         with Host(product) as host:
             found = costs_of(product, test=trial(product, host, record))
     except KalmanqError as problem:  # no rows can be simulated

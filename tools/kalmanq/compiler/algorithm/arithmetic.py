@@ -7,6 +7,7 @@ from typing import Any, Mapping, Optional, Sequence
 import numpy as np
 
 from kalmanq.compiler.given.enclosure import Settled
+from kalmanq.compiler.given.request import Request
 from kalmanq.model import Model
 
 
@@ -27,6 +28,7 @@ class Arithmetic:
     predicts_at_once, updates_at_once  are entries of the factor read and written where they are needed?
     """
 
+    given: Request
     type: str
     zero: str
     mean_type: str = ""

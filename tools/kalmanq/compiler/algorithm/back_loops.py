@@ -25,10 +25,9 @@ def bodies(a: EquationFilter, off: Sequence[Node], refused: Sequence[str]) -> tu
               f"{type_} d[{n}] = {{{', '.join(map(body.text, off))}}}; /* of the next instant, beside what was predicted */",
               f"{type_} ahead[{2 * n * n}] = {{{', '.join(map(body.text, noise))}}};"]
     place, constants = a.places_of_entries()
-    is_whole = place == list(range(len(place)))
-    value = f"place[k] < {len(a.live)} ? P[place[k]] : constants[place[k] - {len(a.live)}]" if constants else "P[k]" if is_whole else "P[place[k]]"
+    value = f"place[k] < {len(a.live)} ? P[place[k]] : constants[place[k] - {len(a.live)}]" if constants else "P[place[k]]" if place else "P[k]"
     return before, _moved(a) if a.given.nominal else [], {
-        "place": [] if is_whole else place, "constants": [*map(a.number, constants)], "value": value, "least": a.number(a.form.least),
+        "place": place, "constants": [*map(a.number, constants)], "value": value, "least": a.number(a.form.least),
         "entries": [] if a.live == ud.keys(n) else [n * j + i for i, j in a.live]}
 
 

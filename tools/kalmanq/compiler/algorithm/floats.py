@@ -201,11 +201,12 @@ class FloatFilter(Arithmetic):
         return made + ([(self.type, low(key), f"f->P_low[{slot}]") for slot, key in enumerate(self.slow)] if factor else [])
 
     def places_of_entries(self) -> tuple[list[int], list[float]]:
-        """Column after column: the field P[k], or what follows them, the constants"""
+        """Column after column: the field P[k], or what follows them, the constants; empty: all are fields, in this order"""
         constants = sorted({fact for fact in self.facts.values() if not isinstance(fact, tuple)})
         slots = {key: slot for slot, key in enumerate(self.live)}
-        return [slots[fact] if isinstance(fact, tuple) else len(slots) + constants.index(fact)
-                for fact in (self.facts[key] for key in ud.keys(self.of.n))], constants
+        made = [slots[fact] if isinstance(fact, tuple) else len(slots) + constants.index(fact)
+                for fact in (self.facts[key] for key in ud.keys(self.of.n))]
+        return made if constants or made != list(range(len(made))) else [], constants
 
     def factor_literals(self, P: np.ndarray) -> list[str]:
         made = ud.factor(self._in_order(P))
@@ -345,10 +346,8 @@ class FloatFilter(Arithmetic):
         return self._hold(self.growth.most) if self.growth else None
 
     def _hold(self, most: Sequence[float], first: Sequence[float] = ()) -> dict[str, Any]:
-        place, constants = self.places_of_entries()
-        is_plain = not constants and place == list(range(len(place)))
-        return {**growth.hold(self.given, self.number, most, len(self.live), None if is_plain else place, first),
-                "largest": self.number(growth.LARGEST[self.type])}
+        place, _ = self.places_of_entries()
+        return {**growth.hold(self.given, self.number, most, len(self.live), place, first), "largest": self.number(growth.LARGEST[self.type])}
 
     # ---- settled
 
@@ -440,8 +439,7 @@ class FloatFilter(Arithmetic):
         """Its entries: those that are carried, and those that are constant; row: of a state, in U"""
         n, (place, constants) = self.of.n, self.places_of_entries()
         return {"row": [] if self.order == tuple(range(n)) else [self.order.index(i) for i in range(n)], "live": len(self.live),
-                "place": [] if not constants and place == list(range(len(place))) else place, "constants": [*map(self.number, constants)],
-                "one": self.one}
+                "place": place, "constants": [*map(self.number, constants)], "one": self.one}
 
     def size(self) -> int:
         """Bytes of its fields"""

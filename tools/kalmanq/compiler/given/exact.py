@@ -5,6 +5,7 @@ from __future__ import annotations
 import decimal
 from dataclasses import dataclass, fields
 from decimal import Decimal
+from typing import Sequence
 
 import numpy as np
 
@@ -41,6 +42,12 @@ class Numbers:
         return Numbers(*(getattr(self, field.name).astype(float) for field in fields(self)))
 
 
+def ordered(of: Numbers, order: Sequence[int]) -> Numbers:
+    """With its states in another order"""
+    two = np.ix_(order, order)
+    return Numbers(of.A[two], of.B[list(order)], of.H[:, list(order)], of.Q[two], of.R, of.x0[list(order)], of.P0[two])
+
+
 def decimals(array: np.ndarray) -> np.ndarray:
     made = np.empty(array.shape, object)
     for place, value in np.ndenumerate(array):
@@ -70,6 +77,13 @@ def inverse(matrix: np.ndarray) -> np.ndarray:
 
 def predicted(of: Numbers, P: np.ndarray) -> np.ndarray:
     return symmetric(of.A @ P @ of.A.T + of.Q)
+
+
+def joseph(P: np.ndarray, h: np.ndarray, r: float) -> np.ndarray:
+    """In doubles, after a component with the row h and the variance r"""
+    k = P @ h / (h @ P @ h + r)
+    left = np.eye(len(P)) - np.outer(k, h)
+    return left @ P @ left.T + r * np.outer(k, k)
 
 
 def taken(of: Numbers, P: np.ndarray, j: int) -> np.ndarray:

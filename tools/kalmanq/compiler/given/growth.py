@@ -94,9 +94,9 @@ def _is_driven(A: np.ndarray, Q: np.ndarray) -> bool:
     return bool(np.all(np.einsum("ik,ij,jk->k", grown.conj(), Q, grown).real > UNMOVED))
 
 
-def hold(given: Request, number: Callable[[float], str], most: Sequence[float], live: int, place: Optional[Sequence[int]],
+def hold(given: Request, number: Callable[[float], str], most: Sequence[float], live: int, place: Sequence[int],
          first: Sequence[float] = ()) -> dict[str, Any]:
-    """What NAME.c is given.  most: of each variance; place: of U and D column after column, P[k] with k < live; None: all are carried, in
+    """What NAME.c is given.  most: of each variance; place: of U and D column after column, P[k] with k < live; empty: all are carried, in
     this order; first: means that functions of the model have a value for; otherwise 0"""
     return {"most": [*map(number, most)] if len(set(most)) > 1 else [number(most[0])], "place": place, "live": live,
             "held": number(1 / ROOM) if len(set(most)) > 1 else number(most[0] / ROOM), "first": [] if given.nominal else [*map(number, first)]}

@@ -7,7 +7,7 @@ from typing import Iterable, Optional, Sequence
 
 import numpy as np
 
-from kalmanq.compiler.given.exact import Numbers, decimals
+from kalmanq.compiler.given.exact import Numbers, decimals, joseph
 from kalmanq.compiler.given.names import identifiers, named
 from kalmanq.errors import KalmanqError
 from kalmanq.firmware.steps_kept import latest_of
@@ -179,9 +179,7 @@ def first_variances(of: Numbers, unknown: np.ndarray) -> np.ndarray:
     P = np.diag(np.minimum(wide, 1e30))
     for _ in range(2 * of.n + 1):
         for h, r in zip(of.H, of.R):
-            k = P @ h / (h @ P @ h + r)
-            left = np.eye(of.n) - np.outer(k, h)
-            P = left @ P @ left.T + r * np.outer(k, k)
+            P = joseph(P, h, r)
         P = of.A @ P @ of.A.T + of.Q
     return np.diag(P)
 

@@ -16,7 +16,7 @@ from typing import Iterator, Optional, Sequence
 import numpy as np
 
 from kalmanq.compiler.given.enclosure import BEYOND, DIGITS, steps
-from kalmanq.compiler.given.exact import Numbers, predicted, symmetric, taken
+from kalmanq.compiler.given.exact import Numbers, ordered, predicted, symmetric, taken
 from kalmanq.compiler.given.request import GAP, LONGEST_GAP, Request
 from kalmanq.errors import KalmanqError
 from kalmanq.formulas.calculus import without
@@ -89,11 +89,6 @@ def orders(n: int, slow: Sequence[int]) -> Iterator[tuple[int, ...]]:
     fast = [i for i in range(n) if i not in slow]
     for last in permutations(slow) if len(slow) <= MOST_ORDERED else (tuple(slow), tuple(reversed(slow))):
         yield (*fast, *last)
-
-
-def ordered(of: Numbers, order: Sequence[int]) -> Numbers:
-    two = np.ix_(order, order)
-    return Numbers(of.A[two], of.B[list(order)], of.H[:, list(order)], of.Q[two], of.R, of.x0[list(order)], of.P0[two])
 
 
 def after_long(of: Numbers, gap: int, times: range = TIMES) -> Iterator[tuple[int, np.ndarray]]:

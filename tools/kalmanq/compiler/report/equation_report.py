@@ -13,7 +13,7 @@ from kalmanq.compiler.run import trial
 from kalmanq.compiler.run.equation_records import MISSING, drawn, irregular
 from kalmanq.compiler.run.host import Host, Ran
 from kalmanq.compiler.run.lint import Lossy, lossy_formulas
-from kalmanq.compiler.run.record import Record, times_of
+from kalmanq.compiler.run.record import Record, in_whole_groups, times_of
 from kalmanq.compiler.text.equation_product import compiled_equations
 from kalmanq.compiler.text.product import Product
 from kalmanq.errors import KalmanqError
@@ -75,23 +75,15 @@ def _findings(model: NonlinearModel, product: Product, host: Host) -> Findings:
     exact = compiled_equations(model, product.given.name, Options(**{**vars(options), "arithmetic": "f64"}))
     with Host(exact) as reference:
         for seed in SEEDS:
-            record, z = drawn(model, ROWS, seed)
+            record = in_whole_groups(drawn(model, ROWS, seed), product.given.together)
             runs = [one.run_record(record) for one in (host, reference)]
             tried.append((*_apart(model, *runs), float(_errors(model, *runs)[:trial.ROWS].max()), _lost(product, runs[0]),
-                          *_library(model, options, _whole_groups(product, z), record, runs[1])))
+                          *_library(model, options, record, runs[1])))
             points.append((runs[1].mean, _sigma(runs[1]), record.now, record.clock))
     mean, covariance, first, lost, beside, least = (np.array(column) for column in zip(*tried))
     return Findings(float(mean.max()), float(covariance.max()), float(beside.max()), float(least.min()), int(lost.sum()),
                     lossy_formulas(model, points) if options.arithmetic == "f32" else (), first=float(first.max()),
                     coarse=told_of(model, options.arithmetic))
-
-
-def _whole_groups(product: Product, z: np.ndarray) -> np.ndarray:
-    """Components with correlated noises are taken together or not at all."""
-    made = z.copy()
-    for j, group in enumerate(product.given.together):
-        made[np.isnan(z[:, [k for k in range(z.shape[1]) if group >> k & 1]]).any(axis=1), j] = np.nan
-    return made
 
 
 def _sigma(ran: Ran) -> np.ndarray:
@@ -119,14 +111,14 @@ def _is_compared(has_errors: bool, options: Options) -> bool:
     return not has_errors and options.gate is None and options.student is None
 
 
-def _library(model: NonlinearModel, options: Options, z: np.ndarray, record: Record, exact: Ran) -> tuple[float, float]:
+def _library(model: NonlinearModel, options: Options, record: Record, exact: Ran) -> tuple[float, float]:
     """How far the library's filter is off, in sigma, and the least R / S that it met"""
     if model.has_errors:
         return 0.0, np.nan
     method = "iterated" if options.iterate > 1 else "extended"
-    run = NonlinearFilter(model, "f64", method, options.iterate).run(z, record.now if model.l else None, times=times_of(record))
+    run = NonlinearFilter(model, "f64", method, options.iterate).run(record.measured, record.now if model.l else None, times=times_of(record))
     R = np.diag(model.R) if model.R is not None else np.array([np.diag(model.measurement_noise(x, t, u)) for x, t, u in zip(
-        run.mean, model.instants(len(z), times_of(record)), record.now)])
+        run.mean, model.instants(len(record.z), times_of(record)), record.now)])
     shares = R / run.innovation_sigma**2
     off = float((np.abs(run.mean - exact.mean) / _sigma(exact)).max()) if _is_compared(model.has_errors, options) else 0.0
     return off, float(np.nanmin(shares, initial=1))

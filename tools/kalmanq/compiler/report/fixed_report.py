@@ -81,7 +81,7 @@ def tried(model: NonlinearModel, product: Product) -> Tried:
     try:
         with Host(compiled_equations(model, "exact", Options("f64"))) as exact:
             for seed in SEEDS:
-                record = in_whole_groups(drawn(model, ROWS, seed)[0], product.given.together)
+                record = in_whole_groups(drawn(model, ROWS, seed), product.given.together)
                 ran = exact.run_record(record)
                 made.add(model, FixedRun(product.arithmetic).run(record), ran)
                 visited.append((ran.mean, np.sqrt(np.einsum("tii->ti", ran.covariance)), record.now, record.clock))

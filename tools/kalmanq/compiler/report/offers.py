@@ -12,7 +12,8 @@ import numpy as np
 from kalmanq.compiler.given.request import Options
 from kalmanq.compiler.report import report
 from kalmanq.compiler.report.costs import USUAL, Cost, costs_of
-from kalmanq.compiler.run.host import Host, NoCompiler
+from kalmanq.compiler.run.building import NoCompiler
+from kalmanq.compiler.run.host import Host
 from kalmanq.compiler.run.simulation import CompiledFilter
 from kalmanq.compiler.text.product import Product, compiled
 from kalmanq.core import lib

@@ -1,5 +1,5 @@
 """The emitted C on this machine.
 
-host       builds and calls it;  record: rows that it is tried with, and long double beside it;  trial: NAME_test.c
+building   a library of C;  host: builds and calls the filter's;  record: rows that it is tried with, and long double beside it;  trial: NAME_test.c
 simulation as a filter of kalmanq.run;  lint: what a float does to a model's own formulas
 """

@@ -13,8 +13,7 @@ from kalmanq.nonlinear import NonlinearModel, simulate
 MISSING = 0.1  # share of the components
 
 
-def drawn(model: NonlinearModel, rows: int, seed: int) -> tuple[Record, np.ndarray]:
-    """A record, and its measurements with NaN where they are missing"""
+def drawn(model: NonlinearModel, rows: int, seed: int) -> Record:
     times = irregular(model, rows, seed)
     _, z, u = simulate(model, rows, seed, times=times)
     z, u = (one.astype(np.float32).astype(float) for one in (z, u))
@@ -32,10 +31,10 @@ def irregular(model: NonlinearModel, rows: int, seed: int) -> Optional[np.ndarra
     return np.concatenate([[0], np.cumsum(steps.astype(float))])
 
 
-def recorded(model: NonlinearModel, z: np.ndarray, u: np.ndarray, times: Optional[np.ndarray] = None) -> tuple[Record, np.ndarray]:
+def recorded(model: NonlinearModel, z: np.ndarray, u: np.ndarray, times: Optional[np.ndarray] = None) -> Record:
     """Of measurements, NaN where they are missing, and controls; times: of the rows, if they have any"""
     rows = len(z)
     present = (~np.isnan(z)) @ (1 << np.arange(model.m))
     what = PREDICTS * (np.arange(rows) > 0) + UPDATES * (present > 0)
     carried = np.vstack([np.zeros((1, model.l)), u[:-1]])
-    return Record(what.astype(np.uint8), present.astype(np.uint32), np.nan_to_num(z), carried, u, None if times is None else clock_of(times)), z
+    return Record(what.astype(np.uint8), present.astype(np.uint32), np.nan_to_num(z), carried, u, None if times is None else clock_of(times))

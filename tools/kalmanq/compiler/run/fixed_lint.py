@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-from typing import Any, Mapping, Sequence
+from typing import Mapping, Sequence
 
 import numpy as np
 
 from kalmanq.compiler.algorithm.fixed.device import Evaluated, FixedDevice
 from kalmanq.compiler.algorithm.fixed.python import Far
-from kalmanq.compiler.run.lint import Lossy, Visited, formulas, points
+from kalmanq.compiler.run.lint import Lossy, Visited, formulas, points, worst
 from kalmanq.formulas.program import Program
 from kalmanq.nonlinear import NonlinearModel
 from kalmanq.nonlinear.formulas import values_of
@@ -26,7 +26,7 @@ def lossy_formulas(model: NonlinearModel, device: FixedDevice, visited: Sequence
     exact = [np.broadcast_to(one, len(some)) for one in Program([one for _, one, _ in rows]).values(given)]
     errors = np.array([_errors(device, {key: int(one[k]) for key, one in words.items()}, np.array([one[k] for one in exact]))
                        for k in range(len(some))])
-    made = [_worst(model, name, np.abs(column) * scale, given) for (name, _, scale), column in zip(rows, errors.T)]
+    made = [worst(model, name, np.abs(column) * scale, given) for (name, _, scale), column in zip(rows, errors.T)]
     return sorted(made, key=lambda one: -one.error)
 
 
@@ -36,13 +36,6 @@ def _words(device: FixedDevice, which: str, stem: str, values: np.ndarray) -> di
 
 def _values(words: Mapping[str, np.ndarray], stem: str, fractions: Sequence[int]) -> np.ndarray:
     return np.array([np.ldexp(words[f"{stem}{k}"].astype(float), -fraction) for k, fraction in enumerate(fractions)])
-
-
-def _worst(model: NonlinearModel, name: str, errors: np.ndarray, given: Mapping[str, Any]) -> Lossy:
-    off = np.nan_to_num(errors, nan=0.0, posinf=0.0)
-    at = int(np.argmax(off))
-    where = ", ".join(f"{state.name} = {given[f'x{i}'][at]:.3g}" for i, state in enumerate(model.carried))
-    return Lossy(name, float(off[at]), 0, where)
 
 
 def _errors(device: FixedDevice, given: dict[str, int], exact: np.ndarray) -> np.ndarray:

@@ -34,20 +34,19 @@ def simulated(model: NonlinearModel) -> Seen:
     return seen(model, [drawn(model, ROWS, seed) for seed in SEEDS])
 
 
-def seen(model: NonlinearModel, records: Sequence[tuple[Record, np.ndarray]]) -> Seen:
-    """Of records and their measurements, NaN where they are missing"""
+def seen(model: NonlinearModel, records: Sequence[Record]) -> Seen:
     before, at = [], []
     with Host(compiled_equations(model, "exact", Options("f64"))) as exact:
-        for record, z in records:
+        for record in records:
             ran = exact.run_record(record)
-            now = np.zeros((len(z), model.l)) if record.now is None else record.now
-            made = _points(model, ran.mean, z, now)
+            now = np.zeros((len(record.z), model.l)) if record.now is None else record.now
+            made = _points(model, ran.mean, record.measured, now)
             before.append(made[0])
             at.append(made[1])
     wide, both = _ends(model), (_joined(before), _joined(at))
     if wide:
         both = tuple(_joined([one, _anywhere(model, one, wide)]) for one in both)
-    return Seen(*both, sum(len(z) for _, z in records), [
+    return Seen(*both, sum(len(one.z) for one in records), [
         f"{one.name} from {one.ends[0]:g} to {one.ends[1]:g}" for one in (*model.carried, *model.controls) if one.ends])
 
 

@@ -3,23 +3,16 @@
 from __future__ import annotations
 
 import ctypes
-import os
-import shutil
-import subprocess
-from contextlib import ExitStack, contextmanager
+from contextlib import ExitStack
 from dataclasses import dataclass, replace
-from pathlib import Path
-from typing import Any, Iterator, Mapping, Optional, Sequence
+from typing import Any, Optional, Sequence
 
 import numpy as np
 
+from kalmanq.compiler.run.building import build, folder_of
 from kalmanq.compiler.templates.engine import rendered
 from kalmanq.compiler.text.emit import PREDICTS, UPDATES, Row
 from kalmanq.compiler.text.product import Product
-from kalmanq.data.files import own_folder, telling_where
-from kalmanq.errors import KalmanqError
-
-FLAGS = ("-std=c11", "-O2", "-ffp-contract=off", "-w")
 
 
 def numbered(rows: int, first: int = 0) -> np.ndarray:
@@ -48,7 +41,7 @@ class Host:
 
     def __enter__(self) -> Host:
         with ExitStack() as own:
-            self.folder = own.enter_context(_folder_of({**self.product.sources(), "driver.c": driver(self.product)}))
+            self.folder = own.enter_context(folder_of({**self.product.sources(), "driver.c": driver(self.product)}))
             sources = [f"{self.product.given.name}.c", "driver.c"]
             library = build(self.folder, sources, "filter.so", (*self.flags, "-shared", "-fPIC"))
             self._library = ctypes.CDLL(str(library))
@@ -119,34 +112,3 @@ def driver(product: Product) -> str:
         "controls_now": [a.from_double("controls", k, f"now[{k}]") for k in range(l)],
         "row": product.text.row(Row("what[t]", "present[t]", "v", "w", "at", "clock[0]", "clock[1]", "clock[2]", "taken[t]")),
         "fields": a.arrays, "means": [a.mean_double(i) for i in range(len(given.carried))], "entry": a.covariance_double("i", "j")})
-
-
-@contextmanager
-def _folder_of(texts: Mapping[str, str]) -> Iterator[Path]:
-    """A folder with these files, by name, that is gone afterwards"""
-    with own_folder("kalmanq-compile-") as folder:
-        with telling_where(folder):
-            for file, text in texts.items():
-                (folder / file).write_text(text, encoding="utf-8")
-        yield folder
-
-
-def build(folder: Path, sources: Sequence[str], target: str, flags: Sequence[str]) -> Path:
-    command = [compiler(), *FLAGS, *flags, *(str(folder / one) for one in sources), "-lm", "-o", str(folder / target)]
-    done = subprocess.run(command, capture_output=True, text=True)
-    if done.returncode:
-        lines = done.stderr.strip().splitlines() or ["no reason given"]
-        said = next((line for line in lines if "error" in line), lines[0])
-        raise KalmanqError(f"this machine's C compiler refused the filter: {said}; set CC to gcc or clang, or report it with the model file")
-    return folder / target
-
-
-class NoCompiler(KalmanqError):
-    """The emitted C cannot run here."""
-
-
-def compiler(environment: Mapping[str, str] = os.environ) -> str:
-    for name in (environment.get("CC", ""), "cc", "gcc", "clang"):
-        if name and shutil.which(name):
-            return name
-    raise NoCompiler("the filter is tried on this machine, and that needs a C compiler: install gcc or clang, or set CC")

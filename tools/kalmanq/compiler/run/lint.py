@@ -7,7 +7,8 @@ nearer still, where formulas such as (1 - cos w) / w lose their digits, if a row
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Iterator, Optional, Sequence
+from functools import partial
+from typing import Any, Callable, Iterator, Mapping, Optional, Sequence
 
 import numpy as np
 
@@ -47,17 +48,19 @@ def lossy_formulas(model: NonlinearModel, visited: Sequence[Visited]) -> list[Lo
     single = {name: np.asarray(value, np.float32) for name, value in values_of(x.T, t, u.T, dt).items()}
     low = program.values(single, np.float32)
     high = program.values({name: value.astype(float) for name, value in single.items()}, np.float64)
-    made = [_worst(model, name, one, np.abs(np.asarray(a, float) - b) * scale, single) for (name, one, scale), a, b in
+    made = [worst(model, name, np.abs(np.asarray(a, float) - b) * scale, single, partial(_line, model, one)) for (name, one, scale), a, b in
             zip(rows, low, high)]
     return sorted(made, key=lambda one: -one.error)
 
 
-def _worst(model: NonlinearModel, name: str, one: Node, errors: np.ndarray, given: dict[str, np.ndarray]) -> Lossy:
+def worst(model: NonlinearModel, name: str, errors: np.ndarray, given: Mapping[str, Any],
+          line: Callable[[dict[str, Any]], int] = lambda _: 0) -> Lossy:
+    """Of a formula at many points; line: of the user's file, of one point"""
     errors = np.nan_to_num(np.broadcast_to(errors, given["x0"].shape), nan=0.0, posinf=0.0)
     k = int(np.argmax(errors))
-    point = {key: value if value.ndim == 0 else value[k] for key, value in given.items()}
+    point = {key: value if np.ndim(value) == 0 else value[k] for key, value in given.items()}
     where = ", ".join(f"{state.name} = {point[f'x{i}']:.3g}" for i, state in enumerate(model.carried))
-    return Lossy(name, float(errors[k]), _line(model, one, point) if errors[k] else 0, where)
+    return Lossy(name, float(errors[k]), line(point) if errors[k] else 0, where)
 
 
 def _line(model: NonlinearModel, root: Node, point: dict[str, np.ndarray]) -> int:

@@ -34,6 +34,11 @@ class Record:
     clock: Optional[np.ndarray] = None
     mean: Optional[np.ndarray] = None
 
+    @property
+    def measured(self) -> np.ndarray:
+        """z with NaN where it is missing"""
+        return np.where(self.present[:, None] >> np.arange(self.z.shape[1]) & 1, self.z, np.nan)
+
 
 def clock_of(times: np.ndarray, dt: float = np.nan) -> np.ndarray:
     """dt: of the step to the first row"""

@@ -6,7 +6,6 @@ from typing import Any
 
 from kalmanq.compiler.algorithm.arithmetic import Arithmetic
 from kalmanq.compiler.algorithm.cycle import Cycle
-from kalmanq.compiler.given.request import Request
 from kalmanq.compiler.text.emit import Text, within
 
 
@@ -15,8 +14,8 @@ class CycleText(Text):
 
     counter = "row"
 
-    def __init__(self, given: Request, a: Arithmetic, cycle: Cycle):
-        super().__init__(given, a)
+    def __init__(self, a: Arithmetic, cycle: Cycle):
+        super().__init__(a)
         self.cycle, self.settles = cycle, True
 
     def _factor(self) -> str:

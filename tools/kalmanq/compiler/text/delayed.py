@@ -9,8 +9,6 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Any, Mapping, Optional, Sequence
 
-from kalmanq.compiler.algorithm.arithmetic import Arithmetic
-from kalmanq.compiler.given.request import Request
 from kalmanq.compiler.templates.engine import rendered_c
 from kalmanq.compiler.text.emit import Text, named, passed
 from kalmanq.errors import KalmanqError
@@ -97,8 +95,9 @@ def kept_fields(arguments: str, names: Mapping[str, str]) -> list[dict[str, str]
 # ------------------------------------------------------------------------------ constant matrices
 
 
-def delayed(given: Request, a: Arithmetic, text: Text) -> Optional[Delayed]:
+def delayed(text: Text) -> Optional[Delayed]:
     """Of a model with delays"""
+    given = text.given
     if not latest_of(given.model):
         return None
     if given.options.lag:
@@ -106,11 +105,12 @@ def delayed(given: Request, a: Arithmetic, text: Text) -> Optional[Delayed]:
     if given.options.tunable and given.model.continuous is None:
         raise KalmanqError("--tunable: and a sensor with a delay: fields that a program changes are not kept with the steps: leave "
                            "--tunable out, or write the model with F, Qc and dt, whose dt is kept with each step")
-    return LinearDelayed(given, a, text)
+    return LinearDelayed(text)
 
 
 class LinearDelayed(Delayed):
-    def __init__(self, given: Request, a: Arithmetic, text: Text):
+    def __init__(self, text: Text):
+        given, a = text.given, text.a
         self.answers = given.options.tunable
         late = zip(given.sensors, steps_late(given.model, self.answers))
         super().__init__(text, text.u + (f", {a.type} dt" if self.answers else ""), latest_of(given.model) + 1,

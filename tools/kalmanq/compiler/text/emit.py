@@ -37,9 +37,9 @@ class Text:
 
     template, header, counter = "filter.c.j2", "filter.h.j2", "gap"
 
-    def __init__(self, given: Request, a: Arithmetic):
-        self.given, self.a = given, a
-        self.u = f", const {a.type} u[{given.inputs}]" if given.inputs else ""
+    def __init__(self, a: Arithmetic):
+        self.given, self.a = a.given, a
+        self.u = f", const {a.type} u[{self.given.inputs}]" if self.given.inputs else ""
         self.settles = a.steady is not None
 
     def code(self, remarks: Sequence[str]) -> str:

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from typing import Any, Optional
 
-from kalmanq.compiler.algorithm.equations import EquationFilter
 from kalmanq.compiler.text.delayed import Delayed, Late, kept_fields
 from kalmanq.compiler.text.emit import Row
 from kalmanq.compiler.text.equation_text import EquationText
@@ -15,7 +14,7 @@ from kalmanq.nonlinear import NonlinearModel
 KEPT = {"u": "now", "t": "at"}  # of an update, beside what a predict is of
 
 
-def delayed_equations(a: EquationFilter, text: EquationText, model: NonlinearModel) -> Optional[Delayed]:
+def delayed_equations(text: EquationText, model: NonlinearModel) -> Optional[Delayed]:
     """Of a model with delays"""
     if not model.is_late:
         return None

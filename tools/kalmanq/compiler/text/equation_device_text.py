@@ -13,8 +13,7 @@ from kalmanq.compiler.given.cells import array
 from kalmanq.compiler.given.request import Options
 from kalmanq.compiler.text.emit import PREDICTS, UPDATES, Row, within
 from kalmanq.compiler.text.equation_text import EquationText
-from kalmanq.compiler.text.head import header
-from kalmanq.compiler.text.product import Product
+from kalmanq.compiler.text.product import Product, written
 from kalmanq.formulas.graph import Node, constant, dot, make, mul, using
 from kalmanq.formulas.printing import Body
 from kalmanq.nonlinear import NonlinearModel
@@ -22,11 +21,10 @@ from kalmanq.nonlinear.model import Sensor
 
 
 def compiled_device(model: NonlinearModel, name: str, options: Options = Options(), source: str = "") -> Product:
+    model = model.traced_anew()
     with using(model.formulas.graph):
-        a = device(model, name, options)
-        text = DeviceText(a.given, a)
-        remarks = [f"{name}: written by kalmanq compile --library.", *([source] if source else [])]
-        return Product(a.given, None, None, a, text, header(a.given, a, text), text.code(remarks))
+        text = DeviceText(device(model, name, options))
+        return written(text, [f"{name}: written by kalmanq compile --library.", *([source] if source else [])])
 
 
 class DeviceText(EquationText):

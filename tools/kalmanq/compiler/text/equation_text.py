@@ -5,7 +5,6 @@ from __future__ import annotations
 from typing import Any, Mapping
 
 from kalmanq.compiler.algorithm.equations import EquationFilter, Sensor
-from kalmanq.compiler.given.request import Request
 from kalmanq.compiler.text.emit import PREDICTS, UPDATES, Row, Text, commented, named, passed, within
 from kalmanq.compiler.text.equation_smoother import Smoother
 from kalmanq.formulas.printing import indented
@@ -14,10 +13,10 @@ from kalmanq.formulas.printing import indented
 class EquationText(Text):
     header, counter = "equations.h.j2", ""
 
-    def __init__(self, given: Request, a: EquationFilter):
-        super().__init__(given, a)
+    def __init__(self, a: EquationFilter):
+        super().__init__(a)
         self.of = a
-        self.smoother = Smoother(a, self.controls(), self._refusal("")) if given.options.smooth else None
+        self.smoother = Smoother(a, self.controls(), self._refusal("")) if self.given.options.smooth else None
 
     def names(self) -> dict[str, Any]:
         return {**super().names(), "smooth": self.smoother.names() if self.smoother else None}

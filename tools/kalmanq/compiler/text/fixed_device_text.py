@@ -9,8 +9,7 @@ from kalmanq.compiler.algorithm.fixed.values import Seen
 from kalmanq.compiler.given.request import Options
 from kalmanq.compiler.text.emit import within
 from kalmanq.compiler.text.equation_device_text import DeviceText
-from kalmanq.compiler.text.head import header
-from kalmanq.compiler.text.product import Product
+from kalmanq.compiler.text.product import Product, written
 from kalmanq.formulas.graph import using
 from kalmanq.nonlinear import NonlinearModel
 from kalmanq.nonlinear.model import Sensor
@@ -19,11 +18,10 @@ from kalmanq.nonlinear.model import Sensor
 def compiled_fixed(model: NonlinearModel, name: str, seen: Seen, options: Options = Options("q31"),
                    source: str = "") -> Product:
     """seen: records that the formats are of"""
+    model = model.traced_anew()
     with using(model.formulas.graph):
-        a = fixed_device(model, name, options, seen)
-        text = FixedDeviceText(a.given, a)
-        remarks = [f"{name}: written by kalmanq compile --library --arith q31.", *([source] if source else [])]
-        return Product(a.given, None, None, a, text, header(a.given, a, text), text.code(remarks))
+        text = FixedDeviceText(fixed_device(model, name, options, seen))
+        return written(text, [f"{name}: written by kalmanq compile --library --arith q31.", *([source] if source else [])])
 
 
 class FixedDeviceText(DeviceText):

@@ -6,14 +6,13 @@ from typing import Optional
 
 from kalmanq.compiler.algorithm.arithmetic import Arithmetic
 from kalmanq.compiler.given.names import plain
-from kalmanq.compiler.given.request import Request
 from kalmanq.compiler.templates.engine import rendered
 from kalmanq.compiler.text import delayed
 from kalmanq.compiler.text.emit import Text
 
 
-def header(given: Request, a: Arithmetic, text: Text, late: Optional[delayed.Delayed] = None) -> str:
-    options, n = given.options, given.of.n
+def header(text: Text, late: Optional[delayed.Delayed] = None) -> str:
+    given, a, options, n = text.given, text.a, text.given.options, text.given.of.n
     return rendered(text.header, {
         **text.names(), "includes": a.includes, "enumerators": a.enumerators(), "fields": a.fields, "mean_type": a.mean_type,
         "nis_fields": a.nis_fields() if options.nis else [], "likelihood": a.likelihood() if options.nis else None,

@@ -6,7 +6,7 @@ import hashlib
 import re
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Optional
+from typing import Optional, Sequence
 
 from kalmanq.compiler.algorithm import cycle
 from kalmanq.compiler.algorithm.arithmetic import Arithmetic
@@ -86,10 +86,13 @@ def compiled(model: Model, name: str, options: Options = Options(), source: str 
                            "library's kq_lag takes any model")
     with graph.fresh():
         a = _arithmetic(given, steady if options.settles else None, turn)
-        text = emit.Text(given, a) if turn is None else CycleText(given, a, turn)
-        late = delayed(given, a, text)
-        return Product(given, steady, turn, a, text, head.header(given, a, text, late),
-                       text.code(remarks(given, steady, turn, source)), late)
+        text = emit.Text(a) if turn is None else CycleText(a, turn)
+        return written(text, remarks(given, steady, turn, source), delayed(text), steady, turn)
+
+
+def written(text: emit.Text, remarks: Sequence[str], late: Optional[Delayed] = None, steady: Optional[enclosure.Settled] = None,
+            turn: Optional[cycle.Cycle] = None) -> Product:
+    return Product(text.given, steady, turn, text.a, text, head.header(text, late), text.code(remarks), late)
 
 
 def remarked(product: Product, source: str) -> Product:

@@ -11,6 +11,7 @@ import numpy as np
 from kalmanq.compiler.algorithm.equation_device import Device, DeviceRequest, refuse_options
 from kalmanq.compiler.algorithm.equations import Equations, equations
 from kalmanq.compiler.algorithm.fixed import functions as fixed_functions
+from kalmanq.compiler.algorithm.fixed.formats import RawValues
 from kalmanq.compiler.algorithm.fixed.formulas import FixedFormulas, Input, formulas_for
 from kalmanq.compiler.algorithm.fixed.tables import constants, fraction_of
 from kalmanq.compiler.algorithm.fixed.values import MARGIN, Seen, Values, fraction_for, largest, lowered
@@ -51,7 +52,7 @@ def fixed_device(model: NonlinearModel, name: str, options: Options, seen: Seen)
     return FixedDevice(of, DeviceRequest(**{**vars(of.given), "options": options}), seen)
 
 
-class FixedDevice(Device):
+class FixedDevice(RawValues, Device):
     code_includes = ()
 
     def __init__(self, of: Equations, given: DeviceRequest, seen: Seen):
@@ -132,9 +133,6 @@ class FixedDevice(Device):
     def innovation_fraction(self, j: int) -> int:
         return fraction_of(self.taken[j])
 
-    def format_of(self, which: str, k: int) -> str:
-        return f"Q{31 - self.fraction(which, k)}.{self.fraction(which, k)}"
-
     def enumerators(self) -> list[str]:
         given, upper = self.given, self.given.upper
         rows = [*zip(given.states, self.d), *zip(given.nominal, self.x)]
@@ -201,13 +199,6 @@ class FixedDevice(Device):
 
     def varies(self, sensor: Sensor) -> bool:
         return sensor not in self.plain and bool(self.measured_by[sensor.name].table)
-
-    def literal(self, value: float) -> str:
-        return str(int(value)) if value > -2**31 else "INT32_MIN"
-
-    def raw(self, which: str, k: int, value: float) -> int:
-        word = math.floor(math.ldexp(value, self.fraction(which, k)) + 0.5) if math.isfinite(value) else 2**31
-        return word if abs(word) < 2**31 else -2**31 if which == "measurements" or value < 0 else 2**31 - 1
 
     def raws(self, which: str, values: Sequence[float]) -> list[int]:
         return [self.raw(which, k, value) for k, value in enumerate(values)]

@@ -16,7 +16,7 @@ import numpy as np
 
 from kalmanq.compiler.algorithm.fixed.expressions import INVERSE, ROUNDED, Expressions, Value
 from kalmanq.compiler.algorithm.fixed.formats import BITS, Formats, root_of, variance_word
-from kalmanq.compiler.given.exact import Numbers, root
+from kalmanq.compiler.given.exact import Numbers, ordered, root
 
 Key = tuple[int, int]
 Entries = dict[Key, Value]
@@ -41,8 +41,7 @@ class Factor:
     def __init__(self, of: Numbers, formats: Formats, order: Sequence[int]):
         order = self.order = list(order)
         self.formats, self.n = formats, of.n
-        self.exact = Numbers(of.A[np.ix_(order, order)], of.B[order], of.H[:, order], of.Q[np.ix_(order, order)], of.R,
-                             of.x0[order], of.P0[np.ix_(order, order)])
+        self.exact = ordered(of, order)
         self.of = self.exact.doubles()
         self.exponent = [formats.exponent[i] for i in order]
         self.held = [formats.held[i] for i in order]

@@ -16,7 +16,7 @@ import numpy as np
 
 from kalmanq.compiler.algorithm.cycle import Cycle
 from kalmanq.compiler.given.enclosure import Settled
-from kalmanq.compiler.given.exact import Numbers
+from kalmanq.compiler.given.exact import Numbers, joseph
 from kalmanq.compiler.given.request import Request
 from kalmanq.errors import KalmanqError
 from kalmanq.firmware.ranges import with_ranges
@@ -63,6 +63,25 @@ class Formats:
     is_narrow: Sequence[bool]
 
 
+class RawValues:
+    """Of quantities whose fractions are constants"""
+
+    def fraction(self, which: str, k: int) -> int:
+        raise NotImplementedError
+
+    def format_of(self, which: str, k: int) -> str:
+        return f"Q{31 - self.fraction(which, k)}.{self.fraction(which, k)}"
+
+    def raw(self, which: str, k: int, value: float) -> int:
+        """Of a value; a measurement that is beyond its word is missing."""
+        word = math.floor(math.ldexp(value, self.fraction(which, k)) + 0.5) if math.isfinite(value) else 2**31
+        is_there = abs(word) < 2**31
+        return word if is_there else -2**31 if which == "measurements" or value < 0 else 2**31 - 1
+
+    def literal(self, value: float) -> str:
+        return str(int(value)) if value > -2**31 else "INT32_MIN"
+
+
 def up(value: float) -> int:
     """The least k with value <= 2^k"""
     if value <= 0:
@@ -91,9 +110,7 @@ def largest_sigmas(of: Numbers, gap: int, steady: Optional[Settled] = None) -> n
         if np.all(most <= before * 1.0001) or np.any(most > first * WITHOUT_BOUND ** 2):
             break
         for h, r in zip(of.H, of.R):
-            k = P @ h / (h @ P @ h + r)
-            left = np.eye(of.n) - np.outer(k, h)
-            P = left @ P @ left.T + r * np.outer(k, k)
+            P = joseph(P, h, r)
     else:
         P = steady.filtered.astype(float) if steady else P
         for _ in range(gap + 1):

@@ -9,7 +9,7 @@ from heapq import heappop, heappush
 from itertools import groupby
 from typing import Any, Callable, Optional, Sequence
 
-from kalmanq.compiler.algorithm.fixed.python import PYTHON
+from kalmanq.compiler.algorithm.fixed.python import functions
 from kalmanq.formulas.printing import WORD, indented
 
 EMPTY = {"reciprocal": "{0, 0, 1}", "inverted": "{0, 0}"}
@@ -148,7 +148,7 @@ def python_of(lines: Sequence[Line], names: Sequence[str], outputs: Sequence[str
         condition = " and ".join(f"{'' if answer else 'not '}{bit}" for bit, answer in guard)
         made += [f"if {condition}:", *indented(block)] if guard else block
     text = "\n".join([f"def run({', '.join(['far', *names])}):", *indented([*made, f"return [{', '.join(outputs)}]"])])
-    space: dict[str, Any] = dict(PYTHON)
+    space: dict[str, Any] = dict(functions())
     exec(text, space)
     return space["run"]
 

@@ -8,17 +8,15 @@ from typing import Any, Sequence
 from kalmanq.compiler.algorithm.arithmetic import Arithmetic
 from kalmanq.compiler.algorithm.fixed import routines as word_routines
 from kalmanq.compiler.algorithm.fixed.factor import Factor, Key, keys
-from kalmanq.compiler.algorithm.fixed.formats import BITS, Formats
+from kalmanq.compiler.algorithm.fixed.formats import BITS, Formats, RawValues
 from kalmanq.compiler.algorithm.fixed.mean import Mean
-from kalmanq.compiler.given.request import Request
 from kalmanq.compiler.templates.engine import rendered
 from kalmanq.formulas.printing import indented
 
 
-class Readings(Arithmetic):
+class Readings(RawValues, Arithmetic):
     """Of a filter in words, which has these"""
 
-    given: Request
     formats: Formats
     factor: Factor
     mean: Mean
@@ -49,9 +47,6 @@ class Readings(Arithmetic):
 
     def fraction(self, which: str, k: int) -> int:
         return {"states": self.formats.read, "measurements": self.formats.z, "controls": self.formats.u}[which][k]
-
-    def format_of(self, which: str, k: int) -> str:
-        return f"Q{31 - self.fraction(which, k)}.{self.fraction(which, k)}"
 
     def nis_fields(self) -> list[str]:
         return ["int64_t nis;", f"int32_t s[{self.given.of.m}]; /* sigma of each innovation, given the components before it */"]
@@ -114,15 +109,6 @@ class Readings(Arithmetic):
         return word_routines.routines(text + stop) + "\n" + stop + "\n"
 
     # ---- for a program on the host, and for a test
-
-    def raw(self, which: str, k: int, value: float) -> int:
-        """Of a value; a measurement that is beyond its word is missing."""
-        word = math.floor(math.ldexp(value, self.fraction(which, k)) + 0.5) if math.isfinite(value) else 2**31
-        is_there = abs(word) < 2**31
-        return word if is_there else -2**31 if which == "measurements" or value < 0 else 2**31 - 1
-
-    def literal(self, value: float) -> str:
-        return str(int(value)) if value > -2**31 else "INT32_MIN"
 
     def from_double(self, which: str, k: int, text: str) -> str:
         f = self.fraction(which, k)
