@@ -10,7 +10,6 @@ import re
 import shutil
 import sys
 from pathlib import Path
-from xml.sax.saxutils import quoteattr
 
 ROOT = Path(__file__).resolve().parents[2]
 VERSION = re.search(r'KQ_VERSION_STRING "(.*)"', (ROOT / "include/kalmanq/version.h").read_text()).group(1)

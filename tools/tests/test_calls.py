@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import ctypes
 import subprocess
+from pathlib import Path
 from typing import Any, Optional
 
 import numpy as np
@@ -17,6 +18,7 @@ from kalmanq.core import ffi, lib
 from kalmanq.run.robust import LEVELS
 from test_twin import ARITHMETICS, LIMITS, SEEDS, unknown
 
+ROOT = Path(__file__).resolve().parents[2]
 pytestmark = pytest.mark.filterwarnings("ignore::kalmanq.KalmanqWarning")
 LOSSES = [None, Robust("gate", 0.95, 2), Robust("huber", 1.5), Robust("student", 4.0), Robust("jump", 9.0)]
 VIEW = ("mean", "mean_low", "sigma")

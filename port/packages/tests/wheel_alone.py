@@ -4,7 +4,6 @@ import, a filter in three arithmetics, every public name, and what the command s
 import importlib.metadata
 import subprocess
 import sys
-import time
 from pathlib import Path
 
 SECONDS = 0.3
