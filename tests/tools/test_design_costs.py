@@ -115,7 +115,7 @@ def test_what_comes_late_is_counted(tmp_path: Path) -> None:
     late, timely = (with_ranges(model_file.read(tmp_path / f"{name}.toml"), [])[0] for name in ("late", "timely"))
     for way in (("f32", "lean"), ("q31", "lean")):
         ((more, _), (less, _)) = (costs_of(model, "m4f", [way])[0] for model in (late, timely))
-        assert 0 <= less.ram + bytes_of_delays(late, way[0]) - more.ram < 16 and more.instructions > 1.4 * less.instructions
+        assert 0 <= less.ram + bytes_of_delays(late, way[0]) - more.ram <= 24 and more.instructions > 1.4 * less.instructions
         assert more.flash > less.flash + 300 and more.stack > less.stack
 
 

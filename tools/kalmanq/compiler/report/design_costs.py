@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import re
-from typing import Any, Sequence
+from typing import Any, Sequence, Union
 
 import numpy as np
 
@@ -31,11 +31,11 @@ def costs_of(model: Model, core: str, ways: Sequence[tuple[str, str]], any_dt: b
     return [next(found) if isinstance(one, Design) else (Cost(), one) for one in made]
 
 
-def _design(model: Model, record: Record, arithmetic: str, way: str, any_dt: bool, steps: int) -> Any:
+def _design(model: Model, record: Record, arithmetic: str, way: str, any_dt: bool, steps: int) -> Union[Design, str]:
     """Or why there is none"""
     try:
         parts = Parts(model, arithmetic, way)
-        more = {"any_dt": any_dt and (arithmetic, way) == ("f32", "init"), "steps": steps if arithmetic == "q31" and way != "sizes" else 1}
+        more: dict[str, Any] = {"any_dt": any_dt and (arithmetic, way) == ("f32", "init"), "steps": steps if arithmetic == "q31" and way != "sizes" else 1}
         return design_of(parts, way, source(parts, way, "design", **more), record, **more)
     except KalmanqError as problem:
         return str(problem)
