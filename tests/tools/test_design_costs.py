@@ -180,6 +180,12 @@ def test_without_a_compiler_the_reason_is_told(tmp_path: Path, monkeypatch: pyte
         assert told["chosen"] == {"arithmetic": "f32", "way": "lean"}  # which depends on no figure
 
 
+def test_the_package_has_the_library_s_sources() -> None:
+    """The wheel has them by tools/CMakeLists.txt"""
+    of = [path.relative_to(ROOT) for folder in ("include", "src", *(f"port/{one}" for one in {*costs.PORTS.values()})) for path in (ROOT / folder).rglob("*.[ch]")]
+    assert len(of) > 200 and all((costs.library() / one).read_bytes() == (ROOT / one).read_bytes() for one in of)
+
+
 def test_without_the_sources_too(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
     monkeypatch.setattr(costs, "library", lambda: tmp_path)
     assert costs.costs(BY_NAME["m3"], designs_of(five.level(), "m3", 1)) == [

@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 import re
+import warnings
 from typing import Any, Sequence, Union
 
 import numpy as np
 
 from kalmanq.compiler.text.over_library import WORD, Source, source
 from kalmanq.data.rows import present_of
-from kalmanq.errors import KalmanqError
+from kalmanq.errors import KalmanqError, KalmanqWarning
 from kalmanq.firmware.cores import BY_NAME
 from kalmanq.firmware.costs import Cost, Design, costs
 from kalmanq.firmware.reach import Record, draw
@@ -68,7 +69,9 @@ def _lengths(parts: Parts, record: Record) -> list[str]:
 
 def _rows(parts: Parts, record: Record) -> list[str]:
     model, arithmetic = parts.model, parts.arithmetic
-    run = Filter(model, arithmetic.name, parts=parts).run(record.z, record.u)
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", KalmanqWarning)  # the trials tell of events
+        run = Filter(model, arithmetic.name, parts=parts).run(record.z, record.u)
     formats = parts.formats["measurements"] if arithmetic.is_fixed else None
     measured = arithmetic.words(np.nan_to_num(record.z), model.measurements, formats, "measurements")
     made = [_table("rows", "M", measured, arithmetic.is_fixed), _table("expected", "N", run.words["mean"], arithmetic.is_fixed),
