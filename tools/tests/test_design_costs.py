@@ -115,7 +115,7 @@ def test_what_comes_late_is_counted(tmp_path: Path) -> None:
     late, timely = (with_ranges(model_file.read(tmp_path / f"{name}.toml"), [])[0] for name in ("late", "timely"))
     for way in (("f32", "lean"), ("q31", "lean")):
         ((more, _), (less, _)) = (costs_of(model, "m4f", [way])[0] for model in (late, timely))
-        assert 0 <= less.ram + bytes_of_delays(late, way[0]) - more.ram < 16 and more.instructions > 1.4 * less.instructions
+        assert 0 <= less.ram + bytes_of_delays(late, way[0]) - more.ram <= 24 and more.instructions > 1.4 * less.instructions
         assert more.flash > less.flash + 300 and more.stack > less.stack
 
 
@@ -178,6 +178,12 @@ def test_without_a_compiler_the_reason_is_told(tmp_path: Path, monkeypatch: pyte
             assert [one[name] for name in ("instructions", "flash", "ram", "stack", "fits")] == [None] * 5
             assert one["not_measured"] == (said if core == "m3" or one["way"] != "compiled" else NO_EMULATOR)
         assert told["chosen"] == {"arithmetic": "f32", "way": "lean"}  # which depends on no figure
+
+
+def test_the_package_has_the_library_s_sources() -> None:
+    """The wheel has them by tools/CMakeLists.txt"""
+    of = [path.relative_to(ROOT) for folder in ("include", "src", *(f"port/{one}" for one in {*costs.PORTS.values()})) for path in (ROOT / folder).rglob("*.[ch]")]
+    assert len(of) > 200 and all((costs.library() / one).read_bytes() == (ROOT / one).read_bytes() for one in of)
 
 
 def test_without_the_sources_too(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:

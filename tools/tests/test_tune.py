@@ -17,6 +17,9 @@ import browser
 import tune_node
 from command import kalmanq
 from kalmanq import Estimation, Filter, LagSmoother, Robust, Smoother, fit
+from kalmanq.compiler.given.request import Options
+from kalmanq.compiler.report.costs import costs_of
+from kalmanq.compiler.text.product import compiled
 from kalmanq.data import joining
 from kalmanq.fitting.entries import free_and_held
 from kalmanq.model import Model, Quantity, model_file
@@ -438,6 +441,17 @@ def test_refusals_are_one_line(tmp_path, model, data, said):
     made = kalmanq("tune", "model.toml", *given, folder=tmp_path)
     assert made.returncode != 0 and said in " ".join(made.stderr.split()), made.stderr
     assert "Traceback" not in made.stderr and not (tmp_path / "tune.html").exists()
+
+
+def test_costs_are_those_of_compile_or_why_there_are_none(monkeypatch):
+    made, told = page.costs(read("nile")), costs_of(compiled(read("nile"), "filter", Options("q31")))
+    for core, one in told.items():
+        of = one.of
+        assert made["costs"][core]["q31"]["settled"] == [of["two_calls_settled"]]
+        assert made["costs"][core]["q31"]["compiled"][::3] == [of["two_calls"], of["stack"]] and made["no_costs"] == ""
+    monkeypatch.setenv("PATH", "")
+    made = page.costs(Model(1, H=1, R=1, Q=1, P0=1))
+    assert made["costs"] == {} and "arm-none-eabi-gcc was not found" in made["no_costs"] and made["no_costs"].startswith("Costs on")
 
 
 def test_without_webassembly_it_says_what_to_install(tmp_path, monkeypatch):

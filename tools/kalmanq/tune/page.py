@@ -48,7 +48,7 @@ def page(model: Union[Model, NonlinearModel], z: np.ndarray, u: Optional[np.ndar
     """sources: names of the files that it is of"""
     refuse(model, z, u)
     given, module = equations.content(model, z, u, times, sources) if isinstance(model, NonlinearModel) else \
-        (content(model, z, u, times, sources), core())
+        ({**content(model, z, u, times, sources), **costs(model)}, core())
     wasm = base64.b64encode(gzip.compress(module, 9, mtime=0)).decode()
     pieces = {"STYLE": _file("page.css"), "ENGINE": _file("engine.js"), "EM": _file("em.js"), "EQUATIONS": _file("equations.js"), "WORKER": _file("worker.js"),
               "CHARTS": _file("charts.js"), "PAGE": _file("page.js"), "CORE": wasm, "CONTENT": for_script(given), "SETTINGS": "null"}
@@ -92,8 +92,7 @@ def content(model: Model, z: np.ndarray, u: Optional[np.ndarray], times: Optiona
         "unit": model.continuous.unit if model.continuous and times is not None else "",
         "flow": flow(model, rest["Qc"]) if has_dt(model, shape) else None,
         "noises": [noise_content(one) for one in noises], "template": template, "total": filter_.log_likelihood,
-        "losses": losses(LOSSES, in_sigma=False),
-        "cores": CORES, **costs(model)}
+        "losses": losses(LOSSES, in_sigma=False), "cores": CORES}
 
 
 def refuse(model: Union[Model, NonlinearModel], z: np.ndarray, u: Optional[np.ndarray]) -> None:
@@ -137,7 +136,7 @@ def _with_ones(model: Model, u: Optional[np.ndarray], rows: int) -> Optional[np.
 def costs(model: Model) -> dict[str, Any]:
     """Of the C that `kalmanq compile` writes, by core and arithmetic: instructions of a row in two calls, bytes of flash, RAM and stack,
     and instructions once it has settled; and why there are none"""
-    made: dict[str, dict[str, dict[str, list[int]]]] = {}
+    made: dict[str, dict[str, dict[str, list[Optional[int]]]]] = {}
     why_not: list[str] = []
     for arithmetic in ("f32", "q31"):
         try:
@@ -148,6 +147,6 @@ def costs(model: Model) -> dict[str, Any]:
         found = costs_of(product)
         why_not += reasons(found)
         for core_, of in ((core_, one.of) for core_, one in found.items() if one.of):
-            rows = {"compiled": [of["two_calls"], of["program"], product.ram, of["stack"]], "settled": [of["two_calls_settled"]]}
+            rows = {"compiled": [of["two_calls"], of["program"], product.ram_delayed or product.ram, of["stack"]], "settled": [of["two_calls_settled"]]}
             made.setdefault(core_, {})[arithmetic] = {name: row for name, row in rows.items() if row[0] is not None}
     return {"costs": made, "no_costs": " ".join(dict.fromkeys(why_not))}

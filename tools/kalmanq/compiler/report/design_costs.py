@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 import re
-from typing import Any, Sequence
+import warnings
+from typing import Any, Sequence, Union
 
 import numpy as np
 
 from kalmanq.compiler.text.over_library import WORD, Source, source
 from kalmanq.data.rows import present_of
-from kalmanq.errors import KalmanqError
+from kalmanq.errors import KalmanqError, KalmanqWarning
 from kalmanq.firmware.cores import BY_NAME
 from kalmanq.firmware.costs import Cost, Design, costs
 from kalmanq.firmware.reach import Record, draw
@@ -31,11 +32,11 @@ def costs_of(model: Model, core: str, ways: Sequence[tuple[str, str]], any_dt: b
     return [next(found) if isinstance(one, Design) else (Cost(), one) for one in made]
 
 
-def _design(model: Model, record: Record, arithmetic: str, way: str, any_dt: bool, steps: int) -> Any:
+def _design(model: Model, record: Record, arithmetic: str, way: str, any_dt: bool, steps: int) -> Union[Design, str]:
     """Or why there is none"""
     try:
         parts = Parts(model, arithmetic, way)
-        more = {"any_dt": any_dt and (arithmetic, way) == ("f32", "init"), "steps": steps if arithmetic == "q31" and way != "sizes" else 1}
+        more: dict[str, Any] = {"any_dt": any_dt and (arithmetic, way) == ("f32", "init"), "steps": steps if arithmetic == "q31" and way != "sizes" else 1}
         return design_of(parts, way, source(parts, way, "design", **more), record, **more)
     except KalmanqError as problem:
         return str(problem)
@@ -68,7 +69,9 @@ def _lengths(parts: Parts, record: Record) -> list[str]:
 
 def _rows(parts: Parts, record: Record) -> list[str]:
     model, arithmetic = parts.model, parts.arithmetic
-    run = Filter(model, arithmetic.name, parts=parts).run(record.z, record.u)
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", KalmanqWarning)  # the trials tell of events
+        run = Filter(model, arithmetic.name, parts=parts).run(record.z, record.u)
     formats = parts.formats["measurements"] if arithmetic.is_fixed else None
     measured = arithmetic.words(np.nan_to_num(record.z), model.measurements, formats, "measurements")
     made = [_table("rows", "M", measured, arithmetic.is_fixed), _table("expected", "N", run.words["mean"], arithmetic.is_fixed),
