@@ -71,6 +71,7 @@ def test_that_is_when_the_c_settles(files: tuple[Path, Path], tmp_path: Path) ->
     assert f"{cycles} cycles of" in (tmp_path / "out.c").read_text()
 
 
+@pytest.mark.usefixtures("no_offers")
 def test_the_page_says_it_beside_the_costs(files: tuple[Path, Path], tmp_path: Path) -> None:
     kalmanq("report", *files, "-o", tmp_path / "page.html")
     page = (tmp_path / "page.html").read_text()

@@ -120,6 +120,7 @@ def level(name="level", drift=0.5, noise=2.0, **options) -> Model:
 # ------------------------------------------------------------------------------ the page
 
 
+@pytest.mark.usefixtures("no_offers")
 @pytest.mark.parametrize("arithmetic", ["f32", "f64", "q31"])
 def test_the_nile(arithmetic, tmp_path):
     page = reported(MODEL, NILE, tmp_path, "--arith", arithmetic)
@@ -183,6 +184,7 @@ def test_sixteen_states_stay_small(tmp_path):
     assert len(page.all("svg")) == 2 * (16 + 16 + 1 + 16) + 16  # autocorrelations are narrow alone
 
 
+@pytest.mark.usefixtures("no_offers")
 def test_a_hundred_thousand_rows_stay_small(tmp_path):
     page = reported(*written(tmp_path, level(), simulate(level(), 100_000, 1)[1]), tmp_path)
     assert len(page.raw) < 1e6 and "100000 rows" in page.text and "lowest and highest" in page.text
@@ -337,6 +339,7 @@ def narrow(tmp_path):
     return model, data, float(np.abs(x[:, 1]).max())
 
 
+@pytest.mark.usefixtures("no_offers")
 def test_saturation_comes_first_with_the_range_that_would_do(tmp_path):
     model, data, most = narrow(tmp_path)
     out = tmp_path / "r.html"

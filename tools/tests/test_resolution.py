@@ -113,6 +113,7 @@ def test_commands_say_it_with_the_cure(tmp_path):
     assert told.startswith("lon may be 2e+09") and LON in told and f"Measurements are coarse in f32: {told}." in report
 
 
+@pytest.mark.usefixtures("no_offers")
 @pytest.mark.parametrize("by_command", first(1, [False, True]))
 def test_a_report_does_not_judge_the_model(tmp_path, by_command):
     model, data = written(tmp_path)

@@ -128,6 +128,7 @@ def test_blocks_of_any_size_are_joined_alike(blocks, tmp_path):
     assert np.array_equal(got, z, equal_nan=True)
 
 
+@pytest.mark.usefixtures("no_offers")
 def test_a_sensor_that_no_file_has_is_missing(tmp_path):
     imu, gps, times, z = two_rates(tmp_path, 2)
     path = walk(tmp_path)

@@ -125,6 +125,7 @@ def test_options_that_say_nothing_are_one_line(options, said, tmp_path):
     refused(kalmanq("run", MODEL, NILE, *options, "--out", tmp_path / "out.csv"), said, tmp_path)
 
 
+@pytest.mark.usefixtures("no_offers")
 def test_every_command_reads_alike(tmp_path):
     rows = NILE.read_text().splitlines()[5:]
     text = "Jahr;Q\n" + "".join(f"{row.split(',')[0]};{row.split(',')[1].replace('.', ',')}\n" for row in rows)
@@ -142,6 +143,7 @@ def test_every_command_reads_alike(tmp_path):
 # ------------------------------------------------------------------------------ ranges
 
 
+@pytest.mark.usefixtures("no_offers")
 @pytest.mark.parametrize("arithmetic", first(2, ["f32", "q31", "f64"]))
 def test_a_value_beyond_its_range_is_told_in_every_arithmetic(arithmetic, tmp_path):
     """Fixed point has no word for it; floating point takes it, as the chip does, and says the same."""
@@ -162,6 +164,7 @@ def test_a_value_beyond_its_range_is_told_in_every_arithmetic(arithmetic, tmp_pa
 # ------------------------------------------------------------------------------ pipes
 
 
+@pytest.mark.usefixtures("no_offers")
 def test_the_standard_input_and_a_named_pipe_are_data(tmp_path):
     wanted, text = kalmanq("run", MODEL, NILE, "--json").stdout, NILE.read_text()
     assert kalmanq("run", MODEL, "-", "--json", input=text).stdout == wanted
@@ -231,6 +234,7 @@ def test_irregular_times_are_warned_of(which, blocks, tmp_path):
     assert timed(tmp_path, IRREGULAR[which], "speed") == []
 
 
+@pytest.mark.usefixtures("no_offers")
 def test_irregular_times_are_one_line_of_every_command(tmp_path):
     draw = np.random.default_rng(1)
     text = "time,flow\n" + "".join(f"{time},{1000 + k}\n" for k, time in enumerate(np.cumsum(draw.exponential(1.0, 40))))

@@ -11,7 +11,7 @@ import sys
 from contextlib import contextmanager
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Iterator, Mapping, Optional, Sequence, TextIO, Union
+from typing import Any, Iterator, Mapping, Optional, Sequence, TextIO, Union
 
 from kalmanq.errors import KalmanqError
 
@@ -135,7 +135,7 @@ def _encoding(source: Source, head: bytes) -> tuple[str, str]:
 def opened(source: Source) -> Iterator[TextIO]:
     """Its text, read once from the beginning to the end"""
     try:
-        raw = sys.stdin.buffer if source.is_standard_input else open(source.path, "rb")
+        raw: Any = sys.stdin.buffer if source.is_standard_input else open(source.path, "rb")
     except FileNotFoundError:
         raise TableError(source, "no such file") from None
     except IsADirectoryError:

@@ -1,4 +1,4 @@
-"""Dates such as 31.05.2026 8:00 or 5/31/2026 8:00 PM, as those of ISO 8601: by pandas, an extra, where it is certain which is the day."""
+"""Dates such as 31.05.2026 8:00 or 5/31/2026 8:00 PM, as those of ISO 8601: by pandas, where it is certain which is the day."""
 
 from __future__ import annotations
 
@@ -30,16 +30,16 @@ class LocalDates:
             made = pandas.to_datetime(list(cells), dayfirst=self._is_day_first, format="mixed")
         except ValueError:
             wrong = next((k for k, one in enumerate(found) if not one), 0)
-            raise TableError(self.source, f"{cells[wrong][:40]!r} is no such date as the others: write ISO 8601, {ISO}", line + wrong,
-                             self.name) from None
+            raise TableError(self.source, f"{cells[wrong][:40]!r} is no such date as the others: write ISO 8601, {ISO}",
+                             line + wrong, self.name) from None
         return [one.isoformat(" ") for one in made]
 
     def _order(self, found: Sequence[re.Match], line: int) -> bool:
         """Does the day come first?"""
         day, month = (max(int(one.group(k)) for one in found) for k in (1, 2))
         if (day > 12) == (month > 12):
-            raise TableError(self.source, f"{found[0].string[:40]!r} is a date whose day and month are not certain: write ISO 8601, {ISO}", line,
-                             self.name)
+            raise TableError(self.source, f"{found[0].string[:40]!r} is a date whose day and month are not certain: write ISO 8601, "
+                             f"{ISO}", line, self.name)
         return day > 12
 
     def _pandas(self, cell: str, line: int):  # type: ignore[no-untyped-def]

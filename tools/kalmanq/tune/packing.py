@@ -22,7 +22,7 @@ def quantities(given: Sequence[Quantity]) -> list[dict[str, Any]]:
 
 def losses(names: Iterable[str], in_sigma: bool) -> dict[str, dict[str, Any]]:
     """in_sigma: so is a gate's parameter; otherwise it is one of its levels, which are kq_levels, too"""
-    made = {name: {"title": LOSSES[name].title, "note": LOSSES[name].note, "least": LOSSES[name].least,
+    made: dict[str, dict[str, Any]] = {name: {"title": LOSSES[name].title, "note": LOSSES[name].note, "least": LOSSES[name].least,
                    "usual": LOSSES[name].shown if in_sigma else LOSSES[name].usual, "levels": None} for name in names}
     if not in_sigma:
         made["gate"]["levels"] = [[share, level, Robust("gate", share).sigmas] for share, level in LEVELS.items()]
