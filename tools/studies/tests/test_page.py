@@ -30,3 +30,8 @@ def test_every_block_of_commands_is_run():
 def test_the_examples_of_each_commands_help(name, tmp_path):
     done = kalmanq(*shlex.split(COMMANDS[name].example)[1:], folder=tmp_path)
     assert done.returncode == 0, done.stderr
+
+
+def test_the_command_has_them():
+    told = kalmanq("--help").stdout
+    assert COMMANDS and all(f" {name} " in told for name in COMMANDS)
