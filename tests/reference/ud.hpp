@@ -9,6 +9,24 @@
 namespace reference
 {
 
+/// R = U D U', U unit upper triangular: its inverse, and D.  A row that others say has none.
+template <class Real> struct Decorrelation {
+    Matrix<Real> inverse;
+    Vector<Real> variances;
+
+    explicit Decorrelation(Matrix<Real> R) : inverse(Matrix<Real>::Identity(R.rows(), R.rows())), variances(R.diagonal())
+    {
+        for (Index j = R.rows() - 1; j >= 0; --j) {
+            variances(j) = R(j, j);
+            for (Index i = 0; i < j && R(j, j) > Real(0); ++i) {
+                const Real u = R(i, j) / R(j, j);
+                inverse.row(i) -= u * inverse.row(j);
+                R.row(i).head(j) -= u * R.row(j).head(j);
+            }
+        }
+    }
+};
+
 class UdFilter
 {
   public:
