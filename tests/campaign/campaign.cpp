@@ -17,23 +17,18 @@
 //     model.hpp      the random models          exact.hpp      the textbook
 //     held.hpp       inputs as held             outcome.hpp    the library, and a float UD filter
 //     allowance.hpp  documented roundings       judge.hpp      errors and their units
+//     arithmetics.hpp  a model through every arithmetic, and the command line
 #include <cstdio>
-#include <cstdlib>
-#include <cstring>
+#include <exception>
 #include <map>
 #include <string>
 
-#include "judge.hpp"
+#include "arithmetics.hpp"
 
 using namespace campaign;
 
 namespace
 {
-
-struct Options {
-    std::uint64_t seed = 1, first = 0, models = 100;
-    bool verbose = false, narrow = false;
-};
 
 /// Over all models.
 struct Tally {
@@ -163,10 +158,10 @@ struct Judged {
     Series errors, allowed;
 };
 
-template <class T>
-Judged judge(const Case &now, const Sequence &sequence, reference::Library<T> &library,
-             const Inputs &inputs, const Exact &exact, const Vec &words)
+template <class T> Judged judge(const Case &now, const Held &held)
 {
+    const auto &[sequence, inputs, exact, words] = held;
+    reference::Library<T> library(sequence);
     const char *name = kq::Api<T>::name;
     const Accuracy accuracy = accuracyOf<T>(inputs.n());
     const Units units(accuracy, inputs, words);
@@ -213,77 +208,44 @@ void judgeBesideUd(const Case &now, const Judged &library, const Series &ud)
     }
 }
 
-void judgeFloats(const Case &now, const Inputs &inputs, const Exact &exact)
+/// The filter that f32 is beside
+Series errorsOfUd(const Model &model, const Held &held)
 {
-    const Sequence &sequence = now.model.sequence;
-    reference::Library<float> single(sequence);
-    reference::Library<double> wide(sequence);
-    judge<double>(now, sequence, wide, inputs, exact, Vec());
-    const Judged floats = judge<float>(now, sequence, single, inputs, exact, Vec());
-    const Accuracy accuracy = accuracyOf<float>(inputs.n());
-    const Units units(accuracy, inputs, Vec());
-    const Outcome ud = runUd(now.model);
-    judgeBesideUd(now, floats, compare(ud.instants, exact, units, false));
+    const Accuracy accuracy = accuracyOf<float>(held.inputs.n());
+    return compare(runUd(model).instants, held.exact, Units(accuracy, held.inputs, held.words), false);
 }
 
-void judgeWords(const Case &now, const Exact &exactOfFloats)
+void study(bool isNarrow, const Case &now)
 {
-    if (!hasFormats(declaredRange(now.model, exactOfFloats))) {
-        now.tally.add("q31 has no format for the exact states");
-        return;
-    }
-    const Sequence sequence = withRanges(now.model, exactOfFloats);
-    reference::Library<Q31> library(sequence);
-    const Inputs inputs = heldByWords(sequence, library);
-    judge<Q31>(now, sequence, library, inputs, run(inputs), wordsOf(library));
-}
-
-void study(const Options &options, std::uint64_t number, Tally &tally)
-{
-    const Model model = randomModel(options.seed, number, options.narrow ? 0x1p-12 : 1);
-    const Case now{std::to_string(options.seed) + ":" + std::to_string(number), model, tally};
+    const auto each = [&now](auto arithmetic, const Held &held) {
+        using T = decltype(arithmetic);
+        const Judged judged = judge<T>(now, held);
+        if constexpr (std::is_same_v<T, float>) judgeBesideUd(now, judged, errorsOfUd(now.model, held));
+    };
     try {
-        const Inputs inputs = heldByFloats(model.sequence);
+        const Inputs inputs = heldByFloats(now.model.sequence);
         const Exact exact = run(inputs);
-        if (!options.narrow) judgeFloats(now, inputs, exact);
-        judgeWords(now, exact);
+        if (!isNarrow) judgeFloats(now.model.sequence, inputs, exact, each);
+        if (!judgeWords(now.model, exact, each)) now.tally.add("q31 has no format for the exact states");
     } catch (const std::exception &error) {
         now.report("not run", error.what());
     }
-    tally.add("models");
+    now.tally.add("models");
     std::fflush(stdout);
-}
-
-Options parse(int argc, char **argv)
-{
-    Options options;
-    std::uint64_t *const numbers[] = {&options.models, &options.seed, &options.first};
-    int given = 0;
-    for (int k = 1; k < argc; ++k) {
-        if (std::strcmp(argv[k], "-v") == 0) {
-            options.verbose = true;
-        } else if (std::strcmp(argv[k], "--narrow") == 0) {
-            options.narrow = true;
-        } else if (std::strcmp(argv[k], "--model") == 0 && k + 1 < argc) {
-            char *rest = nullptr;
-            options.seed = std::strtoull(argv[++k], &rest, 10);
-            options.first = *rest ? std::strtoull(rest + 1, nullptr, 10) : 0;
-            options.models = 1;
-        } else if (given < 3) {
-            *numbers[given++] = std::strtoull(argv[k], nullptr, 10);
-        }
-    }
-    return options;
 }
 
 } // namespace
 
 int main(int argc, char **argv)
 {
-    const Options options = parse(argc, argv);
+    const Options options(argc, argv, 100);
+    const bool isNarrow = options.option == "--narrow";
     Tally tally;
-    tally.verbose = options.verbose;
-    for (std::uint64_t k = 0; k < options.models; ++k) study(options, options.first + k, tally);
+    tally.verbose = options.isVerbose;
+    options.forEach([&](std::uint64_t number, const std::string &id) {
+        const Model model = randomModel(options.seed, number, isNarrow ? 0x1p-12 : 1);
+        study(isNarrow, {id, model, tally});
+    });
     for (const auto &[what, count] : tally.counts) std::printf("%6d  %s\n", count, what.c_str());
     const int silent = tally.of("f64 silent errors") + tally.of("q31 silent errors");
     const bool good = silent == 0 && tally.of("not run") == 0 && tally.of("q31 saturated inside its range") == 0 &&

@@ -10,11 +10,9 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
-#include <cstdlib>
-#include <cstring>
-#include <exception>
+#include <string>
 
-#include "judge.hpp"
+#include "arithmetics.hpp"
 
 using namespace campaign;
 
@@ -133,52 +131,45 @@ void count(Tally &tally, const Found &found, const Outcome &outcome)
     tally.falsePrecision += isRight && (found.all & KQ_EVENT_PRECISION);
 }
 
-struct Run {
-    const Sequence &sequence;
-    const Inputs &inputs;
-    const Exact &exact;
-    std::size_t level; // its class
-    const char *name;  // or NULL
-};
-
-template <class T> void judge(Tally (&tallies)[2][std::size(classes)], const Run &run, const Vec &words)
+/// level: its class; name: or NULL
+template <class T> void judge(Tally (&tallies)[2][std::size(classes)], const Held &held, std::size_t level, const char *name)
 {
-    const Accuracy accuracy = accuracyOf<T>(run.inputs.n());
-    const Units units(accuracy, run.inputs, words);
+    const Accuracy accuracy = accuracyOf<T>(held.inputs.n());
+    const Units units(accuracy, held.inputs, held.words);
     for (int isLean = 0; isLean < 2; ++isLean) {
-        Tally &tally = tallies[isLean][run.level];
-        reference::Library<T> library(run.sequence, reference::Processes::separate, isLean);
-        const Outcome outcome = Campaigner<T>(run.sequence, library).run();
+        Tally &tally = tallies[isLean][level];
+        reference::Library<T> library(held.sequence, reference::Processes::separate, isLean);
+        const Outcome outcome = Campaigner<T>(held.sequence, library).run();
         ++tally.models;
         if (!outcome.refused.empty()) {
             ++tally.refused, ++tally.wrong, ++tally.smoothedWrong;
             std::printf("%s: %s\n", kq::Api<T>::name, outcome.refused.c_str());
             continue;
         }
-        const Found found(compare(outcome.instants, run.exact, units, true), outcome);
+        const Found found(compare(outcome.instants, held.exact, units, true), outcome);
         count(tally, found, outcome);
-        if (!run.name || (!found.isWrong() && !found.isWrongSmoothed() && !found.all)) continue;
-        std::printf("%s %s %s:%s%s events %x %x\n", run.name, kq::Api<T>::name, forms[isLean], found.isWrong() ? " wrong" : "",
+        if (!name || (!found.isWrong() && !found.isWrongSmoothed() && !found.all)) continue;
+        std::printf("%s %s %s:%s%s events %x %x\n", name, kq::Api<T>::name, forms[isLean], found.isWrong() ? " wrong" : "",
                     found.isWrongSmoothed() ? " smoothed wrong" : "", found.filter, found.all);
     }
 }
 
-void study(Table &table, std::uint64_t seed, std::uint64_t number, bool isVerbose)
+template <class T> constexpr int rowOf = std::is_same_v<T, float> ? 0 : std::is_same_v<T, double> ? 1 : 2; // of a table
+
+void study(Table &table, const Options &options, std::uint64_t number, const std::string &id)
 {
     double exponent = 0;
-    const Model model = leanModel(seed, number, exponent);
+    const Model model = leanModel(options.seed, number, exponent);
     const auto level = static_cast<std::size_t>(std::lower_bound(classes, std::end(classes), exponent) - classes);
-    const std::string text =
-        std::to_string(seed) + ":" + std::to_string(number) + " " + model.text + " 1e" + std::to_string(exponent);
-    const char *name = isVerbose ? text.c_str() : nullptr;
+    const std::string text = id + " " + model.text + " 1e" + std::to_string(exponent);
+    const auto each = [&](auto arithmetic, const Held &held) {
+        using T = decltype(arithmetic);
+        judge<T>(table[rowOf<T>], held, level, options.isVerbose ? text.c_str() : nullptr);
+    };
     const Inputs inputs = heldByFloats(model.sequence);
     const Exact exact = run(inputs);
-    judge<float>(table[0], {model.sequence, inputs, exact, level, name}, Vec());
-    judge<double>(table[1], {model.sequence, inputs, exact, level, name}, Vec());
-    const Sequence sequence = withRanges(model, exact);
-    reference::Library<Q31> library(sequence);
-    const Inputs held = heldByWords(sequence, library);
-    judge<Q31>(table[2], {sequence, held, run(held), level, name}, wordsOf(library));
+    judgeFloats(model.sequence, inputs, exact, each);
+    judgeWords(model, exact, each);
 }
 
 } // namespace
@@ -186,15 +177,10 @@ void study(Table &table, std::uint64_t seed, std::uint64_t number, bool isVerbos
 int main(int argc, char **argv)
 {
     static const char *const names[] = {"f32", "f64", "q31"};
-    std::uint64_t numbers[] = {300, 1, 0};
-    int given = 0;
-    bool isVerbose = false, good = true;
+    const Options options(argc, argv, 300);
+    bool good = true;
     Table table{};
-    for (int k = 1; k < argc; ++k) {
-        if (std::strcmp(argv[k], "-v") == 0) isVerbose = true;
-        else if (given < 3) numbers[given++] = std::strtoull(argv[k], nullptr, 10);
-    }
-    for (std::uint64_t k = 0; k < numbers[0]; ++k) study(table, numbers[1], numbers[2] + k, isVerbose);
+    options.forEach([&](std::uint64_t number, const std::string &id) { study(table, options, number, id); });
     std::printf("          P0/R to  models  wrong (silent)  smoothed (silent)  other means  scores  not PSD  saturated  "
                 "false precision\n");
     for (int a = 0; a < 3; ++a) {
@@ -209,7 +195,7 @@ int main(int argc, char **argv)
                 wrong[form] += t.wrong, smoothed[form] += t.smoothedWrong, other[form] += t.meansWrong;
             }
         }
-        const auto least = static_cast<int>(numbers[0] / 100);
+        const auto least = static_cast<int>(options.models / 100);
         good &= wrong[1] <= wrong[0] + least && smoothed[1] <= smoothed[0] + least && other[1] <= other[0] + least;
     }
     std::printf("%s\n", good ? "passed" : "FAILED");

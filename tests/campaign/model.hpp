@@ -215,7 +215,7 @@ inline void putOnGrid(Model &model)
             const bool repeated = model.repeated[reading.sensor];
             Vector<double> range = reference::powersOfTwo(16 * most[reading.sensor]);
             const Index last = range.size() - 1;
-            if (repeated) range.head(last).setConstant(range.head(last).eval().maxCoeff());
+            if (repeated) range.topRows(last).setConstant(range.topRows(last).maxCoeff());
             Vector<double> &z = reading.z;
             z = reference::onGrid(z, range);
             if (repeated) z(last) = last == 1 ? 4 * z(0) : z(0) + z(1);

@@ -1,6 +1,5 @@
-// Smoothers behind sensors without noise: random models of small whole numbers (their data every other time), with components that have no noise,
-// say a thing twice, say a sum or a difference, and processes that have little noise or none.  Each step is judged
-// against the textbook in __float128 (exact.hpp).
+// Smoothers behind sensors without noise, on the models of whole.hpp.  Each step is judged against the textbook in
+// __float128 (exact.hpp).
 //
 //     campaign_noise_free [--ordinary] [models [seed [first]]]      2000, 1, 0
 //
@@ -10,12 +9,11 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
-#include <cstdlib>
-#include <cstring>
+#include <exception>
 #include <map>
 #include <string>
 
-#include "judge.hpp"
+#include "arithmetics.hpp"
 #include "whole.hpp"
 
 using namespace campaign;
@@ -40,14 +38,14 @@ struct Found {
     bool isMean = true;
 };
 
-template <class T>
-Found find(const Sequence &sequence, reference::Library<T> &library, const Inputs &inputs, const Exact &exact,
-           const Vec &words, Outcome &outcome)
+template <class T> Found find(const Held &held)
 {
+    const auto &[sequence, inputs, exact, words] = held;
+    reference::Library<T> library(sequence);
     const Goal goal = goalOf<T>();
     const Accuracy accuracy = accuracyOf<T>(inputs.n());
     const Units units(accuracy, inputs, words);
-    outcome = Campaigner<T>(sequence, library).run();
+    const Outcome outcome = Campaigner<T>(sequence, library).run();
     Found found;
     if (!outcome.refused.empty()) {
         found.isTold = true;
@@ -80,17 +78,14 @@ struct Tally {
     std::map<std::string, int> counts;
 };
 
-template <class T>
-void judge(Tally &tally, const std::string &id, const Sequence &sequence, reference::Library<T> &library,
-           const Inputs &inputs, const Exact &exact, const Vec &words)
+template <class T> void judge(Tally &tally, const std::string &id, const Held &held)
 {
-    Outcome outcome;
     const std::string name = kq::Api<T>::name;
-    if (!isResolved(inputs, exact)) {
+    if (!isResolved(held.inputs, held.exact)) {
         ++tally.counts[name + " no reference"];
         return;
     }
-    const Found found = find<T>(sequence, library, inputs, exact, words, outcome);
+    const Found found = find<T>(held);
     const bool wrong = found.worst > 1;
     if (!found.filterIsRight) {
         ++tally.counts[name + " filter off"];
@@ -104,42 +99,29 @@ void judge(Tally &tally, const std::string &id, const Sequence &sequence, refere
                 found.isMean ? "mean" : "covariance", found.worst, found.at, found.isTold ? ", told" : "");
 }
 
-void study(Tally &tally, std::uint64_t seed, std::uint64_t number, double noiseFree)
+void study(Tally &tally, const std::string &id, const Model &model)
 {
-    const Model model = wholeModel(seed, number, noiseFree);
-    const std::string id = std::to_string(seed) + ":" + std::to_string(number);
+    const auto each = [&](auto arithmetic, const Held &held) { judge<decltype(arithmetic)>(tally, id, held); };
     const Inputs inputs = heldByFloats(model.sequence);
     const Exact exact = run(inputs);
-    reference::Library<float> single(model.sequence);
-    reference::Library<double> wide(model.sequence);
-    judge<double>(tally, id, model.sequence, wide, inputs, exact, Vec());
-    judge<float>(tally, id, model.sequence, single, inputs, exact, Vec());
-    if (!hasFormats(declaredRange(model, exact))) return;
-    const Sequence sequence = withRanges(model, exact);
-    reference::Library<Q31> library(sequence);
-    const Inputs held = heldByWords(sequence, library);
-    judge<Q31>(tally, id, sequence, library, held, run(held), wordsOf(library));
+    judgeFloats(model.sequence, inputs, exact, each);
+    judgeWords(model, exact, each);
 }
 
 } // namespace
 
 int main(int argc, char **argv)
 {
-    std::uint64_t numbers[] = {2000, 1, 0};
-    int given = 0;
-    double noiseFree = 0.7;
+    const Options options(argc, argv, 2000);
+    const double noiseFree = options.option == "--ordinary" ? 0 : 0.7;
     Tally tally;
-    for (int k = 1; k < argc; ++k) {
-        if (std::strcmp(argv[k], "--ordinary") == 0) noiseFree = 0;
-        else if (given < 3) numbers[given++] = std::strtoull(argv[k], nullptr, 10);
-    }
-    for (std::uint64_t k = 0; k < numbers[0]; ++k) {
+    options.forEach([&](std::uint64_t number, const std::string &id) {
         try {
-            study(tally, numbers[1], numbers[2] + k, noiseFree);
+            study(tally, id, wholeModel(options.seed, number, noiseFree));
         } catch (const std::exception &error) {
             ++tally.counts[std::string("not run: ") + error.what()];
         }
-    }
+    });
     for (const auto &[what, count] : tally.counts) std::printf("%6d  %s\n", count, what.c_str());
     const int judged = tally.counts["f32 judged"], silent = tally.counts["f32 wrong, SILENT"];
     const int needless = tally.counts["f32 precision told for nothing"] + tally.counts["f64 precision told for nothing"];

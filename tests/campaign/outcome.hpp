@@ -169,25 +169,6 @@ template <class T> class Campaigner
 
 // ------------------------------------------------------------------ the float UD filter
 
-/// R = U D U' in floats: rows of U^-1, and D, of the components present.
-struct FloatDecorrelation {
-    Matrix<float> inverse;
-    Vector<float> variances;
-
-    explicit FloatDecorrelation(Matrix<float> R)
-        : inverse(Matrix<float>::Identity(R.rows(), R.rows())), variances(R.diagonal())
-    {
-        for (Index j = R.rows() - 1; j >= 0; --j) {
-            variances(j) = R(j, j);
-            for (Index i = 0; i < j && R(j, j) > 0; ++i) {
-                const float u = R(i, j) / R(j, j);
-                inverse.row(i) -= u * inverse.row(j);
-                R.row(i).head(j) -= u * R.row(j).head(j);
-            }
-        }
-    }
-};
-
 inline void updateUd(reference::UdFilter &filter, const reference::SensorModel &sensor,
                      const Reading &reading)
 {
@@ -195,7 +176,7 @@ inline void updateUd(reference::UdFilter &filter, const reference::SensorModel &
     if (chosen.empty()) return;
     const Matrix<double> H = sensor.H.chooseRows(chosen), R = sensor.R.choose(chosen, chosen);
     const Vector<double> z = reading.z.chooseRows(chosen);
-    const FloatDecorrelation noise(R.cast<float>());
+    const reference::Decorrelation<float> noise(R.cast<float>());
     const Matrix<float> rows = noise.inverse * H.cast<float>();
     const Vector<float> parts = noise.inverse * z.cast<float>();
     for (Index c = 0; c < parts.size(); ++c) {

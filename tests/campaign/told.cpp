@@ -14,17 +14,15 @@
 #include <cmath>
 #include <cstdio>
 #include <cstdlib>
-#include <cstring>
 #include <exception>
 #include <fstream>
 #include <string>
 
-#include "judge.hpp"
+#include "arithmetics.hpp"
 #include "plants.hpp"
 #include "whole.hpp"
 
 using namespace campaign;
-
 
 namespace
 {
@@ -47,9 +45,9 @@ template <class T> class Runner
     using Api = kq::Api<T>;
 
   public:
-    Runner(const Sequence &sequence, reference::Library<T> &library, const Inputs &inputs, const Exact &exact, const Vec &words)
-        : sequence_(sequence), library_(library), exact_(exact), A_(inputs.A()), words_(words), accuracy_(accuracyOf<T>(inputs.n())),
-          units_(accuracy_, inputs, words), filter_(library.states())
+    explicit Runner(const Held &held)
+        : sequence_(held.sequence), library_(held.sequence), exact_(held.exact), A_(held.inputs.A()), words_(held.words),
+          accuracy_(accuracyOf<T>(held.inputs.n())), units_(accuracy_, held.inputs, held.words), filter_(library_.states())
     {
     }
 
@@ -145,7 +143,7 @@ template <class T> class Runner
     }
 
     const Sequence &sequence_;
-    reference::Library<T> &library_;
+    reference::Library<T> library_;
     const Exact &exact_;
     const Mat A_;
     const Vec words_;
@@ -181,13 +179,11 @@ void add(Counts &counts, bool told, bool event, bool wrong)
 /// Events that do not say that a result may be off
 constexpr unsigned harmless = KQ_EVENT_REDUNDANT;
 
-template <class T>
-void judge(Tally &tally, const std::string &id, const std::string &text, const Sequence &sequence, reference::Library<T> &library, const Inputs &inputs,
-           const Exact &exact, const Vec &words)
+template <class T> void judge(Tally &tally, const std::string &id, const std::string &text, const Held &held)
 {
     std::array<Found, views> all;
     try {
-        all = Runner<T>(sequence, library, inputs, exact, words).run();
+        all = Runner<T>(held).run();
     } catch (const std::exception &error) {
         if (verbose) std::printf("%s %s refused: %s\n", id.c_str(), kq::Api<T>::name, error.what());
         ++tally.refused;
@@ -213,22 +209,22 @@ void judge(Tally &tally, const std::string &id, const std::string &text, const S
 
 struct Tallies {
     Tally f32, f64, q31;
+
+    Tally &of(float) { return f32; }
+    Tally &of(double) { return f64; }
+    Tally &of(Q31) { return q31; }
 };
 
 void study(Tallies &tallies, const std::string &id, const Model &model)
 {
+    const auto each = [&](auto arithmetic, const Held &held) {
+        judge<decltype(arithmetic)>(tallies.of(arithmetic), id, model.text, held);
+    };
     const Inputs inputs = heldByFloats(model.sequence);
     const Exact exact = run(inputs);
     if (model.text.find("units") == std::string::npos && !isResolved(inputs, exact)) return;
-    reference::Library<float> single(model.sequence);
-    reference::Library<double> wide(model.sequence);
-    judge<float>(tallies.f32, id, model.text, model.sequence, single, inputs, exact, Vec());
-    judge<double>(tallies.f64, id, model.text, model.sequence, wide, inputs, exact, Vec());
-    if (!hasFormats(declaredRange(model, exact))) return;
-    const Sequence sequence = withRanges(model, exact);
-    reference::Library<Q31> library(sequence);
-    const Inputs held = heldByWords(sequence, library);
-    judge<Q31>(tallies.q31, id, model.text, sequence, library, held, run(held), wordsOf(library));
+    judgeFloats(model.sequence, inputs, exact, each);
+    judgeWords(model, exact, each);
 }
 
 void print(const char *name, const Tally &tally)
@@ -295,35 +291,29 @@ Model fromFile(const char *name)
 
 int main(int argc, char **argv)
 {
-    std::uint64_t numbers[] = {300, 1, 0};
-    int given = 0;
-    bool ordinary = false;
+    const Options options(argc, argv, 300);
+    const bool isOrdinary = options.option == "--ordinary", ofFiles = options.option == "--file";
     Tallies tallies;
-    for (int k = 1; k < argc; ++k) {
-        if (std::strcmp(argv[k], "-v") == 0) verbose = true;
-        else if (std::strcmp(argv[k], "--ordinary") == 0) ordinary = true;
-        else if (std::strcmp(argv[k], "--file") == 0) {
-            numbers[0] = 0;
-            while (k + 1 < argc) study(tallies, argv[k + 1], fromFile(argv[k + 1])), ++k;
-        } else if (given < 3) numbers[given++] = std::strtoull(argv[k], nullptr, 10);
-    }
-    for (std::uint64_t k = numbers[2]; k < numbers[2] + numbers[0]; ++k) {
-        const std::string id = std::to_string(numbers[1]) + ":" + std::to_string(k);
+    verbose = options.isVerbose;
+    for (int k = argc; ofFiles && argv[--k] != options.option;) study(tallies, argv[k], fromFile(argv[k]));
+    const auto each = [&](std::uint64_t k, const std::string &id) {
         try {
-            study(tallies, id, ordinary ? plantModel(numbers[1], k) : k % 3 == 2 ? wholeModel(numbers[1], k, 0.7) : randomModel(numbers[1], k));
+            study(tallies, id, isOrdinary ? plantModel(options.seed, k) : k % 3 == 2 ? wholeModel(options.seed, k, 0.7)
+                                                                                     : randomModel(options.seed, k));
         } catch (const std::exception &error) {
             std::printf("%s not run: %s\n", id.c_str(), error.what());
         }
-    }
+    };
+    if (!ofFiles) options.forEach(each);
     print("f32", tallies.f32);
     print("f64", tallies.f64);
     print("q31", tallies.q31);
     bool good = true;
-    if (ordinary) {
+    if (isOrdinary) {
         for (const Tally *tally : {&tallies.f32, &tallies.f64, &tallies.q31}) good &= tally->any.falsely == 0;
-    } else if (numbers[0] == 0) {
+    } else if (ofFiles) {
         for (const Counts &counts : tallies.q31.counts) good &= counts.wrong == counts.wrongTold;
-    } else if (numbers[0] >= leastModels) {
+    } else if (options.models >= leastModels) {
         good = 3 * tallies.q31.any.falsely <= tallies.q31.any.told && 2 * tallies.f32.any.wrongTold >= tallies.f32.any.wrong;
     }
     std::printf("%s\n", good ? "passed" : "FAILED");

@@ -62,7 +62,7 @@ static Matrix<long double> dimensionless(const Matrix<long double> &P,
             const long double sigma = std::sqrt(unit(i, i));
             C.row(i) /= sigma;
             C.col(i) /= sigma;
-        } else if (!P.row(i).isZero() || !P.col(i).isZero()) {
+        } else if (!P.row(i).isZero(0) || !P.col(i).isZero(0)) {
             C(i, i) = -std::numeric_limits<long double>::infinity();
         }
     }

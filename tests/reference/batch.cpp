@@ -96,10 +96,11 @@ class Batch
     }
 
     Index column(std::size_t t) const { return n_ * static_cast<Index>(t); }
-    Vec state(std::size_t t) const { return states_.segment(column(t), n_); }
+    Mat rows(std::size_t t) const { return inverse_.middleRows(column(t), n_); }
+    Vec state(std::size_t t) const { return states_.middleRows(column(t), n_); }
     Mat covariance(std::size_t t, std::size_t s) const
     {
-        return inverse_.middleRows(column(t), n_) * inverse_.middleRows(column(s), n_).transpose();
+        return rows(t) * rows(s).transpose();
     }
 
     void addTransition(Smoothed<Real> &past, std::size_t t) const
@@ -108,8 +109,7 @@ class Batch
         const Mat &A = model_.A[step.process];
         past.lagOne = covariance(t + 1, t);
         past.noiseMean = state(t + 1) - A * state(t) - model_.drive(step);
-        const Mat root =
-            inverse_.middleRows(column(t + 1), n_) - A * inverse_.middleRows(column(t), n_);
+        const Mat root = rows(t + 1) - A * rows(t);
         past.noiseCovariance = root * root.transpose();
     }
 

@@ -36,7 +36,7 @@ static double share(const Quad &s, const Vector<Quad> &h, const Vector<Quad> &si
 
 void BrysonFrazier::update(Track<Quad> &now, Step &step, const std::vector<bool> &taken)
 {
-    const Vector<Quad> reach = unmeasured_.back().diagonal().eval().cwiseSqrt();
+    const Vector<Quad> reach = unmeasured_.back().diagonal().cwiseSqrt();
     const std::vector<Reading> readings = std::exchange(step.readings, {});
     information_.emplace_back();
     std::size_t k = 0;

@@ -4,7 +4,7 @@
 #include <limits>
 #include <utility>
 
-#include "eigen.hpp"
+#include <Eigen/Dense>
 
 namespace reference
 {
@@ -15,20 +15,19 @@ template <class Real> using EigenQr = Eigen::ColPivHouseholderQR<EigenMatrix<Rea
 
 template <class Real> static PivotedQr<Real> read(const EigenQr<Real> &qr)
 {
-    const EigenMatrix<Real> pivots = qr.matrixQR().diagonal().cwiseAbs();
-    return {fromEigen<Real>(pivots), qr.rank(), qr.threshold()};
+    return {qr.matrixQR().diagonal().cwiseAbs(), qr.rank(), qr.threshold()};
 }
 
 template <class Real> PivotedQr<Real> pivotedQr(const Matrix<Real> &M)
 {
-    return read<Real>(EigenQr<Real>(toEigen(M)));
+    return read<Real>(EigenQr<Real>(M));
 }
 
 template <class Real> static EigenQr<Real> eigenQr(const Matrix<Real> &M, const Real &threshold)
 {
     EigenQr<Real> qr(M.rows(), M.cols());
     qr.setThreshold(threshold);
-    qr.compute(toEigen(M));
+    qr.compute(M);
     return qr;
 }
 
@@ -67,49 +66,42 @@ template <class Real>
 PseudoInverse<Real> pseudoInverse(const Matrix<Real> &M, const Real &threshold)
 {
     const EigenQr<Real> qr = eigenQr(M, threshold);
-    const Matrix<Real> packed = fromEigen<Real>(qr.matrixQR());
+    const Matrix<Real> packed = qr.matrixQR();
     const Index rank = qr.rank(), n = M.cols();
-    const Matrix<Real> C = packed.upperTriangle().topRows(rank);
-    const EigenQr<Real> second = eigenQr(Matrix<Real>(C.transpose()), Real(0));
-    const Matrix<Real> turned = fromEigen<Real>(second.matrixQR());
+    const Matrix<Real> C = packed.topRows(rank).template triangularView<Eigen::Upper>();
+    const EigenQr<Real> second = eigenQr(C.transpose(), Real(0));
+    const Matrix<Real> turned = second.matrixQR();
 
     Matrix<Real> X = Matrix<Real>::Identity(M.rows(), M.rows()); // becomes Q'
     for (Index k = 0; k < std::min(M.rows(), n); ++k) reflect(X, packed, qr.hCoeffs()(k), k);
     Matrix<Real> permuted(rank, M.rows()); // P2' of its first rows
     for (Index k = 0; k < rank; ++k) {
-        permuted.row(k) = X.row(second.colsPermutation().indices()(k)).eval();
+        permuted.row(k) = X.row(second.colsPermutation().indices()(k));
     }
-    const Matrix<Real> lower = turned.topRows(rank).transpose();
-    const Matrix<Real> solved = solveLower(lower, permuted);
+    const Matrix<Real> solved = solveLower<Real>(turned.topRows(rank).transpose(), permuted);
     Matrix<Real> Y = Matrix<Real>::Zero(n, M.rows());
     if (rank > 0) Y.block(0, 0, rank, M.rows()) = solved;
     for (Index k = rank; k-- > 0;) reflect(Y, turned, second.hCoeffs()(k), k);
 
     Matrix<Real> inverse(n, M.rows());
     for (Index k = 0; k < n; ++k) {
-        inverse.row(qr.colsPermutation().indices()(k)) = Y.row(k).eval();
+        inverse.row(qr.colsPermutation().indices()(k)) = Y.row(k);
     }
-    return {inverse, read<Real>(second).pivots.head(rank), rank};
+    return {inverse, read<Real>(second).pivots.topRows(rank), rank};
 }
 
 // ------------------------------------------------------------------ elimination
 
 template <class Real> std::optional<Matrix<Real>> choleskyRoot(const Matrix<Real> &M)
 {
-    const Eigen::LLT<EigenMatrix<Real>> factors(toEigen(M));
+    const Eigen::LLT<EigenMatrix<Real>> factors(M);
     if (factors.info() != Eigen::Success) return std::nullopt;
-    return fromEigen<Real>(factors.matrixL());
+    return Matrix<Real>(factors.matrixL());
 }
 
 template <class Real> Matrix<Real> solveLower(const Matrix<Real> &L, const Matrix<Real> &B)
 {
-    const EigenMatrix<Real> lower = toEigen(L);
-    return fromEigen<Real>(lower.template triangularView<Eigen::Lower>().solve(toEigen(B)));
-}
-
-static void swapRows(Matrix<Quad> &M, Index a, Index b)
-{
-    for (Index j = 0; j < M.cols(); ++j) std::swap(M(a, j), M(b, j));
+    return L.template triangularView<Eigen::Lower>().solve(B);
 }
 
 Matrix<Quad> solve(const Matrix<Quad> &M, const Matrix<Quad> &B)
@@ -120,8 +112,8 @@ Matrix<Quad> solve(const Matrix<Quad> &M, const Matrix<Quad> &B)
         for (Index i = k + 1; i < U.rows(); ++i) {
             if (abs(U(i, k)) > abs(U(pivot, k))) pivot = i;
         }
-        swapRows(U, k, pivot);
-        swapRows(X, k, pivot);
+        U.row(k).swap(U.row(pivot));
+        X.row(k).swap(X.row(pivot));
         for (Index i = k + 1; i < U.rows(); ++i) {
             const Quad factor = U(i, k) / U(k, k);
             for (Index j = k + 1; j < U.cols(); ++j) U(i, j) -= factor * U(k, j);
@@ -136,7 +128,7 @@ Matrix<Quad> inverse(const Matrix<Quad> &M)
     return solve(M, Matrix<Quad>::Identity(M.rows(), M.rows()));
 }
 
-Matrix<double> inverse(const Matrix<double> &M) { return fromEigen<double>(toEigen(M).inverse()); }
+Matrix<double> inverse(const Matrix<double> &M) { return M.inverse(); }
 
 /// R over the diagonal and Householder's vectors below it in place of M, and Q' X in place of X
 template <class Real> static void householder(Matrix<Real> &M, Matrix<Real> &X)
@@ -175,20 +167,17 @@ Matrix<double> orthogonalFactor(const Matrix<double> &M)
 
 Matrix<double> samplingRoot(const Matrix<double> &covariance)
 {
-    const Eigen::LDLT<EigenMatrix<double>> factors(toEigen(covariance));
-    const EigenVector<double> pivots = factors.vectorD().cwiseMax(0).cwiseSqrt();
-    const EigenMatrix<double> lower = factors.matrixL();
-    const EigenMatrix<double> scaled = lower * pivots.asDiagonal();
-    return fromEigen<double>(factors.transpositionsP().transpose() * scaled);
+    const Eigen::LDLT<EigenMatrix<double>> factors(covariance);
+    const Matrix<double> pivots = factors.vectorD().cwiseMax(0).cwiseSqrt(), lower = factors.matrixL();
+    return factors.transpositionsP().transpose() * (lower * pivots.asDiagonal());
 }
 
 // ------------------------------------------------------------------ eigenvalues
 
 Vector<long double> symmetricEigenvalues(const Matrix<long double> &M)
 {
-    const Eigen::SelfAdjointEigenSolver<EigenMatrix<long double>> solver(toEigen(M),
-                                                                         Eigen::EigenvaluesOnly);
-    if (solver.info() == Eigen::Success) return fromEigen<long double>(solver.eigenvalues());
+    const Eigen::SelfAdjointEigenSolver<EigenMatrix<long double>> solver(M, Eigen::EigenvaluesOnly);
+    if (solver.info() == Eigen::Success) return solver.eigenvalues();
     return Vector<long double>::Constant(M.rows(),
                                          std::numeric_limits<long double>::quiet_NaN());
 }

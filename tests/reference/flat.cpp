@@ -104,7 +104,7 @@ void Flat::whiten()
         }
         for (Index b = 0; b <= a; ++b) {
             const Row &other = rows_[static_cast<std::size_t>(b)];
-            V(a, b) = G_.block(a, n_ * static_cast<Index>(other.t), 1, n_).dot(other.h);
+            V(a, b) = G_.row(a).segment(n_ * static_cast<Index>(other.t), n_).dot(other.h.col(0));
             if (row.reading == other.reading) {
                 V(a, b) += readings_[row.reading](row.component, other.component);
             }
@@ -128,7 +128,7 @@ Flat::Solution Flat::solve(Index count) const
     s.delta = Vector<Quad>::Zero(width);
     s.inverse = Matrix<Quad>::Zero(width, width);
     s.null = Matrix<Quad>::Identity(width, width);
-    s.rest = e_.head(count);
+    s.rest = e_.topRows(count);
     s.weakest = 1;
     if (count == 0 || width == 0) return s;
     const PseudoInverse<Quad> factors = pseudoInverse(Z, Quad(1e-15));

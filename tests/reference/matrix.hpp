@@ -1,268 +1,137 @@
-// Matrices of any number type, on plain memory: what the tests and the interface of the reference
-// are written in.  A header of its own because Eigen's templates cost each program that includes
-// them many times what it takes to compile this; what needs a decomposition asks for it by name
-// (decompositions.hpp), and is compiled once.
-//
-// The names are Eigen's, but every operation is done where it stands and yields a matrix.  A vector
-// is a matrix of one column.  row(), col(), block() and so on of a matrix that may be changed are
-// views, which can be assigned to; of a constant one they are copies.
+// Matrices of any number type.  They are Eigen's, but sums and products of whole matrices, and what yields
+// a matrix of their size, are done where they stand and compiled once, in matrix.cpp: Eigen's templates of
+// expressions would cost each program half a minute.  Parts of matrices (row(), block() and so on) are Eigen's.
+// A vector is a matrix of one column.  Entries begin as 0; sizes that do not fit throw.
 #ifndef KALMANQ_TESTS_REFERENCE_MATRIX_HPP
 #define KALMANQ_TESTS_REFERENCE_MATRIX_HPP
 
 #include <algorithm>
-#include <cmath>
 #include <cstddef>
 #include <initializer_list>
+#include <stdexcept>
+#include <type_traits>
 #include <vector>
 
-#include "matrix_view.hpp"
+#include "quad.hpp"
+
+#define eigen_assert(condition) \
+    ((condition) ? static_cast<void>(0) : throw std::logic_error("matrices whose sizes do not fit"))
+#include <Eigen/Core>
+
+namespace Eigen
+{
+
+template <> struct NumTraits<reference::Quad> : GenericNumTraits<reference::Quad> {
+    using Quad = reference::Quad;
+    using Real = Quad;
+    using NonInteger = Quad;
+    using Nested = Quad;
+    using Literal = Quad;
+    enum { IsComplex = 0, IsInteger = 0, IsSigned = 1, RequireInitialization = 0 };
+    enum { ReadCost = 2, AddCost = 40, MulCost = 40 };
+    static Quad epsilon() { return Quad::of(ldexpq(1, -112)); }
+    static Quad dummy_precision() { return Quad::of(ldexpq(1, -100)); }
+    static Quad lowest() { return -highest(); }
+    static Quad highest() { return Quad::of(ldexpq(2 - ldexpq(1, -112), 16383)); }
+    static Quad infinity() { return Quad(std::numeric_limits<double>::infinity()); }
+    static Quad quiet_NaN() { return Quad(std::numeric_limits<double>::quiet_NaN()); }
+    static int digits10() { return 33; }
+};
+
+} // namespace Eigen
 
 namespace reference
 {
 
-/// By columns, as Eigen has it.
-template <class Real> class Matrix : public Algebra<Real>
+using Index = std::ptrdiff_t;
+
+template <class Real> using EigenMatrix = Eigen::Matrix<Real, Eigen::Dynamic, Eigen::Dynamic>;
+
+template <class Real> class Matrix : public EigenMatrix<Real>
 {
+    using Base = EigenMatrix<Real>;
+
   public:
-    Matrix() : rows_(0), cols_(1) {}
-    explicit Matrix(Index count) : Matrix(count, 1) {}
-    Matrix(Index rows, Index cols)
-        : rows_(rows), cols_(cols), entries_(static_cast<std::size_t>(rows * cols))
-    {
-    }
+    Matrix() : Base(0, 1) {}
+    explicit Matrix(Index rows, Index cols = 1);
+    template <class Expression> Matrix(const Eigen::EigenBase<Expression> &e) : Base(e) {}
 
-    static Matrix Constant(Index rows, Index cols, const Real &x)
-    {
-        Matrix M(rows, cols);
-        std::fill(M.begin(), M.end(), x);
-        return M;
-    }
+    static Matrix Constant(Index rows, Index cols, const Real &x);
     static Matrix Constant(Index count, const Real &x) { return Constant(count, 1, x); }
-    static Matrix Zero(Index rows, Index cols = 1) { return Constant(rows, cols, Real(0)); }
+    static Matrix Zero(Index rows, Index cols = 1) { return Matrix(rows, cols); }
     static Matrix Ones(Index rows, Index cols = 1) { return Constant(rows, cols, Real(1)); }
-    static Matrix Identity(Index rows, Index cols)
-    {
-        Matrix M = Zero(rows, cols);
-        for (Index i = 0; i < std::min(rows, cols); ++i) M(i, i) = Real(1);
-        return M;
-    }
-
-    Index rows() const { return rows_; }
-    Index cols() const { return cols_; }
-    Index size() const { return rows_ * cols_; }
-    Real &operator()(Index i, Index j) { return *(data() + i + j * rows_); }
-    const Real &operator()(Index i, Index j) const { return *(data() + i + j * rows_); }
-    Real &operator()(Index k) { return *(data() + k); }
-    const Real &operator()(Index k) const { return *(data() + k); }
-    Real *data() { return entries_.data(); }
-    const Real *data() const { return entries_.data(); }
-    auto begin() { return entries_.begin(); }
-    auto begin() const { return entries_.begin(); }
-    auto end() { return entries_.end(); }
-    auto end() const { return entries_.end(); }
+    static Matrix Identity(Index rows, Index cols);
 
     /// What was in it is lost.
     void resize(Index rows, Index cols = 1) { *this = Matrix(rows, cols); }
-    void setConstant(const Real &x) { std::fill(begin(), end(), x); }
-    void setZero() { setConstant(Real(0)); }
 
-    // ---- parts
-
-    View<Real> block(Index i, Index j, Index rows, Index cols)
-    {
-        return View<Real>(data() + i + j * rows_, rows, cols, 1, rows_);
-    }
-    Matrix block(Index i, Index j, Index rows, Index cols) const
-    {
-        Matrix M(rows, cols);
-        for (Index l = 0; l < cols; ++l) {
-            for (Index k = 0; k < rows; ++k) M(k, l) = (*this)(i + k, j + l);
-        }
-        return M;
-    }
-    View<Real> all() { return block(0, 0, rows_, cols_); }
-    View<Real> row(Index i) { return block(i, 0, 1, cols_); }
-    Matrix row(Index i) const { return block(i, 0, 1, cols_); }
-    View<Real> col(Index j) { return block(0, j, rows_, 1); }
-    Matrix col(Index j) const { return block(0, j, rows_, 1); }
-    View<Real> diagonal(Index k = 0) { return all().diagonal(k); }
-    Matrix diagonal() const
-    {
-        Matrix d(std::min(rows_, cols_));
-        for (Index i = 0; i < d.size(); ++i) d(i) = (*this)(i, i);
-        return d;
-    }
-    View<Real> segment(Index k, Index count) { return all().segment(k, count); }
-    Matrix segment(Index k, Index count) const
-    {
-        return cols_ == 1 ? block(k, 0, count, 1) : block(0, k, 1, count);
-    }
-    View<Real> head(Index count) { return segment(0, count); }
-    Matrix head(Index count) const { return segment(0, count); }
-    View<Real> tail(Index count) { return segment(size() - count, count); }
-    Matrix tail(Index count) const { return segment(size() - count, count); }
-    Matrix topRows(Index count) const { return block(0, 0, count, cols_); }
-    Matrix middleRows(Index i, Index count) const { return block(i, 0, count, cols_); }
+    Matrix transpose() const;
+    Matrix asDiagonal() const;
+    Matrix upperTriangle() const;
 
     /// The entries where a chosen row and a chosen column cross
-    Matrix choose(const std::vector<Index> &rows, const std::vector<Index> &cols) const
-    {
-        Matrix M(static_cast<Index>(rows.size()), static_cast<Index>(cols.size()));
-        auto at = M.begin();
-        for (const Index j : cols) {
-            for (const Index i : rows) *at++ = (*this)(i, j);
-        }
-        return M;
-    }
-    Matrix chooseRows(const std::vector<Index> &rows) const
-    {
-        std::vector<Index> cols(static_cast<std::size_t>(cols_));
-        for (std::size_t j = 0; j < cols.size(); ++j) cols[j] = static_cast<Index>(j);
-        return choose(rows, cols);
-    }
+    Matrix choose(const std::vector<Index> &rows, const std::vector<Index> &cols) const;
+    Matrix chooseRows(const std::vector<Index> &rows) const;
 
-    Matrix upperTriangle() const
-    {
-        Matrix M = *this;
-        for (Index j = 0; j < cols_; ++j) {
-            for (Index i = j + 1; i < rows_; ++i) M(i, j) = Real(0);
-        }
-        return M;
-    }
+    template <class Other> Matrix<Other> cast() const;
+    Matrix cwiseAbs() const;
+    Matrix cwiseSqrt() const;
+    Matrix cwiseInverse() const;
+    Matrix cwiseMax(const Real &least) const;
+    Matrix cwiseMax(const Matrix &other) const;
+    Matrix cwiseProduct(const Matrix &other) const;
+    Matrix cwiseQuotient(const Matrix &other) const;
 
-    // ---- entry by entry
+    Matrix &operator+=(const Matrix &other);
+    Matrix &operator-=(const Matrix &other);
+    Matrix &operator*=(const Real &s);
+    Matrix &operator/=(const Real &s);
 
-    Matrix &operator+=(const Matrix &other)
-    {
-        requireSize(rows_ == other.rows_ && cols_ == other.cols_);
-        for (Index k = 0; k < size(); ++k) (*this)(k) += other(k);
-        return *this;
-    }
-    Matrix &operator-=(const Matrix &other)
-    {
-        requireSize(rows_ == other.rows_ && cols_ == other.cols_);
-        for (Index k = 0; k < size(); ++k) (*this)(k) -= other(k);
-        return *this;
-    }
-    Matrix &operator*=(const Real &s)
-    {
-        for (Real &x : entries_) x *= s;
-        return *this;
-    }
-    Matrix &operator/=(const Real &s)
-    {
-        for (Real &x : entries_) x /= s;
-        return *this;
-    }
-
-    template <class Other> Matrix<Other> cast() const
-    {
-        Matrix<Other> M(rows_, cols_);
-        std::transform(begin(), end(), M.begin(),
-                       [](const Real &x) { return static_cast<Other>(x); });
-        return M;
-    }
-    template <class Function> Matrix unaryExpr(Function f) const
-    {
-        Matrix M(rows_, cols_);
-        std::transform(begin(), end(), M.begin(), f);
-        return M;
-    }
-    template <class Function> Matrix binaryExpr(const Matrix &other, Function f) const
-    {
-        requireSize(rows_ == other.rows_ && cols_ == other.cols_);
-        Matrix M(rows_, cols_);
-        std::transform(begin(), end(), other.begin(), M.begin(), f);
-        return M;
-    }
-    Matrix cwiseAbs() const
-    {
-        return unaryExpr([](const Real &x) {
-            using std::abs;
-            return abs(x);
-        });
-    }
-    Matrix cwiseSqrt() const
-    {
-        return unaryExpr([](const Real &x) {
-            using std::sqrt;
-            return sqrt(x);
-        });
-    }
-    Matrix cwiseInverse() const
-    {
-        return unaryExpr([](const Real &x) { return Real(1) / x; });
-    }
-    Matrix cwiseMax(const Real &least) const
-    {
-        return unaryExpr([&](const Real &x) { return x < least ? least : x; });
-    }
-    Matrix cwiseMax(const Matrix &other) const
-    {
-        return binaryExpr(other, [](const Real &a, const Real &b) { return a < b ? b : a; });
-    }
-    Matrix cwiseProduct(const Matrix &other) const
-    {
-        return binaryExpr(other, [](const Real &a, const Real &b) { return a * b; });
-    }
-    Matrix cwiseQuotient(const Matrix &other) const
-    {
-        return binaryExpr(other, [](const Real &a, const Real &b) { return a / b; });
-    }
-
-    Matrix transpose() const
-    {
-        Matrix M(cols_, rows_);
-        for (Index j = 0; j < cols_; ++j) {
-            for (Index i = 0; i < rows_; ++i) M(j, i) = (*this)(i, j);
-        }
-        return M;
-    }
-    Matrix asDiagonal() const
-    {
-        Matrix M = Zero(size(), size());
-        M.diagonal() = *this;
-        return M;
-    }
-
-    // ---- one number
-
-    Real dot(const Matrix &other) const
-    {
-        requireSize(size() == other.size());
-        if (size() == 0) return Real(0);
-        Real sum = (*this)(0) * other(0);
-        for (Index k = 1; k < size(); ++k) sum += (*this)(k) * other(k);
-        return sum;
-    }
-    Real squaredNorm() const { return dot(*this); }
-    Real norm() const
-    {
-        using std::sqrt;
-        return sqrt(squaredNorm());
-    }
-    Real maxCoeff() const { return *std::max_element(begin(), end()); }
-    Real minCoeff() const { return *std::min_element(begin(), end()); }
-    bool allFinite() const
-    {
-        using std::isfinite;
-        return std::all_of(begin(), end(), [](const Real &x) { return isfinite(x); });
-    }
-    bool isZero() const { return *this == Zero(rows_, cols_); }
-    bool isDiagonal() const
-    {
-        for (Index j = 0; j < cols_; ++j) {
-            for (Index i = 0; i < rows_; ++i) {
-                if (i != j && (*this)(i, j) != Real(0)) return false;
-            }
-        }
-        return true;
-    }
-
-  private:
-    Index rows_, cols_;
-    std::vector<Real> entries_;
+    Real dot(const Matrix &other) const;
+    bool isDiagonal() const;
 };
+
+template <class Real> using Vector = Matrix<Real>;
+
+// ------------------------------------------------------------------ operators
+
+template <class Real> Matrix<Real> operator+(const Matrix<Real> &a, const Matrix<Real> &b);
+template <class Real> Matrix<Real> operator-(const Matrix<Real> &a, const Matrix<Real> &b);
+template <class Real> Matrix<Real> operator-(const Matrix<Real> &a);
+
+/// Sums in the order of the inner index
+template <class Real> Matrix<Real> operator*(const Matrix<Real> &a, const Matrix<Real> &b);
+
+template <class Real, class Part>
+Matrix<Real> operator*(const Matrix<Real> &a, const Eigen::MatrixBase<Part> &b)
+{
+    return a * Matrix<Real>(b);
+}
+template <class Real, class Part>
+Matrix<Real> operator*(const Eigen::MatrixBase<Part> &a, const Matrix<Real> &b)
+{
+    return Matrix<Real>(a) * b;
+}
+
+template <class Real, class Number>
+using ScaledBy = std::enable_if_t<std::is_convertible<Number, Real>::value, Matrix<Real>>;
+
+template <class Real, class Number> ScaledBy<Real, Number> operator*(Matrix<Real> a, const Number &s)
+{
+    return a *= Real(s);
+}
+template <class Real, class Number> ScaledBy<Real, Number> operator*(const Number &s, Matrix<Real> a)
+{
+    return a *= Real(s);
+}
+template <class Real, class Number> ScaledBy<Real, Number> operator/(Matrix<Real> a, const Number &s)
+{
+    return a /= Real(s);
+}
+
+/// Of one size, and the same in every entry
+template <class Real> bool operator==(const Matrix<Real> &a, const Matrix<Real> &b);
+template <class Real> bool operator!=(const Matrix<Real> &a, const Matrix<Real> &b) { return !(a == b); }
 
 /// sigma, or the unit that takes its place where there is none
 template <class Real> Vector<Real> positiveOr(const Vector<Real> &sigma, const Real &unit)
@@ -274,7 +143,7 @@ template <class Real> Vector<Real> positiveOr(const Vector<Real> &sigma, const R
 template <class Function> Matrix<double> generated(Index rows, Index cols, Function next)
 {
     Matrix<double> M(rows, cols);
-    std::generate(M.begin(), M.end(), next);
+    std::generate(M.data(), M.data() + M.size(), next);
     return M;
 }
 
@@ -283,7 +152,7 @@ template <class Function> Matrix<double> generated(Index rows, Index cols, Funct
 inline Vector<double> column(std::initializer_list<double> entries)
 {
     Vector<double> v(static_cast<Index>(entries.size()));
-    std::copy(entries.begin(), entries.end(), v.begin());
+    std::copy(entries.begin(), entries.end(), v.data());
     return v;
 }
 
@@ -292,7 +161,7 @@ inline Matrix<double> rows(std::initializer_list<std::initializer_list<double>> 
     Matrix<double> M(static_cast<Index>(entries.size()),
                      static_cast<Index>(entries.begin()->size()));
     Index i = 0;
-    for (const auto &row : entries) M.row(i++) = column(row);
+    for (const auto &row : entries) M.row(i++) = column(row).transpose();
     return M;
 }
 

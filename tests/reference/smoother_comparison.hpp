@@ -13,9 +13,9 @@
 #include <vector>
 
 #include "comparison.hpp"
-#include "decompositions.hpp"
 #include "library.hpp"
 #include "smoother_checks.hpp"
+#include "ud.hpp"
 
 namespace reference
 {
@@ -68,25 +68,6 @@ void compareStep(Figures &figures, const Case &model, std::size_t t, const Smoot
 
 // ------------------------------------------------------------------ measurement noise
 
-/// R = U D U', U unit upper triangular: its inverse and D.
-struct Decorrelation {
-    Matrix<Quad> inverse;
-    Vector<Quad> variances;
-};
-
-inline Decorrelation decorrelate(const Matrix<Quad> &R)
-{
-    const Index m = R.rows();
-    Matrix<Quad> U = Matrix<Quad>::Identity(m, m), rest = R;
-    Vector<Quad> D(m);
-    for (Index j = m - 1; j >= 0; --j) {
-        D(j) = rest(j, j);
-        if (D(j) > 0) U.col(j).head(j) = rest.col(j).head(j) / D(j);
-        rest -= U.col(j) * U.col(j).transpose() * D(j);
-    }
-    return {inverse(U), D};
-}
-
 /// What the library says of the k-th measurement of the step that was smoothed last.
 template <class T>
 void compareMeasurementNoise(Figures &figures, const Case &model, std::size_t t,
@@ -98,7 +79,7 @@ void compareMeasurementNoise(Figures &figures, const Case &model, std::size_t t,
     int k = 0;
     for (const Reading &reading : model.sequence.steps[t].readings) {
         const Observation<Quad> seen(matrices, reading);
-        const Decorrelation noise = decorrelate(seen.R);
+        const Decorrelation<Quad> noise(seen.R);
         const Matrix<Quad> H = noise.inverse * seen.H;
         const Vector<Quad> v = noise.inverse * seen.z - H * exact.mean;
         const Matrix<Quad> variance = H * exact.covariance * H.transpose();

@@ -339,7 +339,7 @@ int main(int argc, char **argv)
     }
     for (const Sequence &sequence : generator::namedSequences(random, namedSteps)) {
         const auto all = (UINT32_C(1) << sequence.states()) - 1;
-        const bool noiseFree = sequence.sensors[0].R.isZero();
+        const bool noiseFree = sequence.sensors[0].R.isZero(0);
         const std::string group = noiseFree ? "noise-free models" : "named models";
         compare(groups, group, sequence, all);
         compare(groups, group, sequence, 1);

@@ -207,7 +207,7 @@ Case sums(const std::vector<Index> &order, bool separate, Index noises, std::uin
                         std::vector<Reading> readings;
                         if (!separate) readings.push_back(reading(all, seen));
                         for (std::size_t k = 0; k < 3 && separate; ++k) {
-                            readings.push_back(reading(k, seen.segment(static_cast<Index>(k), 1)));
+                            readings.push_back(reading(k, seen.row(static_cast<Index>(k))));
                         }
                         return Seen{readings, {true, true, false}};
                     });
