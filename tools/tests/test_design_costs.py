@@ -80,7 +80,7 @@ def test_on_avr_as_well(make, tmp_path: Path) -> None:
     subprocess.run(["cc", "-std=gnu11", "-O2", str(ROOT / "port/boards/avr_count.c"), "-lsimavr", "-o", str(counter)], check=True)
     for one in designs_of(make(), "avr"):
         program = costs.Programs(LARGE, tmp_path, one, library_of(LARGE, tmp_path, one.arithmetic)).linked("main")
-        places = [Elf(program).address(name) for name in ("_end", "cost_region", "cost_failed", "cost_end")]
+        places = [Elf(program).address(name) for name in ("_end", "cost_region", "cost_failed", "cost_end", *costs.regions(one).values())]
         done = subprocess.run([str(counter), str(program), *map(str, places)], capture_output=True, text=True)
         assert done.stdout.splitlines()[-1:] == ["end"], (one.way, done.stdout[-200:], done.stderr)
 
