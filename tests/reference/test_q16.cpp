@@ -13,7 +13,7 @@
 #include "verdict.hpp"
 
 extern "C" {
-#include "../cost/q16_filter.h"
+#include "q16_filter.h"
 }
 
 using namespace reference;

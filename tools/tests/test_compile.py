@@ -90,7 +90,7 @@ main()
 @pytest.mark.skipif(os.name != "posix", reason="no limits")
 @pytest.mark.parametrize("command, named", [
     (["simulate", "MODEL", "-n", "5000", "--out", "out.csv"], "out.csv"),
-    (["examples", "stationary", "--out", "out.png"], "out.png"),
+    (["run", str(EXAMPLES / "nile.toml"), str(EXAMPLES / "nile.csv"), "--plot", "out.png"], "out.png"),
     (["design", "MODEL", "--core", "m4f", "-o", "."], ".h"),
     (["compile", "MODEL", "-o", "out.c"], "kalmanq-compile-")])
 def test_a_file_that_does_not_fit_is_named(command: list[str], named: str, tmp_path: Path) -> None:
