@@ -46,6 +46,7 @@ from kalmanq.nonlinear.methods import BY_POINTS, METHODS
 from kalmanq.run.filters import Filter, LagSmoother
 from kalmanq.run.parts import WAYS
 from kalmanq.run.results import Run
+from kalmanq.run.reweighting import ReweightedSmoother
 from kalmanq.run.robust import LOSSES
 from kalmanq.run.streamed import StreamedSmoother
 
@@ -65,7 +66,7 @@ class Options:
     forecast: int = typer.Option(0, "--forecast", metavar="K", min=0, max=10_000, help="Forecast K rows of dt after the last one; the last control stays.")
     robust: Optional[str] = typer.Option(None, "--robust", metavar=forms_of(LOSSES), help="Against outliers: gate rejects rows as unlikely as a "
                                          "measurement K sigma off (3.89), huber counts no more than K sigma (3), student weighs with NU degrees of freedom (10). "
-                                         "For jumps of the state: jump raises P where e^2 is above G S (9).")
+                                         "For jumps of the state: jump raises P where e^2 is above G S (9); with --smooth it finds the steps that need more noise.")
     way: Optional[choices("Way", WAYS)] = typer.Option(None, "--as", help="f32, q31: compute bit for bit as the C file of `design --way`.")
     compiled: bool = COMPILED
     method: Optional[choices("NonlinearMethod", METHODS)] = typer.Option(None, "--method", help="Nonlinear model: how to linearise; extended by default.")
@@ -91,7 +92,7 @@ def _refuse(options: Options, model: AnyModel) -> None:
         name for name, is_given in (("--smooth", options.smooth), ("--method iterated", options.method == "iterated")) if is_given))
     if isinstance(model, NonlinearModel):
         for name, is_given in (("--lag", options.lag is not None), ("--forecast", options.forecast > 0),
-                               ("--robust", options.robust is not None), ("--as", options.way is not None)):
+                               ("--as", options.way is not None)):
             if is_given:
                 cure = ": rows with times and controls, and no measurements, are a forecast" if name == "--forecast" else ""
                 raise KalmanqError(f"{name}: of a linear model (TOML), not of a nonlinear one{cure}")
@@ -101,6 +102,8 @@ def _refuse(options: Options, model: AnyModel) -> None:
             raise KalmanqError(f"--compiled and --method {options.method}: the C is extended or iterated: take one of these, or leave --compiled out")
         if options.passes is not None and not options.smooth:
             raise KalmanqError("--passes: is of --smooth: give both, or none")
+        if options.passes not in (None, 1) and options.robust is not None:
+            raise KalmanqError("--passes and --robust: further passes are of Gaussian noise: leave one of them out")
     else:
         for name, given in (("--method", options.method), ("--iterate", options.iterate), ("--passes", options.passes)):
             if given is not None:
@@ -115,15 +118,24 @@ def _refuse(options: Options, model: AnyModel) -> None:
             raise KalmanqError("--compiled and --passes: the C smooths once")
     if options.smooth and options.lag is not None:
         raise KalmanqError("--smooth and --lag: one of them")
-    if options.smooth and options.robust:
-        raise KalmanqError("--smooth and --robust: a smoother undoes plain updates alone: leave --robust out, or take --lag")
-    robust = robust_of(options.robust)
-    if robust and robust.way == "jump" and options.lag is not None:
-        raise KalmanqError(f"--lag and --robust {options.robust}: a lag cannot follow it: leave --lag out")
+    _refuse_jump(options, model)
     refuse_one_output(options.out, options.plot)
     for path in (options.out, options.plot):
         if path:
             refuse_output(path)
+
+
+def _refuse_jump(options: Options, model: AnyModel) -> None:
+    """No smoother undoes that P is raised; one of linear models finds jumps of its own."""
+    robust = robust_of(options.robust)
+    if not robust or robust.way != "jump":
+        return
+    if options.lag is not None:
+        raise KalmanqError(f"--lag and --robust {options.robust}: a lag cannot follow it: leave --lag out")
+    if options.smooth and isinstance(model, NonlinearModel):
+        raise KalmanqError(f"--smooth and --robust {options.robust}: jumps are smoothed of linear models alone: take gate, huber or student")
+    if options.smooth and robust.parameter is not None:
+        raise KalmanqError(f"--smooth and --robust {options.robust}: a smoother finds jumps without a limit: give --robust jump")
 
 
 def _refuse_way(options: Options) -> None:
@@ -139,7 +151,8 @@ class _FileRun:
 
     def __init__(self, options: Options, model: AnyModel):
         self.options, self.model = options, model
-        self.is_nonlinear = isinstance(model, NonlinearModel)
+        self.is_nonlinear, self.robust = isinstance(model, NonlinearModel), robust_of(options.robust)
+        self.is_whole = options.smooth and (self.is_nonlinear or bool(self.robust) and self.robust.way == "jump")  # all rows at once
         self.filter: Any = None
         self.rows = self.taken = self.missing = self.events = 0
         self.nis = self.log_likelihood = 0.0
@@ -151,7 +164,7 @@ class _FileRun:
     def perform(self, console: Console) -> None:
         options, write = self.options, None
         with ExitStack() as stack:
-            made = self._smoothed(stack) if options.smooth and not self.is_nonlinear else self._filtered(stack)
+            made = self._smoothed(stack) if options.smooth and not self.is_whole else self._filtered(stack)
             for first, z, run in made:
                 if options.plot:
                     self.kept.append((z, run, self.times))
@@ -171,7 +184,7 @@ class _FileRun:
     @property
     def last(self) -> Any:
         """The filter at the last row"""
-        return self.filter.last if isinstance(self.filter, NonlinearSmoother) else self.filter
+        return self.filter.last if self.is_whole and not self.options.compiled else self.filter
 
     def _ahead(self, steps: int) -> Any:
         """The last control stays as it is."""
@@ -180,7 +193,7 @@ class _FileRun:
     def _filtered(self, stack: ExitStack) -> Iterator[tuple[int, np.ndarray, Run]]:
         """The first row's number, measurements, and what was made of them, in blocks"""
         options = self.options
-        given = {} if self.is_nonlinear or options.compiled else {"robust": robust_of(options.robust)}
+        given = {} if options.compiled or self.robust is None or self.is_whole and not self.is_nonlinear else {"robust": self.robust}
         for first, block, z, u in self._blocks():
             if first == 0:
                 self.filter = _filter(options, self.model, len(z))
@@ -197,7 +210,7 @@ class _FileRun:
         """The same of a smoother, which goes through all rows and back"""
         options, out = self.options, self.options.out
         folder = out.resolve().parent if out and (out.is_file() or not out.exists()) else Path(tempfile.gettempdir())
-        smoother = stack.enter_context(StreamedSmoother(self.model, options.arithmetic, folder, BLOCK))
+        smoother = stack.enter_context(StreamedSmoother(self.model, options.arithmetic, folder, BLOCK, self.robust))
         begun = None  # the first block, which knows how rows are named
         for first, block, z, u in self._blocks():
             begun = begun or block
@@ -212,10 +225,10 @@ class _FileRun:
             yield first, rows.z, run
 
     def _blocks(self) -> Iterator[tuple[int, tables.Block, np.ndarray, Optional[np.ndarray]]]:
-        """First step, its block, measurements and controls; a nonlinear smoother takes all rows at once."""
+        """First step, its block, measurements and controls; some smoothers take all rows at once."""
         options, model, first = self.options, self.model, 0
         blocks = joining.blocks_of(options.data, model, BLOCK, has_to_fit=options.arithmetic == "q31")
-        if options.smooth and self.is_nonlinear:
+        if self.is_whole:
             blocks = iter([tables.joined(list(blocks))])
         for block in blocks:
             self._look_at_times(block.times)
@@ -316,7 +329,7 @@ class _FileRun:
         console.print(f"log-likelihood {self.log_likelihood:.6f}; {self.taken} measurements taken, "
                       f"{self.missing} missing{ratio}")
         if options.robust is None and self.taken >= LEAST_JUDGED and not 1 / FAR_NIS < self.nis / self.taken < FAR_NIS:
-            console.print(f"{options.arithmetic} is too coarse for these measurements, which says nothing of the model" if self.filter.coarse else
+            console.print(f"{options.arithmetic} is too coarse for these measurements, which says nothing of the model" if getattr(self.last, "coarse", "") else
                           "the data do not fit the model; kalmanq report shows where, kalmanq fit finds Q and R")
         if told.get("passes", 1) > 1:
             said = "settled" if told["is_settled"] else \
@@ -340,6 +353,8 @@ def _filter(options: Options, model: AnyModel, rows: int) -> Any:
         return NonlinearFilter(model, options.arithmetic, method, count)
     if options.compiled:
         return CompiledFilter(model, options.arithmetic)
+    if options.smooth:  # states that jump
+        return ReweightedSmoother(model, options.arithmetic)
     if options.lag is not None:
         return LagSmoother(model, options.lag, options.arithmetic)
     return Filter(model, options.arithmetic, way=options.way or "")

@@ -19,6 +19,7 @@ from kalmanq.nonlinear.steps import Steps
 from kalmanq.run.parts import Parts
 from kalmanq.run.readings import Readable, Results
 from kalmanq.run.results import Run
+from kalmanq.run.robust import Losses, Robust
 
 ITERATIONS = 4
 
@@ -52,6 +53,7 @@ class NonlinearFilter(Readable):
         self.at = model.at_row(0)  # t of this row
         self._left = NOTHING  # controls of the last row
         self._trial: Optional[Readable] = None
+        self._losses = Losses(self.arithmetic, model.m)
         self.parts.init_filter(self._handle)
 
     @property
@@ -90,17 +92,19 @@ class NonlinearFilter(Readable):
         """Of this row, at the mean; sensor: whose update it is of"""
         return make()
 
-    def update(self, z: ArrayLike, u: Optional[ArrayLike] = None) -> None:
+    def update(self, z: ArrayLike, u: Optional[ArrayLike] = None, robust: Optional[Robust] = None) -> None:
         """Takes m measurements; what is NaN is missing.  u: l controls of this row."""
-        self._take(row_of(z, self.model.m, "z")[0], self._controls(u))
+        self._take(row_of(z, self.model.m, "z")[0], self._controls(u), robust)
 
-    def run(self, z: ArrayLike, u: Optional[ArrayLike] = None, *, times: Optional[ArrayLike] = None, covariance: bool = False) -> Run:
+    def run(self, z: ArrayLike, u: Optional[ArrayLike] = None, *, times: Optional[ArrayLike] = None,
+            robust: Optional[Robust] = None, covariance: bool = False) -> Run:
         """A sequence: the first row ever is taken at the prior's instant, a predict comes before each other one.
 
         z   T x m, or T where m = 1; NaN: missing.  Or a DataFrame with a column for each measurement.
         u   T x l: row t is given to h at row t, and to f from row t to row t + 1
         times   T: when each row is, in seconds, or dates or durations; t is that then (seconds since the first date), and dt the time to
                 the next row.  None: what the index of a table says, where functions read t or dt
+        robust  of the innovation, linearised as the method has it; each sensor has a gate of its own
         A KalmanqError says at which row it stopped.
         """
         given = rows_at(self.model, z, u, times, self.origin)
@@ -115,7 +119,7 @@ class NonlinearFilter(Readable):
                     self.at = Instant(at[row])
                 self.begins = False
                 self._left = controls[row]
-                self._record(out, variances, row, self._take(rows[row], controls[row]))
+                self._record(out, variances, row, self._take(rows[row], controls[row], robust))
             except KalmanqError as problem:
                 raise KalmanqError(str(problem), problem.status, row) from problem
         made = out.run()
@@ -145,17 +149,17 @@ class NonlinearFilter(Readable):
             raise KalmanqError(f"u is missing: {', '.join(one.name for one in self.model.controls)}")
         return row_of(u, self.model.l, "u")[0]
 
-    def _take(self, z: np.ndarray, u: np.ndarray) -> Optional[Taken]:
+    def _take(self, z: np.ndarray, u: np.ndarray, robust: Optional[Robust]) -> Optional[Taken]:
         """The sensors one after the other.  None: nothing is there."""
         made = None
         for sensor in self.model.sensors:
             some = np.full(len(z), np.nan)
             some[sensor.rows] = z[sensor.rows]
-            taken = self._take_of(some, u, sensor)
+            taken = self._take_of(some, u, sensor, robust)
             made = made.joined(taken) if made and taken else made or taken
         return made
 
-    def _take_of(self, z: np.ndarray, u: np.ndarray, sensor: Sensor) -> Optional[Taken]:
+    def _take_of(self, z: np.ndarray, u: np.ndarray, sensor: Sensor, robust: Optional[Robust]) -> Optional[Taken]:
         there = ~np.isnan(z)
         if not np.any(there):
             return None
@@ -164,12 +168,22 @@ class NonlinearFilter(Readable):
             self._widest = np.fmax(self._widest, variance)
         if self.model.R is None:
             self.steps.take({"R": self.noise("R", lambda: self.model.measurement_noise(self.mean, self.at, u), sensor.first)})
+        self.steps.loss = self._loss(robust, sensor, there)
         prepared = self.way.update(self, z, self.at, u)
         variances = self._variances(prepared.sensor)
         words = self.steps.update(self._handle, prepared, z)
         lost = NOT_A_VALUE if self.arithmetic.is_fixed else np.nan
         return Taken(there, np.where(there, words, lost), np.where(there, variances, np.nan), self._call("nis"),
                      self._call("log_likelihood_last"), self.taken)
+
+    def _loss(self, robust: Optional[Robust], sensor: Sensor, there: np.ndarray) -> Any:
+        """A gate's limit is that of the components which the row has."""
+        if robust is None:
+            return None
+        loss, limits = self._losses.of(robust, sensor.first)
+        if limits is not None:
+            loss.limit = limits[np.count_nonzero(there) - 1]
+        return loss
 
     def _variances(self, sensor: Any) -> np.ndarray:
         """Of the innovation: the diagonal of S"""

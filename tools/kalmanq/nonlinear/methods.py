@@ -40,7 +40,7 @@ class Iterated(Extended):
         made = jacobian_at(f, x, c, z, t, u)
         for _ in range(self.count - 1):
             f.copy_to(f.trial)
-            f.steps.update(f.trial._handle, made, z)
+            f.steps.try_update(f.trial._handle, made, z)
             c = f.trial.mean
             made = jacobian_at(f, x, c, z, t, u)
         return made
@@ -79,7 +79,7 @@ class Posterior(Points):
         made = points_at(f, f._handle, z, t, u, self.rule)
         for _ in range(self.count - 1):
             f.copy_to(f.trial)
-            f.steps.update(f.trial._handle, made, z)
+            f.steps.try_update(f.trial._handle, made, z)
             made = points_at(f, f.trial._handle, z, t, u, self.rule)
         return made
 

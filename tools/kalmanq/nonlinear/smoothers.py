@@ -15,8 +15,10 @@ from kalmanq.nonlinear.filters import ITERATIONS, NonlinearFilter, parts_of, ref
 from kalmanq.nonlinear.model import NonlinearModel
 from kalmanq.nonlinear.objective import objective
 from kalmanq.run.parts import Parts
+from kalmanq.run.filters import refuse_jump
 from kalmanq.run.readings import Readable
 from kalmanq.run.results import Run
+from kalmanq.run.robust import Robust
 
 SETTLED = 0.01  # sigma: no mean moves by more
 HALVINGS = 4
@@ -49,13 +51,20 @@ class NonlinearSmoother:
         self.passes_done, self.halvings, self.is_settled = 0, 0, False
         self.objectives: list[float] = []
 
-    def run(self, z: ArrayLike, u: Optional[ArrayLike] = None, *, times: Optional[ArrayLike] = None, covariance: bool = False) -> Run:
-        """As NonlinearFilter.run.  `covariance`: those of all rows, too."""
+    def run(self, z: ArrayLike, u: Optional[ArrayLike] = None, *, times: Optional[ArrayLike] = None,
+            robust: Optional[Robust] = None, covariance: bool = False) -> Run:
+        """As NonlinearFilter.run.  `covariance`: those of all rows, too.
+
+        robust  gate, huber, student; with one pass: what further passes minimise is of Gaussian noise
+        """
+        refuse_jump(robust)
+        if robust is not None and self.passes > 1:
+            raise KalmanqError("passes: further ones are of Gaussian noise: take one, or leave robust out")
         given = rows_at(self.model, z, u, times)
         rows, controls = given.z, given.u
         self._times, self._noises = given.times, {}
         recording = self._recording(len(rows), None)
-        run = recording.run(given, covariance=covariance)
+        run = recording.run(given, robust=robust, covariance=covariance)
         self.last = recording
         self.passes_done, self.halvings, self.is_settled, self.objectives = 1, 0, self.passes == 1, []
         if len(rows):

@@ -26,6 +26,7 @@ class Steps:
         parts.take_innovations()
         self.noise = parts  # process and sensor with the noises of the row
         self._before = parts  # what the last process or sensor refers to stays
+        self.loss: Any = None  # of the next update; None: a plain one
         if not a.is_fixed:
             self._y, self._J, self._E = a.empty(max(n, m)), a.empty(max(n, m) * n), a.empty(max(n, m) * n)
             self._R = a.empty(m, m)
@@ -75,17 +76,22 @@ class Steps:
 
     def update(self, filter_: Any, made: Any, z: np.ndarray) -> np.ndarray:
         """By a prepared update, of the components that are there in z.  Answers the words of its innovation."""
-        words, sensor = self._innovation(made.e), made.sensor
-        present = int(present_of(z[None])[0])
-        if np.all(~np.isnan(z)) and made.by_points:
+        words, present = self._innovation(made.e), int(present_of(z[None])[0])
+        if self.loss is None and made.by_points and np.all(~np.isnan(z)):
             made.by_points()
             return words
-        if np.all(~np.isnan(z)):
-            status = self._function("update")(filter_, sensor, self._pointer(words))
-        else:
-            status = self._function("update_subset")(filter_, sensor, self._pointer(words), present)
-        require(status, "update")
+        name, given = ("update_subset", ()) if self.loss is None else ("update_robust", (self.loss,))
+        require(self._function(name)(filter_, made.sensor, self._pointer(words), present, *given), "update")
         return words
+
+    def try_update(self, filter_: Any, made: Any, z: np.ndarray) -> None:
+        """As `update`, of a filter that goes ahead: a gate does not count what it rejects there"""
+        loss = self.loss
+        if loss is not None:
+            self.loss = self.arithmetic.struct("loss")
+            self.loss[0] = loss[0]
+        self.update(filter_, made, z)
+        self.loss = loss
 
     # ------------------------------------------------------------------ sigma points (f32, f64)
 

@@ -17,7 +17,7 @@ from kalmanq.run.parts import Parts
 from kalmanq.run.readings import Readable, Results
 from kalmanq.run.resolution import warn_of_coarse
 from kalmanq.run.results import Run
-from kalmanq.run.robust import Robust
+from kalmanq.run.robust import Losses, Robust
 from kalmanq.run.steps import Steps
 
 
@@ -45,7 +45,7 @@ class Filter(Readable):
         self._left: Optional[np.ndarray] = None  # words of the last row's control: it moves the state to the next
         self._next: Optional[int] = None  # of the process that does, where the model's own does not
         self._steps = Steps(self.parts)
-        self._gates: dict[Robust, tuple[Any, np.ndarray]] = {}  # with limits; their counts of rejections go on
+        self._losses = Losses(self.arithmetic, model.m)
         if np.any(model.unknown):
             self._start = self._object("diffuse", model.n, 0, sizes=(model.n, 0))
             self.parts.init_start(self._start, self._handle)
@@ -217,21 +217,10 @@ class Filter(Readable):
         """Sets how measurements are taken; returns what has to stay until the call is over."""
         if robust is None:
             return None
-        if robust.way == "gate":
-            return self._gate(q, robust)
-        q.loss = loss = self.arithmetic.loss(robust.way)
-        loss.parameter = self.arithmetic.parameter(robust.value)
-        return loss
-
-    def _gate(self, q: Any, robust: Robust) -> Any:
-        """The limit of each row is that of the components which it has."""
-        if robust not in self._gates:
-            gate = self.arithmetic.loss("gate")
-            gate.run = robust.run
-            self._gates[robust] = gate, np.array(robust.limits(self.arithmetic, self.model.m), self.arithmetic.score)
-        q.loss, limits = self._gates[robust]
-        q.limits = self._scores(limits)
-        return limits
+        q.loss, limits = made = self._losses.of(robust)
+        if limits is not None:
+            q.limits = self._scores(limits)
+        return made
 
     def _target(self, q: Any) -> tuple[Any, ...]:
         a, n, l = self.arithmetic, self.model.n, self.model.l
@@ -338,14 +327,25 @@ class Smoother:
         self.last: Optional[Filter] = None  # the filter at the end of the last run
 
     def run(self, z: ArrayLike, u: Optional[ArrayLike] = None, *, times: Optional[ArrayLike] = None,
-            varying: Optional[Varying] = None, covariance: bool = False, means_only: bool = False) -> Run:
-        """As Filter.run; memory for all rows is taken first.  `covariance`: those of all rows, too."""
+            varying: Optional[Varying] = None, robust: Optional[Robust] = None, covariance: bool = False,
+            means_only: bool = False) -> Run:
+        """As Filter.run; memory for all rows is taken first.  `covariance`: those of all rows, too.
+
+        robust  gate, huber, student: against outliers.  Of states that jump: ReweightedSmoother
+        """
+        refuse_jump(robust)
         rows = Rows.of(self.model, z, u, times, varying)
         recording = _Recording(self.model, self.parts, rows)
-        run = recording.run(rows, covariance=covariance)
+        run = recording.run(rows, robust=robust, covariance=covariance)
         recording.smooth(run, covariance, means_only)
         self.last = recording
         return run
+
+
+def refuse_jump(robust: Optional[Robust]) -> None:
+    """Before a smoother of recorded updates"""
+    if robust is not None and robust.way == "jump":
+        raise KalmanqError("jump raises P, which no smoother undoes: smooth states that jump with ReweightedSmoother (--smooth --robust jump)")
 
 
 class _Recording(Filter):

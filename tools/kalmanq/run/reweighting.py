@@ -37,13 +37,15 @@ class ReweightedSmoother:
             raise KalmanqError("passes: below 1")
         self.model, self.parts = model, Parts(model, arithmetic)
         self.nu, self.passes, self.first = nu, passes, first
+        self.last: Optional[Filter] = None  # the plain filter at the end of the last run
 
-    def run(self, z: ArrayLike, u: Optional[ArrayLike] = None, *, covariance: bool = False) -> Run:
+    def run(self, z: ArrayLike, u: Optional[ArrayLike] = None, *, times: Optional[ArrayLike] = None, covariance: bool = False) -> Run:
         """As Smoother.run, of steps that are all alike."""
-        rows = Rows.of(self.model, z, u)
-        require_steps(self.model, rows.times, "a reweighted smoother", "give z.to_numpy() to take each row for one")
+        rows = Rows.of(self.model, z, u, times)
+        require_steps(self.model, rows.times, "a reweighted smoother", "give z without times to take each row for a step")
         rows = replace(rows, times=None)
-        run = Filter(self.model, parts=self.parts).run(rows)
+        self.last = Filter(self.model, parts=self.parts)
+        run = self.last.run(rows)
         arithmetic = self.parts.arithmetic
         weights = arithmetic.made_of(np.full(max(len(rows), 1), self.first))
         for left in reversed(range(self.passes if len(rows) else 0)):

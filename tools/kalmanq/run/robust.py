@@ -5,7 +5,9 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 from statistics import NormalDist
-from typing import Optional
+from typing import Any, Optional
+
+import numpy as np
 
 from kalmanq.core import Arithmetic, lib
 from kalmanq.errors import KalmanqError
@@ -87,6 +89,30 @@ class Robust:
             return [of.function("chi_square_limit")(m, LEVELS[self.value]) for m in range(1, count + 1)]
         made = [limit_of(self.value, m) for m in range(1, count + 1)]
         return [min(round(one * FINEST), 2**63 - 1) for one in made] if of.is_fixed else made
+
+
+class Losses:
+    """The losses of one filter, as C has them; a gate's count of rejections goes on from call to call.
+
+    count   components of a measurement
+    """
+
+    def __init__(self, arithmetic: Arithmetic, count: int):
+        self.arithmetic, self.count = arithmetic, count
+        self._gates: dict[tuple[Robust, int], tuple[Any, np.ndarray]] = {}
+
+    def of(self, robust: Robust, sensor: int = 0) -> tuple[Any, Optional[np.ndarray]]:
+        """The loss, and of a gate the limits of the NIS of 1, 2, ... components; sensor: each has a gate of its own"""
+        a = self.arithmetic
+        if robust.way != "gate":
+            loss = a.loss(robust.way)
+            loss.parameter = a.parameter(robust.value)
+            return loss, None
+        if (robust, sensor) not in self._gates:
+            gate = a.loss("gate")
+            gate.run = robust.run
+            self._gates[robust, sensor] = gate, np.array(robust.limits(a, self.count), a.score)
+        return self._gates[robust, sensor]
 
 
 def limit_of(sigmas: float, count: int) -> float:

@@ -18,6 +18,7 @@ from kalmanq.model import Model
 from kalmanq.run.filters import _Recording
 from kalmanq.run.parts import Parts
 from kalmanq.run.results import Run
+from kalmanq.run.robust import Robust
 
 KEPT = ("mean", "sigma", "innovation", "innovation_sigma", "nis", "log_likelihood")  # of the filter, at every row
 
@@ -33,8 +34,8 @@ class StreamedSmoother:
     `filter` is the filter at the end; the files are in `folder`, and gone with this object.
     """
 
-    def __init__(self, model: Model, arithmetic: str, folder: Path, block: int):
-        self.model, self.parts, self.block = model, Parts(model, arithmetic), block
+    def __init__(self, model: Model, arithmetic: str, folder: Path, block: int, robust: Optional[Robust] = None):
+        self.model, self.parts, self.block, self.robust = model, Parts(model, arithmetic), block, robust
         self.filter: Optional[_Streamed] = None
         self._folder, self._stack = folder, ExitStack()
         self._count, self._has_times = 0, False
@@ -71,7 +72,7 @@ class StreamedSmoother:
     def take(self, rows: Rows) -> Run:
         if self.filter is None:
             self.filter = self._begun()
-        run = self.filter.run(rows.z, rows.u, times=rows.times)
+        run = self.filter.run(rows.z, rows.u, times=rows.times, robust=self.robust)
         self._write(self._results, np.column_stack([getattr(run, name) for name in KEPT]))
         self.filter.tape.drop()
         return run
