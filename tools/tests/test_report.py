@@ -16,7 +16,9 @@ from kalmanq import Filter, Model, Quantity
 from kalmanq import command_line
 from kalmanq.pages import report
 from kalmanq.model import model_file
-from kalmanq.pages.verdict import findings, headline
+from kalmanq.pages.across import Across, spoken
+from kalmanq.pages.charts import envelope
+from kalmanq.pages.verdict import findings, headline, whiteness
 from kalmanq.run.diagnostics import autocorrelation, ljung_box, mean_bounds, share_bounds
 from kalmanq.run.simulation import simulate
 from test_commands import EXAMPLES, kalmanq, refused
@@ -301,6 +303,53 @@ def test_an_offset_a_gap_and_a_lag_are_found():
     assert judged(level(), drifting)[1]["Mean innovation"].state == "bad"
     z[100:300] = np.nan
     assert "50" in judged(level(), z)[1]["Missing"].said
+
+
+IRREGULAR = np.array([0.0, 0.1, 0.2, 5.2, 5.3, 5.5])
+
+
+@pytest.mark.parametrize("there, along, count, usual, longest", [
+    ([1, 1, 1, 1, 1, 1], Across(IRREGULAR, "s", 0.1), 6, 0.1, 5.0),
+    ([0, 1, 0, 1, 0, 0], Across(IRREGULAR, "s", 0.1), 2, 5.1, 5.1),
+    ([0, 0, 0, 0, 1, 0], Across(IRREGULAR, "s", 0.1), 1, np.nan, 5.3),
+    ([0, 0, 0, 0, 0, 0], Across(IRREGULAR, "s", 0.1), 0, np.nan, 5.5),
+    ([1, 0, 0, 1, 0, 1], Across(np.arange(6.0)), 3, 2.5, 3.0)])
+def test_how_often_a_sensor_spoke(there, along, count, usual, longest):
+    made = spoken(np.array(there, bool), along)
+    assert made.count == count and np.allclose([made.usual, made.longest], [usual, longest], equal_nan=True)
+
+
+def test_a_slow_sensor_is_judged_from_measurement_to_measurement():
+    """Its rows are never neighbours"""
+    series = np.full(3000, np.nan)
+    series[::30] = np.random.default_rng(3).standard_normal(100).cumsum()
+    made = whiteness(series)
+    assert made.count == 100 and made.correlation[0] > 0.8 and made.chance < 1e-6
+    assert np.array_equal(made.correlation, whiteness(series[::30]).correlation)
+
+
+@pytest.mark.parametrize("seed", range(3))
+def test_buckets_are_as_wide_in_time(seed):
+    at = np.cumsum(np.random.default_rng(seed).exponential(1.0, 5000))
+    at[2000:] += 4000  # a pause
+    values = np.sin(at)
+    where, low, high, middle = envelope(values, Across(at, "s"), 100)
+    assert not np.any((where > at[1999] + 100) & (where < at[2000] - 100)) and len(where) <= 100
+    assert np.min(low) == np.min(values) and np.max(high) == np.max(values) and np.all((low <= values[middle]) & (values[middle] <= high))
+
+
+def test_a_report_of_times_has_them_across(tmp_path):
+    """Two sensors, one seldom; a gap of 60 s with no empty cell"""
+    rows = [f"{t:.1f},{'' if k % 20 else 0.1},{0.01 * (k % 7)}" for k, t in enumerate([*np.arange(0, 40, 0.1), *np.arange(100, 140, 0.1)])]
+    model, data, page = tmp_path / "two.toml", tmp_path / "two.csv", tmp_path / "page.html"
+    data.write_text("time,slow,fast\n" + "\n".join(rows) + "\n")
+    model.write_text("""[model]\nF = [[0.0]]\nQc = [0.01]\ndt = 0.1\nP0 = [1.0]\n[[sensors]]\nname = "slow"\nH = [1.0]\nR = 1.0
+[[sensors]]\nname = "fast"\nH = [1.0]\nR = 0.01\n""")
+    assert kalmanq("report", model, data, "-o", page).returncode == 0
+    text = page.read_text()
+    assert ">time [s]<" in text and ">row<" not in text and ">140<" in text
+    cells = [re.findall(r"<t[hd][^>]*>([^<]*)</t[hd]>", row) for row in re.findall(r"<tr>.*?</tr>", text, re.S)]
+    assert ["slow", "40", "2 s", "62 s"] in cells and ["fast", "800", "0.1 s", "60.1 s"] in cells
 
 
 def test_outliers_are_found():

@@ -12,6 +12,7 @@ import matplotlib.pyplot as plt
 import numpy as np
 from matplotlib.ticker import FuncFormatter, LogLocator, NullLocator
 
+from kalmanq.pages.across import Across
 from kalmanq.pages.pictures import STYLE, limit
 from kalmanq.pages.verdict import Whiteness
 from kalmanq.run.diagnostics import chi_square_limit
@@ -51,46 +52,50 @@ class Canvas:
 
     axis: Any
     buckets: int
+    across: Across
 
     def line(self, values: np.ndarray, colour: str, **options: Any) -> None:
-        at, low, high = envelope(values, self.buckets)
+        at, low, high, _ = envelope(values, self.across, self.buckets)
         at, values = (at, low) if low is high else (np.repeat(at, 2), np.column_stack([low, high]).ravel())
         if len(at) == 1:  # a dash, as a line has no width
-            at, values = at + np.array([-0.3, 0.3]), np.repeat(values, 2)
+            at, values = at + self._dash, np.repeat(values, 2)
         self.axis.plot(at, values, color=colour, **{"lw": 1.3, **options})
 
+    @property
+    def _dash(self) -> np.ndarray:
+        return 0.3 * self.across.step * np.array([-1, 1])
+
     def band(self, low: np.ndarray, high: np.ndarray, colour: str) -> None:
-        at, lowest, _ = envelope(low, self.buckets)
-        _, _, highest = envelope(high, self.buckets)
+        at, lowest, _, _ = envelope(low, self.across, self.buckets)
+        _, _, highest, _ = envelope(high, self.across, self.buckets)
         if len(at) == 1:
-            at, lowest, highest = at + np.array([-0.3, 0.3]), np.repeat(lowest, 2), np.repeat(highest, 2)
+            at, lowest, highest = at + self._dash, np.repeat(lowest, 2), np.repeat(highest, 2)
         known = np.isfinite(lowest) & np.isfinite(highest)
         self.axis.fill_between(at, lowest, highest, where=known, color=colour, alpha=0.2, lw=0)
 
     def dots(self, values: np.ndarray, colour: str, size: float = 3.6) -> None:
         """Round ends of dashes of no length: a path of them is smaller than as many markers.  Too many are a cloud."""
-        at, low, high = envelope(values, self.buckets)
+        at, low, high, middle = envelope(values, self.across, self.buckets)
         if len(values) > CLOUD * self.buckets:
             self.axis.fill_between(at, low, high, where=np.isfinite(low), color=colour, alpha=0.4, lw=0)
             return
         if low is not high:  # with one between them, lest there seem to be two clouds
-            between = values[np.rint(at).astype(int)]
-            at, low = np.repeat(at, 3), np.column_stack([low, between, high]).ravel()
+            at, low = np.repeat(at, 3), np.column_stack([low, values[middle], high]).ravel()
         known = np.isfinite(low)
         at, low = at[known], low[known]
-        dash = 1e-6 * len(values)
+        dash = 1e-6 * np.ptp(self.across.at) or 1e-6
         path = np.column_stack([at - dash, at + dash, np.full(len(at), np.nan)]).ravel()
         self.axis.plot(path, np.repeat(low, 3), color=colour, lw=size, alpha=0.85, solid_capstyle="round")
 
 
-def envelope(values: np.ndarray, buckets: int) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Row, lowest and highest value of each bucket of rows; few rows are what they are, low is high."""
-    rows = np.arange(len(values), dtype=float)
+def envelope(values: np.ndarray, across: Across, buckets: int) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
+    """Where each bucket is, its lowest and highest value, and the row in its middle; few rows are what they are, low is high."""
+    at, rows = across.at, np.arange(len(values))
     if len(values) <= 2 * buckets:
-        return rows, values, values
-    edges = np.linspace(0, len(values), buckets, endpoint=False).astype(int)
-    middle = (edges + np.append(edges[1:], len(values)) - 1) / 2
-    return middle, np.fmin.reduceat(values, edges), np.fmax.reduceat(values, edges)
+        return at, values, values, rows
+    edges = np.unique(np.searchsorted(at, np.linspace(at[0], at[-1], buckets, endpoint=False)))
+    last = np.append(edges[1:], len(values)) - 1
+    return (at[edges] + at[last]) / 2, np.fmin.reduceat(values, edges), np.fmax.reduceat(values, edges), (edges + last) // 2
 
 
 def buckets_for(series: int) -> int:
@@ -184,9 +189,9 @@ def _logarithmic(axis: Any, decades: float) -> None:
 
 
 def chart(identity: str, said: str, draw: Callable[..., None], *given: Any, height: float, buckets: int,
-          across: str = "row", sizes: tuple[Size, ...] = (WIDE, NARROW), span: Optional[int] = None) -> str:
+          across: Across, label: str = "", sizes: tuple[Size, ...] = (WIDE, NARROW)) -> str:
     """What `draw` makes of a canvas and `given`, in each size; `said` is what it shows, for those who do not see it;
-    span: rows of its axis."""
+    label: of an axis that has neither rows nor times."""
     made = []
     for size in sizes:
         with plt.rc_context({**SVG_STYLE, "svg.hashsalt": identity}):
@@ -195,8 +200,8 @@ def chart(identity: str, said: str, draw: Callable[..., None], *given: Any, heig
             figure.patch.set_visible(False)
             axis.patch.set_visible(False)
             with np.errstate(all="ignore"):
-                draw(Canvas(axis, max(60, int(buckets * size.share))), *given)
-            _finish(axis, across, span)
+                draw(Canvas(axis, max(60, int(buckets * size.share)), across), *given)
+            _finish(axis, across, label)
             text = io.StringIO()
             figure.savefig(text, format="svg", metadata={"Date": None})
             plt.close(figure)
@@ -204,14 +209,15 @@ def chart(identity: str, said: str, draw: Callable[..., None], *given: Any, heig
     return "\n".join(made)
 
 
-def _finish(axis: Any, across: str, span: Optional[int]) -> None:
-    axis.set_xlabel(across)
-    axis.xaxis.get_major_locator().set_params(integer=True)
+def _finish(axis: Any, across: Across, label: str) -> None:
+    axis.set_xlabel(label or across.label)
+    axis.xaxis.get_major_locator().set_params(integer=not across.unit or bool(label))
     axis.ticklabel_format(axis="y", style="sci", scilimits=(-4, 5)) if axis.get_yscale() == "linear" else None
-    if span is not None:
-        axis.set_xlim(-0.5 - 0.005 * span, span - 0.5 + 0.005 * span)
-        if span < 4:
-            axis.set_xticks(range(span))
+    if not label and len(across.at):
+        room = 0.5 * across.step + 0.005 * (np.ptp(across.at) + across.step)
+        axis.set_xlim(across.at[0] - room, across.at[-1] + room)
+        if len(across.at) < 4 and not across.unit:
+            axis.set_xticks(range(len(across.at)))
     if not axis.has_data():
         axis.text(0.5, 0.5, "nothing to show", transform=axis.transAxes, ha="center", va="center")
 

@@ -17,6 +17,7 @@ from PIL import Image
 from kalmanq.data.files import whole
 from kalmanq.errors import KalmanqError
 from kalmanq.model import Model
+from kalmanq.pages.across import Across, across
 from kalmanq.run.results import Run
 
 if TYPE_CHECKING:
@@ -73,18 +74,17 @@ def draw_run(run: Run, z: np.ndarray, ahead: Optional[tuple[np.ndarray, np.ndarr
              times: Optional[np.ndarray] = None) -> Figure:
     """A panel a state: data, mean and band of 95 %, the smoothed ones over them, the forecast behind.  Of a nonlinear
     model a panel a measurement, too: data, and what the filter expected.  times: of rows that have some"""
-    of = getattr(run.model, "continuous", None)  # a nonlinear model has none
-    rows, step = (np.arange(len(run)), 1.0) if times is None else (times, of.dt if of else 1.0)
+    along = across(run.model, len(run), times)
     with plt.rc_context(STYLE):
         n, m = run.model.n, 0 if isinstance(run.model, Model) else run.model.m
         figure, axes = plt.subplots(n + m, 1, figsize=(8.6, 1.2 + 2.1 * (n + m)), sharex=True, squeeze=False,
                                     layout="constrained")
         shown, z = measured_states(run.model), without_offsets(run.model, z)
         for i, axis in enumerate(axes[:n, 0]):
-            _draw_state(axis, run, z, i, shown.get(i, []), ahead, rows, step)
+            _draw_state(axis, run, z, i, shown.get(i, []), ahead, along)
         for c, axis in enumerate(axes[n:, 0]):
-            _draw_measurement(axis, run, z, c, rows)
-        axes[-1, 0].set_xlabel("row" if times is None else f"time [{of.unit if of else 's'}]")
+            _draw_measurement(axis, run, z, c, along.at)
+        axes[-1, 0].set_xlabel(along.label)
         handles = {label: handle for axis in axes[:, 0]
                    for handle, label in zip(*axis.get_legend_handles_labels())}
         figure.legend(handles.values(), handles.keys(), loc="outside upper right", ncols=len(handles))
@@ -93,7 +93,8 @@ def draw_run(run: Run, z: np.ndarray, ahead: Optional[tuple[np.ndarray, np.ndarr
 
 
 def _draw_state(axis: Any, run: Run, z: np.ndarray, i: int, measured: list[tuple[int, float]],
-                ahead: Optional[tuple[np.ndarray, np.ndarray]], rows: np.ndarray, step: float) -> None:
+                ahead: Optional[tuple[np.ndarray, np.ndarray]], along: Across) -> None:
+    rows = along.at
     for c, factor in measured:
         axis.plot(rows, z[:, c] / factor, ".", ms=3.5, color=DATA, alpha=0.7, label="measured", zorder=1)
     _band(axis, rows, run.mean[:, i], run.sigma[:, i], FILTERED, "filtered, 95 %")
@@ -104,7 +105,7 @@ def _draw_state(axis: Any, run: Run, z: np.ndarray, i: int, measured: list[tuple
               f"{run.lag} rows later, 95 %")
     if ahead is not None:
         mean, sigma = ahead
-        _band(axis, rows[-1] + step * np.arange(1, len(mean) + 1), mean[:, i], sigma[:, i], AHEAD, "forecast, 95 %")
+        _band(axis, rows[-1] + along.step * np.arange(1, len(mean) + 1), mean[:, i], sigma[:, i], AHEAD, "forecast, 95 %")
     axis.set_ylabel(run.model.states[i].label)
     limit(axis, np.concatenate([run.mean[:, i]] + [z[:, c] / factor for c, factor in measured]))
 

@@ -6,7 +6,7 @@ import warnings
 from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
-from typing import Optional, Union
+from typing import Any, Optional, Union
 
 import numpy as np
 
@@ -24,6 +24,7 @@ from kalmanq.model import Model, Quantity
 from kalmanq.nonlinear import NonlinearModel, NonlinearSmoother
 from kalmanq.nonlinear.comparison import arithmetics
 from kalmanq.pages import charts, page, verdict
+from kalmanq.pages.across import Across, across, spoken
 from kalmanq.pages.charts import NARROW, buckets_for, chart
 from kalmanq.pages.pictures import measured_states, without_offsets
 from kalmanq.pages.verdict import Finding, Whiteness
@@ -50,6 +51,7 @@ class Study:
     white: list[Whiteness]
     compared: dict[str, dict]
     buckets: int
+    across: Across
     is_compiled: bool = False
 
     @property
@@ -57,9 +59,9 @@ class Study:
         return len(self.run)
 
     @property
-    def rows_across(self) -> dict[str, int]:
+    def rows_across(self) -> dict[str, Any]:
         """Of a chart over the rows"""
-        return {"buckets": self.buckets, "span": self.rows}
+        return {"buckets": self.buckets, "across": self.across}
 
 
 LEFT_OUT = f"left out: smoothed states and sigmas; {NO_SMOOTHER}"
@@ -73,8 +75,8 @@ def made_of(model: AnyModel, z: np.ndarray, u: Optional[np.ndarray], arithmetic:
         warnings.simplefilter("ignore")  # the page has the events, of each arithmetic
         run, compared, wider = of(model, z, u, arithmetic, is_compiled)
     white = [verdict.whiteness(column) for column in verdict.standardised(run).T]
-    return Study(model, run, z, verdict.findings(run, z, wider), white, compared,
-                 buckets_for(7 * model.n + 2 * model.m + 3), is_compiled)
+    return Study(model, run, z, verdict.findings(run, z, wider, times), white, compared,
+                 buckets_for(7 * model.n + 2 * model.m + 3), across(model, len(z), times), is_compiled)
 
 
 def _linear_of(model: Model, z: np.ndarray, u: Optional[np.ndarray], arithmetic: str,
@@ -132,7 +134,17 @@ def _states(study: Study) -> str:
     entries = [("filtered", "filtered: given the rows so far, with a band of 95 %")]
     entries += [] if run.smoothed is None else [("smoothed", "smoothed: given all rows, with a band of 95 %")]
     return page.section("Data and bands", page.legend([("data", "measured")] * bool(shown) + entries),
-                        _drawn(study), *figures, name="states")
+                        _drawn(study), *figures, _often(study), name="states")
+
+
+def _often(study: Study) -> str:
+    """Of sensors with rates of their own, or times"""
+    along, there = study.across, ~np.isnan(study.z)
+    if np.all(there) and not along.unit:
+        return ""
+    told = [(one.name, spoken(column, along)) for one, column in zip(study.model.measurements, there.T)]
+    return page.table("How often each was measured", ["", "times", "every", "longest gap"], [
+        [name, str(one.count), along.lasts(one.usual) if one.count > 1 else "", along.lasts(one.longest)] for name, one in told])
 
 
 def _ends(mean: np.ndarray, sigma: np.ndarray) -> str:
@@ -193,11 +205,11 @@ def _autocorrelation(study: Study) -> str:
 
         figures.append(page.figure(f"{one.name}: {outside}", chart(
             f"lags{c}", f"Autocorrelation of the innovations of {one.name}: {outside} of the bounds of 95 %",
-            charts.draw_autocorrelation, white, height=150, buckets=study.buckets, across="lag, in rows",
+            charts.draw_autocorrelation, white, height=150, **study.rows_across, label="lag, in measurements",
             sizes=(NARROW,))))
     return page.section(
-        "Autocorrelation", page.paragraph("How innovations resemble those some rows before. Of a right model they do "
-                                          "not: 95 % of the lags are within the bounds."),
+        "Autocorrelation", page.paragraph("How innovations resemble those some measurements of the same sensor before. Of a right "
+                                          "model they do not: 95 % of the lags are within the bounds."),
         page.legend([("filtered", "correlation"), ("band", "bounds of a lag, 95 %")]),
         page.small(figures), name="autocorrelation")
 

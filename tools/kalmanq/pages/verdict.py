@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
-from typing import Sequence
+from typing import Optional, Sequence
 
 import numpy as np
 from scipy import special
 
 from kalmanq.model import Model
+from kalmanq.pages.across import Across, across, spoken
 from kalmanq.run.diagnostics import autocorrelation, chi_square_limit, is_scored, ljung_box, mean_bounds, share_bounds
 from kalmanq.run.resolution import told_of
 from kalmanq.run.results import Run
@@ -60,25 +61,28 @@ def standardised(run: Run) -> np.ndarray:
 
 
 def whiteness(series: np.ndarray) -> Whiteness:
-    count = int(np.sum(~np.isnan(series)))
+    """From measurement to measurement, however many rows are between them"""
+    series = series[~np.isnan(series)]
+    count = len(series)
     lags = max(1, min(40, int(10 * np.log10(max(count, 1))), count // 4))
     correlation, pairs = autocorrelation(series, min(lags, max(len(series) - 1, 1)))
     is_judged = count >= ENOUGH and bool(np.any(np.isfinite(correlation)))
     return Whiteness(correlation, pairs, count, ljung_box(correlation, pairs, count) if is_judged else float("nan"))
 
 
-def findings(run: Run, z: np.ndarray, wider: Sequence[str] = ()) -> list[Finding]:
+def findings(run: Run, z: np.ndarray, wider: Sequence[str] = (), times: Optional[np.ndarray] = None) -> list[Finding]:
     """NIS, rows outside, autocorrelation, mean innovation, events, missing.  Of a run that saturated
     that comes first, and nothing else is judged; so it is of measurements that are coarse in the arithmetic.
     wider: the ranges that would do."""
+    found = _findings(run, z, across(run.model, len(z), times))
     if run.is_held:
         return [_held(run, wider), *(replace(one, state="note", advice="Not judged: the ranges first.")
-                                     for one in _findings(run, z) if one.subject != "Events")]
+                                     for one in found if one.subject != "Events")]
     coarse = told_of(run.model, run.arithmetic, z) if isinstance(run.model, Model) else ""
     if coarse:
         return [Finding("bad", RESOLUTION, f"{run.arithmetic}: {coarse}", "Or judge the model in f64."),
-                *(replace(one, state="note", advice="Not judged: the arithmetic first.") for one in _findings(run, z))]
-    return _findings(run, z)
+                *(replace(one, state="note", advice="Not judged: the arithmetic first.") for one in found)]
+    return found
 
 
 def _held(run: Run, wider: Sequence[str]) -> Finding:
@@ -88,13 +92,13 @@ def _held(run: Run, wider: Sequence[str]) -> Finding:
                    "The ranges of the model are too narrow, or P0 too wide for them.")
 
 
-def _findings(run: Run, z: np.ndarray) -> list[Finding]:
+def _findings(run: Run, z: np.ndarray, along: Across) -> list[Finding]:
     scored = is_scored(run, z)
     nis, taken, series = run.nis[scored], run.taken[scored], standardised(run)
     white = [whiteness(column) for column in series.T]
     names = [one.name for one in run.model.measurements]
     return [_nis(nis, taken, white), _outside(nis, taken), _autocorrelation(white, names),
-            _mean_innovation(series, names), _events(run), _missing(z, names)]
+            _mean_innovation(series, names), _events(run), _missing(z, names, along)]
 
 
 def headline(found: list[Finding]) -> str:
@@ -209,7 +213,7 @@ def _advice_correlated(one: Whiteness) -> str:
             return ("Innovations follow one another: the filter lags behind. Try a larger Q, a state more (a velocity, "
                     "a bias), or noise that is correlated, as a separate state.")
         return "Innovations alternate: the filter follows the noise. Try a larger R or a smaller Q."
-    return f"The data repeat themselves{f' after {later[0]} rows' if later else ''}: a season or an oscillation that " \
+    return f"The data repeat themselves{f' after {later[0]} measurements' if later else ''}: a season or an oscillation that " \
            "the model does not have?"
 
 
@@ -237,18 +241,19 @@ def _events(run: Run) -> Finding:
                    "See the ranges and fractions of the model, and the arithmetics below.")
 
 
-def _missing(z: np.ndarray, names: list[str]) -> Finding:
+def _missing(z: np.ndarray, names: list[str], along: Across) -> Finding:
     missing = np.isnan(z)
     share = float(np.mean(missing))
-    if share == 0:
+    if share == 0 and not along.unit:
         return Finding("good", "Missing", "nothing")
     if share == 1:
         return Finding("note", "Missing", "all measurements: what is shown is the model alone")
-    gaps = [_longest(column) for column in missing.T]
+    gaps = [spoken(~column, along).longest if along.unit else _longest(column) for column in missing.T]
     longest = int(np.argmax(gaps))
-    rows = f"{gaps[longest]} {'row' if gaps[longest] == 1 else 'rows'}"
-    return Finding("note", "Missing", f"{_percent(share)} of the measurements; the longest gap is {rows}, of "
-                                      f"{names[longest]}")
+    gap = f"the longest gap is {along.lasts(gaps[longest])}, of {names[longest]}"
+    if share == 0:
+        return Finding("good", "Missing", f"nothing; {gap}")
+    return Finding("note", "Missing", f"{_percent(share)} of the measurements; {gap}")
 
 
 def _longest(missing: np.ndarray) -> int:

@@ -29,9 +29,28 @@ function ticks(low, high, most) {
   return { made, digits: Math.max(0, -Math.floor(Math.log10(step) + 1e-9)) };
 }
 
+/* Where rows are across: at their numbers, or at their times; dt: of steps before the first row and after the last one */
+const ROWS = { to: (row) => row, from: (at) => at, said: (at) => said(at, 7), isWhole: true };
+function timesAcross(times, dt) {
+  const last = times.length - 1;
+  const to = (row) => {
+    if (row <= 0 || row >= last) return row <= 0 ? times[0] + row * dt : times[last] + (row - last) * dt;
+    const before = Math.floor(row);
+    return times[before] + (row - before) * (times[before + 1] - times[before]);
+  };
+  const from = (time) => {
+    if (time <= times[0] || time >= times[last]) return time <= times[0] ? (time - times[0]) / dt : last + (time - times[last]) / dt;
+    let low = 0, high = last;
+    while (high - low > 1) { const middle = (low + high) >> 1; if (times[middle] <= time) low = middle; else high = middle; }
+    return low + (time - times[low]) / (times[high] - times[low]);
+  };
+  return { to, from, said: (at, digits) => at.toFixed(digits), isWhole: false };
+}
+
 class Chart {
-  constructor(place) {
+  constructor(place, across = ROWS) {
     this.place = place;
+    this.across = across;
     this.canvas = place.querySelector("canvas");
     this.pen = this.canvas.getContext("2d");
   }
@@ -47,17 +66,18 @@ class Chart {
     this.pen.clearRect(0, 0, width, height);
     this.box = { left: MARGIN.left, right: width - MARGIN.right, top: MARGIN.top, bottom: height - MARGIN.bottom };
   }
-  x(row) { return this.box.left + ((row - this.xs[0]) / (this.xs[1] - this.xs[0])) * (this.box.right - this.box.left); }
+  x(row) { return this.left(this.across.to(row)); }
+  left(at) { return this.box.left + ((at - this.ends[0]) / (this.ends[1] - this.ends[0])) * (this.box.right - this.box.left); }
   y(value) { return this.box.bottom - ((value - this.ys[0]) / (this.ys[1] - this.ys[0])) * (this.box.bottom - this.box.top); }
-  row(x) { return this.xs[0] + ((x - this.box.left) / (this.box.right - this.box.left)) * (this.xs[1] - this.xs[0]); }
+  row(x) { return this.across.from(this.ends[0] + ((x - this.box.left) / (this.box.right - this.box.left)) * (this.ends[1] - this.ends[0])); }
   value(y) { return this.ys[0] + ((this.box.bottom - y) / (this.box.bottom - this.box.top)) * (this.ys[1] - this.ys[0]); }
 
-  /* spec: xs, ys (or null: by the layers), layers, marks, whole */
+  /* spec: xs, from and to which row; ys (or null: by the layers), layers */
   draw(spec) {
     this.fit();
-    this.xs = spec.xs;
+    this.ends = spec.xs.map(this.across.to);
     this.ys = spec.ys || reach(spec.layers);
-    this.axes(spec);
+    this.axes();
     const { pen, box } = this;
     pen.save();
     pen.beginPath();
@@ -66,9 +86,8 @@ class Chart {
     for (const layer of spec.layers) this[layer.kind](layer);
     pen.restore();
   }
-  /* marks: [row, text], where rows have times; otherwise the rows' numbers, whole ones */
-  axes({ marks, whole }) {
-    const { pen, box } = this, across = ticks(...this.xs, this.most), up = ticks(...this.ys, Math.max(3, (box.bottom - box.top) / 34));
+  axes() {
+    const { pen, box } = this, across = ticks(...this.ends, this.most), up = ticks(...this.ys, Math.max(3, (box.bottom - box.top) / 34));
     pen.font = "12px system-ui, sans-serif";
     pen.strokeStyle = colour("grid");
     pen.fillStyle = colour("muted");
@@ -84,8 +103,8 @@ class Chart {
     }
     pen.stroke();
     pen.textBaseline = "top";
-    for (const [row, text] of marks || across.made.filter((one) => !whole || one === Math.round(one)).map((one) => [one, said(one, 7)])) {
-      const x = this.x(row), half = pen.measureText(text).width / 2;
+    for (const at of across.made.filter((one) => !this.across.isWhole || one === Math.round(one))) {
+      const text = this.across.said(at, across.digits), x = this.left(at), half = pen.measureText(text).width / 2;
       pen.textAlign = "center";
       if (x - half > 0 && x + half < box.right + MARGIN.right) pen.fillText(text, x, box.bottom + 6);
     }

@@ -261,17 +261,6 @@ function painted() {
 /* ------------------------------------------------------------------ showing */
 
 const charts = {};
-/* Round times, where rows have times, and the rows that they are at */
-function marks(a, b, chart) {
-  if (!times) return null;
-  const of = ticks(times[a], times[b - 1], chart.most);
-  return of.made.map((time) => [rowAt(time, a, b), time.toFixed(of.digits)]);
-}
-function rowAt(time, a, b) {
-  let low = a, high = b - 1;
-  while (high - low > 1) { const middle = (low + high) >> 1; if (times[middle] <= time) low = middle; else high = middle; }
-  return high > low ? low + (time - times[low]) / (times[high] - times[low]) : low;
-}
 const named = (one) => `${one.name}${one.unit ? ` [${one.unit}]` : ""}`;
 let times = null, sizes = null, overlay = null, queued = false, waiting = 0;
 
@@ -301,12 +290,12 @@ function draw() {
   }
   layers.unshift(...lateSpans().filter(([from, to]) => to > a && from < b).map(([from, to]) => ({ kind: "marked", from: Math.max(from, a), to: Math.min(to, b), colour: "late" })));
   if (overlay) layers.push({ kind: "marked", ...overlay });
-  const xs = [a - 0.5, b - 0.5 + ahead], over = { xs: [a - 0.5, b - 0.5], marks: marks(a, b, charts.nis), whole: true };
-  charts.state.draw({ xs, layers, marks: marks(a, b, charts.state), whole: true });
+  const room = times ? 0 : 0.5, over = { xs: [a - room, b - 1 + room] };
+  charts.state.draw({ xs: [a - room, b - 1 + room + ahead], layers });
   charts.innovation.draw({ ...over, ys: around(of.innovation), layers: [...one("band", of.innovationBand, "filtered"), { kind: "level", value: 0, colour: "edge" }, ...one("points", of.innovation, "data"), ...edges(of.innovationBand, a, b)] });
   charts.nis.draw({ ...over, ys: [0, Math.max(1.3, around(of.nis)[1])], layers: [{ kind: "level", value: 0, colour: "edge" }, { kind: "level", value: 1, colour: "smoothed", dash: [5, 3] }, ...one("points", of.nis, "filtered")] });
   const { values, bound } = drawn.correlation, most = Math.min(1, Math.max(3 * bound, 1.2 * Math.max(0, ...values.map(Math.abs))));
-  charts.correlation.draw({ xs: [0, values.length + 1], ys: [-most, most], whole: true, layers: [{ kind: "bars", values, colour: "filtered" }, { kind: "level", value: 0, colour: "edge" },
+  charts.correlation.draw({ xs: [0, values.length + 1], ys: [-most, most], layers: [{ kind: "bars", values, colour: "filtered" }, { kind: "level", value: 0, colour: "edge" },
     { kind: "level", value: bound, colour: "smoothed", dash: [5, 3] }, { kind: "level", value: -bound, colour: "smoothed", dash: [5, 3] }] });
   showNumbers(ahead);
 }
@@ -694,7 +683,8 @@ async function begin() {
   options($("core"), Object.entries(content.cores), Object.keys(content.cores).indexOf("m4f"));
   buildSliders();
   captions();
-  for (const [name, id] of [["state", "chart-state"], ["innovation", "chart-innovation"], ["nis", "chart-nis"], ["correlation", "chart-correlation"]]) charts[name] = new Chart($(id));
+  const across = times ? timesAcross(times, content.flow?.dt || (times[times.length - 1] - times[0]) / (times.length - 1)) : ROWS;
+  for (const [name, id] of [["state", "chart-state"], ["innovation", "chart-innovation"], ["nis", "chart-nis"], ["correlation", "chart-correlation"]]) charts[name] = new Chart($(id), name === "correlation" ? ROWS : across);
   if ([...content.states, ...content.measurements, ...content.controls].some((one) => one.range === null)) {
     const fixed = document.querySelector("[name=arithmetic][value=q31]");
     fixed.disabled = true;
