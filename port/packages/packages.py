@@ -332,6 +332,9 @@ def onefile(to):
     banner = f"/* kalmanq {VERSION}, made of the library's files by port/packages/packages.py.\n\n{LICENSE}*/\n"
     header = OneFile([ROOT / "include"], {})
     write(to / "kalmanq.h", banner + "\n".join(header.text(ROOT / "include/kalmanq/kalmanq.h")))
+    write(to / "kalmanq/kalmanq.h", '#include "../kalmanq.h"\n')  # programs find it as the library's, too
+    generic = header.text(ROOT / "include/kalmanq/generic.h")
+    write(to / "kalmanq/generic.h", banner + '#include "../kalmanq.h"\n' + "\n".join(generic))
     for arithmetic in ARITHMETICS:
         name = f"src/arithmetic/{arithmetic}.h"
         known = {key: value == "1" for key, value in

@@ -5,6 +5,7 @@
 #ifndef KQ_SRC_ARITHMETIC_F32_H
 #define KQ_SRC_ARITHMETIC_F32_H
 
+#include "language.h"
 #include <float.h>
 #include <math.h>
 #include "kalmanq/kalmanq.h"

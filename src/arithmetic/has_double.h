@@ -3,6 +3,7 @@
 #ifndef KQ_SRC_ARITHMETIC_HAS_DOUBLE_H
 #define KQ_SRC_ARITHMETIC_HAS_DOUBLE_H
 
+#include "language.h"
 #include <float.h>
 #include <stdint.h>
 

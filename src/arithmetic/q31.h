@@ -6,6 +6,7 @@
 #ifndef KQ_SRC_ARITHMETIC_Q31_H
 #define KQ_SRC_ARITHMETIC_Q31_H
 
+#include "language.h"
 #include "kalmanq/kalmanq.h"
 #include "scaled_q31.h"
 

@@ -1,6 +1,7 @@
 """The pages: their programs compile, clean, and print what is said; links lead somewhere; names are there.
 
 usage: check_readme.py PAGE... SOURCE LIBRARY WORK
+       check_readme.py --onefile PAGE... FOLDER LIBRARY WORK     the programs alone, with FOLDER's kalmanq.h
 """
 import functools
 import pathlib
@@ -14,12 +15,12 @@ def programs(text: str) -> list[tuple[str, str]]:
     return re.findall(r"^```c\n(.*?)^```\n+```text\n(.*?)^```", text, re.MULTILINE | re.DOTALL)
 
 
-def run(program: str, source: str, library: str, folder: pathlib.Path) -> str:
+def run(program: str, include: str, library: str, folder: pathlib.Path) -> str:
     folder.mkdir(parents=True, exist_ok=True)
     (folder / "example.c").write_text(program, encoding="utf-8")
     subprocess.run(
         ["cc", "-std=c11", "-O2", "-ffp-contract=off", "-Wall", "-Wextra", "-Wpedantic", "-Werror",
-         f"-I{source}/include", str(folder / "example.c"), library, "-lm", "-o",
+         f"-I{include}", str(folder / "example.c"), library, "-lm", "-o",
          str(folder / "example")],
         check=True)
     return subprocess.run([str(folder / "example")], check=True, capture_output=True,
@@ -118,7 +119,7 @@ def main(pages: list[str], source: str, library: str, work: str) -> None:
             faults += [f"{page}: {name} is not there"
                        for name in missing(page, text, pathlib.Path(source))]
         for program, expected in programs(text):
-            printed = run(program, source, library, pathlib.Path(work) / str(number))
+            printed = run(program, f"{source}/include", library, pathlib.Path(work) / str(number))
             number += 1
             print(printed, end="")
             if printed != expected:
@@ -128,5 +129,16 @@ def main(pages: list[str], source: str, library: str, work: str) -> None:
     sys.exit("\n".join(faults) or 0)
 
 
+def main_onefile(pages: list[str], folder: str, library: str, work: str) -> None:
+    """What prepares tables on the host is not in it."""
+    tried = [(program, expected) for page in pages for program, expected in programs(pathlib.Path(page).read_text(encoding="utf-8"))
+             if "prepare" not in program]
+    wrong = [expected for k, (program, expected) in enumerate(tried) if run(program, folder, library, pathlib.Path(work) / str(k)) != expected]
+    print(f"{len(tried)} programs with one file")
+    sys.exit("\n".join(wrong) or (0 if tried else "no program"))
+
+
 if __name__ == "__main__":
+    if sys.argv[1] == "--onefile":
+        main_onefile(sys.argv[2:-3], *sys.argv[-3:])
     main(sys.argv[1:-3], *sys.argv[-3:])

@@ -16,7 +16,7 @@ from equations import path_of
 from library import ROOT
 from products import PRODUCTS
 from test_commands import EXAMPLES
-from whole import first
+from whole import MEASURED, first
 
 from kalmanq import Model
 from kalmanq.compiler.given.request import Options
@@ -25,6 +25,8 @@ from kalmanq.compiler.text.product import compiled
 from kalmanq.firmware import measured
 from kalmanq.firmware.cores import BY_NAME, CORES
 from kalmanq.model import model_file
+
+pytestmark = MEASURED
 
 TWO = ("m3", "m4f")
 NAME = "compiled"  # as a file of the package is

@@ -19,7 +19,7 @@ from firmware_here import Firmware
 from products import PRODUCTS
 from random_models import random_model
 from library import objects, written
-from whole import WHOLE, first
+from whole import MEASURED, WHOLE, first
 from kalmanq import KalmanqError, Model, ModelError, Quantity
 from kalmanq.commands.design import no_less
 from kalmanq.core import lib
@@ -504,6 +504,7 @@ def test_the_page_and_json_say_why_there_is_no_lean(tmp_path):
 # ------------------------------------------------------------------------------ the command
 
 
+@MEASURED
 @pytest.mark.parametrize("core", first(2, ("m4f", "avr", "m0", *sorted({*PARTS} - {"m4f", "avr", "m0"}))))
 def test_the_command_writes_a_filter(core, tmp_path):
     done = kalmanq("design", EXAMPLES / "track.toml", "--core", core, "--flash", 512, "-o", tmp_path, "--json")
@@ -524,6 +525,7 @@ def test_the_command_writes_a_filter(core, tmp_path):
             assert one["flags"] == costs.flags(core) and one["include"] == costs.include_path(core, one["way"])
 
 
+@MEASURED
 def test_what_does_not_fit_is_said(tmp_path):
     done = kalmanq("design", EXAMPLES / "track.toml", "--core", "m0", "--way", "init", "--flash", 4, "-o", tmp_path)
     assert done.returncode == 1 and not list(tmp_path.iterdir())

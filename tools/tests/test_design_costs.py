@@ -18,7 +18,7 @@ from command import kalmanq
 from library import ROOT
 from models import LATE
 from random_models import random_model
-from whole import WHOLE, first
+from whole import MEASURED, WHOLE, first
 
 from kalmanq import Model, Quantity
 from kalmanq.compiler.report.design_costs import costs_of, design_of
@@ -33,6 +33,8 @@ from kalmanq.firmware.ranges import with_ranges
 from kalmanq.firmware.reach import draw
 from kalmanq.model import Gaps, model_file
 from kalmanq.run.parts import Parts
+
+pytestmark = MEASURED
 
 EXAMPLES = ROOT / "tools" / "kalmanq" / "examples"
 CORES = ("m3", "m0", "m4f", "m7", "m33", "rv32")

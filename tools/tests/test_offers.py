@@ -21,6 +21,9 @@ from kalmanq.model import model_file
 from kalmanq.pages import report
 from kalmanq.run.filters import Filter
 from kalmanq.run.simulation import simulate
+from whole import MEASURED
+
+pytestmark = MEASURED
 
 
 def called(*arguments: object) -> str:

@@ -22,7 +22,7 @@ from kalmanq.pages.verdict import findings, headline, whiteness
 from kalmanq.run.diagnostics import autocorrelation, ljung_box, mean_bounds, share_bounds
 from kalmanq.run.simulation import simulate
 from test_commands import EXAMPLES, kalmanq, refused
-from whole import WHOLE
+from whole import MEASURED, WHOLE
 
 NILE, MODEL, TRACK = EXAMPLES / "nile.csv", EXAMPLES / "nile.toml", EXAMPLES / "track.toml"
 VOID = {"meta", "br", "hr", "link", "img", "input"}
@@ -199,6 +199,7 @@ def track(folder: Path) -> Path:
     return data
 
 
+@MEASURED
 def test_what_each_core_pays_is_told(tmp_path):
     text = reported(MODEL, NILE, tmp_path).text
     assert "kalmanq design" in text and "Compiled for this model alone" in text and "Cortex-M4F" in text and "arm-none-eabi-gcc" in text
@@ -211,6 +212,7 @@ def printed_style(raw: str) -> str:
     return raw[raw.index("@media print"):raw.index("</style>")]
 
 
+@MEASURED
 def test_a_number_is_printed_in_one_line(tmp_path):
     """No cell of a table holds a sentence, which would leave no room for the others, and no number is broken."""
     page = reported(EXAMPLES / "track.toml", track(tmp_path), tmp_path)
@@ -221,6 +223,7 @@ def test_a_number_is_printed_in_one_line(tmp_path):
     assert "Compiled for this model alone" in page.text and re.search(r"Cortex-M4F f32 \d+ \d+ \d+ ", " ".join(page.text.split()))
 
 
+@MEASURED
 @pytest.mark.skipif(not (CHROMIUM and shutil.which("pdftotext")), reason="needs Chromium and pdftotext")
 @pytest.mark.parametrize("states", [4, 16])
 def test_the_print_has_all_of_its_tables(states, tmp_path):

@@ -28,7 +28,7 @@ from kalmanq.run.robust import LOSSES
 from kalmanq.run.simulation import drawn
 from kalmanq.tune import page
 from tune_node import nameless, needs_browser, needs_node, numbers, ready, settled, shown
-from whole import WHOLE
+from whole import MEASURED, WHOLE
 
 HERE = Path(__file__).parent
 ROOT = HERE.parents[1]
@@ -443,6 +443,7 @@ def test_refusals_are_one_line(tmp_path, model, data, said):
     assert "Traceback" not in made.stderr and not (tmp_path / "tune.html").exists()
 
 
+@MEASURED
 def test_costs_are_those_of_compile_or_why_there_are_none(monkeypatch):
     made, told = page.costs(read("nile")), costs_of(compiled(read("nile"), "filter", Options("q31")))
     for core, one in told.items():

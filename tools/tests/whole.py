@@ -1,4 +1,5 @@
-"""Marks what only tools/test.sh --all runs: `first(2, VALUES)` are VALUES of which every day has the first two."""
+"""Marks.  WHOLE: only tools/test.sh --all runs it; `first(2, VALUES)` are VALUES of which every day has the first two.
+MEASURED: it is of what C costs on cores, which is compiled and emulated for seconds; the others run as where no cross compiler is."""
 
 from __future__ import annotations
 
@@ -6,11 +7,18 @@ from typing import Any, Iterable
 
 import pytest
 
-WHOLE = pytest.mark.whole
+WHOLE, MEASURED = pytest.mark.whole, pytest.mark.measured
 
 
 def pytest_configure(config: pytest.Config) -> None:  # pytest -p whole
     config.addinivalue_line("markers", "whole: only with tools/test.sh --all")
+    config.addinivalue_line("markers", "measured: of what C costs on cores")
+
+
+@pytest.fixture(autouse=True)
+def unmeasured(request: pytest.FixtureRequest, monkeypatch: pytest.MonkeyPatch) -> None:
+    if not request.node.get_closest_marker("measured"):
+        monkeypatch.setattr("kalmanq.firmware.measured.missing", lambda *_: "not measured in this test")
 
 
 def first(count: int, values: Iterable[Any]) -> list[Any]:  # values that are tuples are several parameters
