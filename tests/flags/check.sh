@@ -52,7 +52,7 @@ must_be_refused_or_found() { # OPTION...
     if build "$@"; then
         must_be "-23 -23 0" "$*"
     else
-        grep -q 'kalmanq.*: compile without\|kalmanq.*: no -f' "$work/refused" || wrong "$*" "no reason"
+        grep -q 'kalmanq.*: compile with\|kalmanq.*: no -f' "$work/refused" || wrong "$*" "no reason"
         echo "$compiler, $*: refused"
     fi
 }
@@ -69,6 +69,8 @@ must_be_found() { # OPTION...: untold
     must_be "-23 -23 0" "$*, untold"
 }
 for flags in -ffast-math -ffinite-math-only; do must_be_refused_or_found $flags; done
+# floats in registers of 80 bits; clang has no such flag for this machine
+case $compiler-$(uname -m) in gcc-x86_64) must_be_refused_or_found -mfpmath=387 ;; esac
 must_be_found -ffast-math
 if [ "$amount" = whole ]; then
     for flags in -funsafe-math-optimizations "-fassociative-math -fno-signed-zeros -fno-trapping-math"; do
