@@ -1,4 +1,4 @@
-"""Products as their makers would write them: sixteen ordinary ones for design and compile, and twelve for compile alone."""
+"""Products as their makers would write them: sixteen ordinary ones for design and compile, and others for compile alone."""
 
 from __future__ import annotations
 
@@ -222,7 +222,78 @@ def variometer() -> Model:
                  measurements=[Quantity("baro", "m", 12000)], controls=[Quantity("accelerometer", "m/s2", 80)])
 
 
+# ------------------------------------------------------------------------------ whose states are far beyond their sigma
+
+
+def spindle() -> Model:
+    """An angle over thousands of turns, at 1 kHz, by an encoder good to a milliradian"""
+    A, G = _velocity(1e-3, 0.5)
+    return Model(A, H=[1, 0], R=1e-6, G=G, P0=[1, 1e4], name="spindle", measurements=[Quantity("encoder", "rad", 2e4)],
+                 states=[Quantity("angle", "rad", 2e4), Quantity("speed", "rad/s", 2500)])
+
+
+def tide() -> Model:
+    """Level of the sea once a minute: the mean level and the tide of half a day, which nothing but the moon moves"""
+    turn = 2 * np.pi * 60 / 44714.16
+    A = [[1, 0, 0], [0, np.cos(turn), np.sin(turn)], [0, -np.sin(turn), np.cos(turn)]]
+    return Model(A, H=[1, 1, 0], R=100, Q=[1e-2, 1e-4, 1e-4], P0=[1e4, 9e4, 9e4], name="tide", measurements=[Quantity("radar", "mm", 2e4)],
+                 states=[Quantity("level", "mm", 1e4), Quantity("tide", "mm", 6e3), Quantity("quadrature", "mm", 6e3)])
+
+
+def airdata() -> Model:
+    """Static pressure and its rate at 25 Hz, by a good sensor and one whose bias drifts"""
+    A = [[1, 0.04, 0], [0, 0.999, 0], [0, 0, 0.9999]]
+    return Model(A, H=[[1, 0, 0], [1.0003, 0, 1]], R=[4, 1], Q=[0, 0.04, 1e-4], P0=[1e6, 1e4, 1e4], x0=[1e5, 0, 0], name="airdata",
+                 states=[Quantity("static", "Pa", 1.1e5), Quantity("rate", "Pa/s", 2000), Quantity("bias", "Pa", 400)],
+                 measurements=[Quantity("good", "Pa", 1.1e5), Quantity("cheap", "Pa", 1.1e5)])
+
+
+def hydraulic() -> Model:
+    """Oil of a press at 2 kHz: what leaks, what the valve lets in, and the offset of its sensor against the one of the pump"""
+    return Model([[0.9996, 0.35, 0], [0, 0.98, 0], [0, 0, 1]], H=[[1, 0, 1], [1, 0, 0]], R=[0.01, 0.25], Q=[1e-6, 1e-4, 1e-8], B=[0, 0.7, 0],
+                 P0=[4e4, 100, 100], name="hydraulic", states=[Quantity("oil", "kPa", 3.5e4), Quantity("flow", "l/min", 300), Quantity("offset", "kPa", 50)],
+                 measurements=[Quantity("cylinder", "kPa", 3.6e4), Quantity("pump", "kPa", 3.6e4)], controls=[Quantity("valve", "V", 10)])
+
+
+def lift() -> Model:
+    """A cabin in a shaft of 500 m at 100 Hz, by its rope and an accelerometer that reads gravity, too"""
+    return Model([[1, 0.01, -5e-5], [0, 1, -0.01], [0, 0, 1]], H=[1, 0, 0], R=4e-6, B=[5e-5, 0.01, 0], c=[-4.903325e-4, -0.0980665, 0],
+                 Q=[[1e-12, 1e-10, 0], [1e-10, 4e-8, 0], [0, 0, 1e-12]], x0=[10, 0, 0], P0=[1, 0.01, 0.01], name="lift",
+                 states=[Quantity("height", "m", 500), Quantity("speed", "m/s", 10), Quantity("bias", "m/s2", 1)],
+                 measurements=[Quantity("rope", "m", 500)], controls=[Quantity("accelerometer", "m/s2", 30)])
+
+
+def picoammeter() -> Model:
+    """A current that wanders and what the cable leaks as it dries, which a shutter shows alone; 10 Hz"""
+    return Model([[1, 0], [0, 0.99993]], H=[[1.02, 1], [0, 1]], R=[0.04, 1], Q=[1e-4, 1e-7], P0=[1e6, 1e4], name="picoammeter",
+                 states=[Quantity("current", "pA", 2e4), Quantity("leak", "pA", 500)],
+                 measurements=[Quantity("open", "pA", 2.1e4), Quantity("shutter", "pA", 600)])
+
+
+def gpsdo() -> Model:
+    """Phase, frequency and drift of an oven that GPS disciplines by a voltage, once a second"""
+    return Model([[1, 1, 0.5], [0, 1, 1], [0, 0, 0.9999]], H=[1, 0, 0], R=100, B=[0.15, 0.3, 0], Q=[1e-4, 1e-6, 1e-12], P0=[1e8, 1e4, 1e-4], name="gpsdo",
+                 states=[Quantity("phase", "ns", 1e6), Quantity("frequency", "ns/s", 1000), Quantity("drift", "ns/s2", 0.1)],
+                 measurements=[Quantity("pps", "ns", 1e6)], controls=[Quantity("dac", "V", 5)], gaps=Gaps(20))
+
+
+def calorimeter() -> Model:
+    """Sample, can and jacket that exchange heat over minutes, in mK, heated by milliwatts; every 0.5 s"""
+    A = [[1 - 1 / 240, 1 / 240, 0], [1 / 700, 1 - 1 / 700 - 1 / 3000, 1 / 3000], [0, 1 / 9000, 1 - 1 / 9000]]
+    return Model(A, H=[[1, 0, 0], [0, 0, 1]], R=[0.25, 1], Q=[1e-6, 1e-6, 1e-5], B=[0.035, 0, 0], P0=[1e6] * 3, x0=[25000] * 3, name="calorimeter",
+                 states=[Quantity(one, "mK", 6e4) for one in ("sample", "can", "jacket")], measurements=[Quantity("thermistor", "mK", 6e4), Quantity("bath", "mK", 6e4)],
+                 controls=[Quantity("heater", "mW", 500)])
+
+
+def truckscale() -> Model:
+    """A weight, the creep of its cell over hours and an offset, by a cell and a display with correlated noise"""
+    return Model([[1, 0, 0], [2e-6, 0.9998, 0], [0, 0, 1]], H=[[1, 1, 1], [1, 0, 0]], R=[[1, 0.6], [0.6, 4]], Q=[0.01, 1e-6, 1e-8], P0=[1e8, 1, 100],
+                 name="truckscale", states=[Quantity("weight", "kg", 6e4), Quantity("creep", "kg", 600), Quantity("offset", "kg", 100)],
+                 measurements=[Quantity("cell", "kg", 6.2e4), Quantity("display", "kg", 6.2e4)], d=[1200.3, 0])
+
+
 PRODUCTS = (fridge, press, tilt, battery, barometer, load_cell, gps, clock, motor, tank, anemometer, heart, spring,
             meter, ultrasound, oven)
 OTHERS = (drone, calendar, interferometer, borehole, scale, quartz, rover, well, pll, gnss_odo, bldc, thermistors, variometer)
-ALL = (*PRODUCTS, *OTHERS)
+FAR = (spindle, tide, airdata, hydraulic, lift, picoammeter, gpsdo, calorimeter, truckscale)
+ALL = (*PRODUCTS, *OTHERS, *FAR)

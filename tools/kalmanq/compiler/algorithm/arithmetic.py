@@ -101,8 +101,8 @@ class Arithmetic:
         """What the innovations add to the mean i; at, y: of a gain and an innovation, with {} for its place.  "": 0"""
         raise NotImplementedError
 
-    def innovation_text(self, j: int) -> str:
-        """z<j> less what the mean says"""
+    def innovation_text(self, j: int) -> tuple[Sequence[str], str]:
+        """z<j> less what the mean says, and lines before it"""
         raise NotImplementedError
 
     def moved(self, added: Mapping[int, str]) -> list[str]:

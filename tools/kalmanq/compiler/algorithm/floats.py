@@ -10,12 +10,12 @@ from typing import Any, Callable, Iterable, Mapping, Optional, Sequence
 
 import numpy as np
 
-from kalmanq.compiler.algorithm import ud
+from kalmanq.compiler.algorithm import double_words, ud
 from kalmanq.compiler.algorithm.arithmetic import Arithmetic
 from kalmanq.compiler.algorithm.coefficients import Constant, coefficients
 from kalmanq.compiler.algorithm.facts import entries_of, facts
 from kalmanq.compiler.algorithm.ud import carried
-from kalmanq.compiler.given import growth, slow
+from kalmanq.compiler.given import far, growth, slow
 from kalmanq.compiler.given.enclosure import Settled
 from kalmanq.compiler.given.request import RUN, STUDENT_STEPS, Request
 from kalmanq.formulas.graph import Node, constant, dot, inverse, make, node, symbol
@@ -46,6 +46,8 @@ class FloatFilter(Arithmetic):
         self.steady = steady
         self.coefficients = self.made_coefficients()
         self.growth = self._what_grows()
+        may_be_far = self.type == "float" and self.may_be_slow and not given.options.tunable
+        self.far = far.far_rows(given, steady) if may_be_far else ([], [])
         self._choose_order()
         self.events = (growth.EVENT,) if self.growth else ()
 
@@ -108,7 +110,7 @@ class FloatFilter(Arithmetic):
         """Of the two ways to predict the one with fewer operations"""
         least = min(min(ud.factor_of_noise(self._in_order(self.given.of.Q))[i, i], self.first[i, i]) for i in range(self.of.n))
         guards = least <= 0 or self.given.options.tunable
-        forms = [ud.UD(rotates, guards, LEAST[self.type]) for rotates in (True, False)]
+        forms = [ud.UD(rotates, guards, LEAST[self.type], bool(self.far[0])) for rotates in (True, False)]
         P = {key: symbol(entry(key)) for key in self.first}
         return min(forms, key=lambda form: self._size(self._predicted(form, P)))
 
@@ -220,14 +222,17 @@ class FloatFilter(Arithmetic):
 
     def _moved(self, x: Mean) -> Mean:
         """A x + B u: the change in the low part, then the low part goes over to x as far as it can."""
-        return [carried(high, self._change(x, i)) for i, (high, _) in enumerate(x)]
+        return [double_words.moved(self.given, x, i) if i in self.far[0] else carried(high, self._change(x, i)) for i, (high, _) in enumerate(x)]
 
     def _change(self, x: Mean, i: int) -> Node:
         sums = [high + low for high, low in x]
         change = dot(((self.coefficients.A_less_one[i][k], sums[k]) for k in range(self.of.n)), x[i][1])
         return dot(((self.coefficients.B[i][k], symbol(f"u{k}")) for k in range(self.of.l)), change)
 
-    def innovation(self, x: Mean, j: int, z: Node) -> Node:
+    def innovation(self, x: Mean, j: int) -> Node:
+        if j in self.far[1]:
+            return double_words.innovation(self.given, x, j)
+        z = symbol(f"z{j}")
         for part in (0, 1):
             for h, one in zip(self.of.H[j], x):
                 z = z - node(h) * one[part]
@@ -298,7 +303,7 @@ class FloatFilter(Arithmetic):
 
     def measured(self, j: int) -> Node:
         """The innovation of component j, given the components before it"""
-        return self.innovation(self.mean, j, symbol(f"z{j}"))
+        return self.innovation(self.mean, j)
 
     def corrected(self, corrections: Sequence[Node], j: int) -> list[Target]:
         """The mean, moved by an update"""
@@ -355,7 +360,7 @@ class FloatFilter(Arithmetic):
         """The mean by the constant gain, from z0, z1, ..., and `then`; predicts: A x + B u before.  With gates nothing
         is done where a component is beyond its gate."""
         x = self._moved(self.mean) if predicts else self.mean
-        y = [self.innovation(x, j, symbol(f"z{j}")) for j in range(self.of.m)]
+        y = [self.innovation(x, j) for j in range(self.of.m)]
         targets = self._written([(high, dot(zip(row, y), low)) for (high, low), row in zip(x, self.steady.gain_that_moves)])
         body = Body(self.words, hints={id(one): f"y{j}" for j, one in enumerate(y)})
         apart, variances = self._apart(y), self.steady.variances.astype(float)
@@ -378,8 +383,10 @@ class FloatFilter(Arithmetic):
         m = self.of.m
         return " + ".join(f"{at.format(i * m + j)} * {y.format(j)}" for j in range(m) if any(one[i, j] for one in gains))
 
-    def innovation_text(self, j: int) -> str:
-        return Body(self.words).text(self.innovation(self.mean, j, symbol(f"z{j}")))
+    def innovation_text(self, j: int) -> tuple[Sequence[str], str]:
+        body, made = Body(self.words, stem=f"y{j}_"), self.innovation(self.mean, j)
+        body.name_shared([made])
+        return body.lines, body.text(made)
 
     def moved(self, added: Mapping[int, str]) -> list[str]:
         return [f"l{i} += {text};" for i, text in added.items()]

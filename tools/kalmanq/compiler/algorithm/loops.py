@@ -40,9 +40,8 @@ class LoopedFilter(FloatFilter):
 
     def update(self, j: int) -> list[str]:
         options, n = self.given.options, self.of.n
-        body = Body(self.words)
-        y = body.text(self.innovation(self.mean, j, symbol(f"z{j}")))
-        lines = [f"const {self.type} y = {y};"]
+        before, y = self.innovation_text(j)
+        lines = [*before, f"const {self.type} y = {y};"]
         r = self.number(self.of.R[j])
         if options.student or options.gate is not None or options.nis:
             lines.append(f"const {self.type} s = spread(f->P, H[{j}]);")

@@ -21,6 +21,7 @@ Row = Sequence[Given]
 ZERO, ONE = 0.0, 1.0
 ROUNDED = 2.0**-50  # of a variance of Q
 ROUNDING = 2.0**-52  # of a double, as a share of a sigma
+NEAR = 0.5  # 1, a coefficient above this
 LEAST = 1e-36  # a D below this is 0: its inverse would overflow a float
 
 
@@ -45,14 +46,17 @@ class Column:
 @dataclass(frozen=True)
 class UD:
     """rotates: predict by rotations where a column allows it; guards: D may become 0, so no inverse is taken of a D
-    below `least`"""
+    below `least`; lasts: no coefficient near 1 is rounded, and a rotation begins with the state's own column, by which the others are
+    small"""
 
     rotates: bool = True
     guards: bool = False
     least: float = LEAST
+    lasts: bool = False
 
     def predict(self, A: Sequence[Row], noise: Sequence[Column], P: Entries) -> Entries:
-        return self.triangular([*times(A, P), *(Column(one.weight, list(one.entries)) for one in noise)], len(A))
+        moved = (scaled if self.lasts else times)(A, P)
+        return self.triangular([*moved, *(Column(one.weight, list(one.entries)) for one in noise)], len(A))
 
     def update(self, h: Row, r: Given, P: Entries, y: Given = ZERO, low: Optional[Entries] = None,
                by_column: bool = False) -> tuple[list[Node], Node, Entries]:
@@ -94,8 +98,9 @@ class UD:
     def reduced(self, columns: list[Column], rows: Sequence[int]) -> tuple[Entries, list[Column]]:
         """U and D of some rows, the last one first, and the columns of what is left: of the rows above, given these"""
         after: Entries = {}
+        own = columns[:len(rows)] if self.lasts else [None] * (1 + max(rows))
         for row in rows:
-            parts = [one for one in columns if not one.entries[row].equals(0)]
+            parts = sorted((one for one in columns if not one.entries[row].equals(0)), key=lambda one: one is not own[row])
             pivot = next((one for one in parts if one.entries[row].equals(1) and self.rotates), None)
             if not parts:
                 after.update({(i, row): constant(0) for i in range(row + 1)})
@@ -226,3 +231,18 @@ def times(A: Sequence[Row], P: Entries) -> list[Column]:
     n = len(A)
     return [Column(P[c, c], [dot((row[k], ONE if k == c else P[k, c]) for k in range(c + 1)) for row in A])
             for c in range(n)]
+
+
+def scaled(A: Sequence[Row], P: Entries) -> list[Column]:
+    """The same, each column over its A_cc: what is near 1 is 1 and the rest"""
+    made = []
+    for c in range(len(A)):
+        by = A[c][c].value if A[c][c].is_constant and A[c][c].value > NEAR else ONE
+        entries = []
+        for i, row in enumerate(A):
+            own = P[i, c] if i < c else node(float(i == c))
+            share = row[i].value / by
+            first = own + own * (share - 1) if i < c and share > NEAR else own * share
+            entries.append(dot(((row[k].value / by, ONE if k == c else P[k, c]) for k in range(c + 1) if k != i), first))
+        made.append(Column(P[c, c] + P[c, c] * (by * by - 1), entries))
+    return made

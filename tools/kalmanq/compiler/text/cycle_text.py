@@ -32,8 +32,9 @@ class CycleText(Text):
         """By the gain of its row"""
         a = self.a
         body = [f"const {a.type} *g = gain[f->row - 1];"]
-        body += [f"const {a.type} y{j} = (taken & {1 << j}u) != 0u ? {a.innovation_text(j)} : {a.zero};"
-                 for j in range(self.given.of.m)]
+        for j in range(self.given.of.m):
+            lines, y = a.innovation_text(j)
+            body += [*lines, f"const {a.type} y{j} = (taken & {1 << j}u) != 0u ? {y} : {a.zero};"]
         added = {i: a.gained(i, self.cycle.gains, "g[{}]", "y{}") for i in range(self.given.of.n)}
         body += a.moved({i: text for i, text in added.items() if text})
         return [*self.measured(), *within(a.places(factor=False), body)]

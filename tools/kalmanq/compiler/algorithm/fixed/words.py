@@ -278,8 +278,8 @@ class WordFilter(Readings):
     def gained(self, i: int, gains: Sequence[np.ndarray], at: str, y: str) -> str:
         return self.mean.tabled(i, gains, self.resolution, at, y)
 
-    def innovation_text(self, j: int) -> str:
-        return self.mean.innovation(j, {})
+    def innovation_text(self, j: int) -> tuple[Sequence[str], str]:
+        return [], self.mean.innovation(j, {})
 
     def moved(self, added: Mapping[int, str]) -> list[str]:
         return self.mean.stored({i: f"x{i} + {text}" for i, text in added.items()})
