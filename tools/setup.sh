@@ -206,7 +206,8 @@ kq_setup_tools() {
     kq_setup_wasm || true # the package is without kalmanq tune then
     KQ_TOOLS_PYTHON="$kq_root/.deps/tools/bin/python"
     "$KQ_TOOLS_PYTHON" -c 'import scikit_build_core, cffi, numpy, scipy, matplotlib, jinja2, typer, rich, pytest
-import pandas, joblib, distributed, unicorn, elftools' 2>/dev/null && return 0
+import pandas, joblib, distributed, unicorn, elftools
+import can, cantools, gpxpy, openpyxl, pyarrow, pymap3d, pynmea2, pyubx2, pyulog' 2>/dev/null && return 0
     python3 -c 'import ensurepip, venv, sysconfig, pathlib, sys
 sys.exit(not pathlib.Path(sysconfig.get_path("include"), "Python.h").exists())' 2>/dev/null ||
         kq_install python3 python3-venv python3-dev || return 1
@@ -214,7 +215,8 @@ sys.exit(not pathlib.Path(sysconfig.get_path("include"), "Python.h").exists())' 
     echo "setup: installing what the Python package needs"
     python3 -m venv "$kq_root/.deps/tools" &&
         "$KQ_TOOLS_PYTHON" -m pip install -q --disable-pip-version-check \
-            scikit-build-core cffi numpy scipy matplotlib jinja2 typer rich pytest pandas joblib 'dask[distributed]' unicorn pyelftools
+            scikit-build-core cffi numpy scipy matplotlib jinja2 typer rich pytest pandas joblib 'dask[distributed]' unicorn pyelftools \
+            cantools gpxpy openpyxl pyarrow pymap3d pynmea2 python-can pyubx2 pyulog
 }
 
 # What wheels are built and audited by, and what a base wheel needs, for a venv without network

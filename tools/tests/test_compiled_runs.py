@@ -16,6 +16,7 @@ from whole import first
 from kalmanq import Filter, nonlinear
 from kalmanq.compiler.run.simulation import CompiledFilter
 from kalmanq.data import tables
+from kalmanq.data.written import writing
 from kalmanq.model import model_file
 from kalmanq.pages import verdict
 from kalmanq.run.campaigns import journal_of, run_campaign
@@ -188,7 +189,7 @@ def test_smoothed_error_states(tmp_path, seed):
     path = Path(__file__).parent / "equations" / "attitude.py"
     model = nonlinear.read(path)
     x, z, u = nonlinear.simulate(model, 300, seed)
-    with tables.writing(tmp_path / "z.csv", [one.name for one in (*model.measurements, *model.controls)]) as write:
+    with writing(tmp_path / "z.csv", [one.name for one in (*model.measurements, *model.controls)]) as write:
         write([*z.T, *u.T])
     done = kalmanq("run", path, tmp_path / "z.csv", "--arith", "f64", "--smooth", "--out", tmp_path / "out.csv")
     assert done.returncode == 0, done.stderr

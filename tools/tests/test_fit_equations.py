@@ -12,7 +12,7 @@ from command import kalmanq as command
 from scipy.stats import chi2
 
 import kalmanq
-from kalmanq.data import tables
+from kalmanq.data.written import writing
 from kalmanq.fitting.choice import Choice
 from kalmanq.fitting.expectation import Records
 from kalmanq.fitting.problem import Problem
@@ -110,7 +110,7 @@ def test_standard_errors():
 def log(tmp_path: Path, name: str) -> Path:
     model, path = read(FITTED / f"{name}.py"), tmp_path / "log.csv"
     _, z, u = simulate(model, 300, 7)
-    with tables.writing(path, [one.name for one in (*model.measurements, *model.controls)]) as write:
+    with writing(path, [one.name for one in (*model.measurements, *model.controls)]) as write:
         write([*z.T, *u.T])
     return path
 

@@ -252,7 +252,6 @@ OF_FILE = {  # a change of AT_TIMES
 }
 OF_DATA = {  # times in ms; what is said
     "0,20,10,30": "data.csv: row 4, column t [ms]: the time goes back, from 20 to 10: --sort sorts the rows",
-    "0,20,20,30": "data.csv: row 4, column t [ms]: 20 is the time of the row before, too: join the two rows, or leave one out",
     "0,20,,30": "data.csv: row 4, column t [ms]: the time is missing",
 }
 
@@ -287,7 +286,7 @@ def test_what_has_no_step_or_no_times_is_refused_in_one_line(tmp_path):
         refused(kalmanq(command, tmp_path / "m.py", *(tmp_path / one if str(one).endswith("csv") else one for one in more)), said, tmp_path)
     model = read(tmp_path / "m.py")
     for said, do in (("^dt .*times", lambda f: (f.predict(dt=1.0), f.predict())),
-                     ("row 0: .*after", lambda f: (f.run([0, 0], times=[0, 1]), f.run([0], times=[1]))),
+                     ("row 0: .*before", lambda f: (f.run([0, 0], times=[0, 1]), f.run([0], times=[0.9]))),
                      ("^times .*missing", lambda f: (f.run([0, 0], times=[0, 1]), f.run([0]))),
                      ("^dt: .*duration", lambda f: f.predict(dt=0))):
         with pytest.raises(KalmanqError, match=said):

@@ -64,7 +64,7 @@ def several():
     model = Model.of_continuous([[0, 1], [0, -0.1]], H=[[1, 0], [0, 1], [1, 1]], R=[[4, 1, 0], [1, 2, 0], [0, 0, 0.5]], Qc=[0.1, 0.3], dt=0.5,
                                 B=[0, 1], c=[0, 0.2], d=[1, 0, -2], P0=[9, 4], states=ranges,
                                 measurements=[Quantity(name, "m", 1000.0) for name in "abc"], controls=[Quantity("push", "N", 10.0)])
-    times = np.cumsum(np.random.default_rng(1).choice([0.5, 1.0, 0.75], 90))
+    times = np.cumsum(np.random.default_rng(1).choice([0.5, 1.0, 0.75, 0.0], 90))
     u = np.sin(times)[:, None]
     _, z = drawn(model, 90, 5, (30, 40), u, times)
     z[::3, 1] = np.nan

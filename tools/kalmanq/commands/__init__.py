@@ -33,7 +33,7 @@ GONE = {  # of a command: options that it had before 2.0, and why it has no more
 COMMANDS = {
     "run": Row(
         "kalmanq.commands.run",
-        "Filter a CSV file.  Also smooth it (--smooth, --lag) and forecast (--forecast).",
+        "Filter a CSV file or a log.  Also smooth it (--smooth, --lag) and forecast (--forecast).",
         "kalmanq run track.toml my.csv --smooth --plot my.png"),
     "check": Row(
         "kalmanq.commands.check",

@@ -55,7 +55,7 @@ def compare_file(options: Options, console: Console) -> None:
                                "and leave `delays` out")
         joining.refuse_several(options.data, model)
         true_states = [f"{name}_true" for name in model.state_names]  # where there is one for each state
-        z, u, truth, times = tables.record_and(options.data[0], model, true_states, dt=tables.dt_of(model), cure=tables.cure_of(model))
+        z, u, truth, times = tables.record_and(options.data[0], model, true_states)
         errors, figures = arithmetics(model, z, u, BESIDE if options.compiled else {}, times)
         found = compare_methods(model, z, u, truth, times)
         _draw(options, errors)

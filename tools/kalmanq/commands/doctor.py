@@ -41,10 +41,12 @@ class Found:
         return "missing" if self.version is None else self.version
 
 
-MODULES = {"kalmanq": "all commands", "numpy": "all commands", "scipy": "fit, design, report, compare, simulate --runs", "joblib": "simulate --runs, study", "pandas": "dates such as 31.05.2026", "matplotlib": "--plot, report",
+LOGS = {"gpxpy": "GPX", "pymap3d": "metres of latitude and longitude", "pynmea2": "NMEA", "pyubx2": "UBX", "pyulog": "ULog", "can": "CAN logs", "cantools": "CAN logs",
+        "openpyxl": "Excel", "pyarrow": "Parquet, Feather"}
+MODULES = {"kalmanq": "all commands", "numpy": "all commands", "scipy": "fit, design, report, compare, simulate --runs", "joblib": "simulate --runs, study", "pandas": "Excel, Parquet, dates such as 31.05.2026", **LOGS, "matplotlib": "--plot, report",
            "PIL": "--plot, report", "jinja2": "the C of compile, check, design, tune and --compiled", "unicorn": "costs of compile, design, report, tune",
            "elftools": "costs of compile, design, report, tune"}
-SOURCES = {"PIL": "pillow", "elftools": "pyelftools"}
+SOURCES = {"can": "python-can", "PIL": "pillow", "elftools": "pyelftools"}
 PROGRAMS = (  # what serves the C that design and compile write: on a chip, and on an emulated one
     ("arm-none-eabi-gcc", "C for Cortex-M, and its costs", "gcc-arm-none-eabi libnewlib-arm-none-eabi"),
     ("riscv64-unknown-elf-gcc", "C for RISC-V, and its costs", "gcc-riscv64-unknown-elf picolibc-riscv64-unknown-elf"),

@@ -17,6 +17,7 @@ from kalmanq.commands.options import ANY_MODEL, JSON, AnyModel, choices, command
 from kalmanq.data import joining
 from kalmanq.data.files import refuse_one_output, whole
 from kalmanq.data.layouts import Source
+from kalmanq.data.tables import split
 from kalmanq.errors import KalmanqError
 from kalmanq.fitting import Fit, fit
 from kalmanq.fitting.choice import require_units
@@ -33,7 +34,7 @@ Form = choices("Form", FORMS)
 @dataclass(frozen=True)
 class Options:
     model: Path = ANY_MODEL
-    data: List[Path] = typer.Argument(..., metavar="DATA.csv", help="A CSV file for each record; files that follow each other "
+    data: List[Path] = typer.Argument(..., metavar="DATA", help="A CSV file or a log for each record; files that follow each other "
                                 "without a column in common are one, joined by their times.")
     free: Optional[str] = typer.Option(None, "--free", help="What to estimate: A, H, Q, R, x0, P0, with commas, or entries such as "
                                        "A[0,0]; by default Q,R.  Model in continuous time: also F, Qc, or its builder's parameters.  "
@@ -62,9 +63,9 @@ def fit_files(options: Options, console: Console) -> None:
         raise KalmanqError("--free: names nothing")
     require_units(model, free, held)
     files = joining.records_of(options.data, model)
-    records = [joining.record(one, model) for one in files]
-    if len(options.data) > 1 and not options.json:
-        _tell_records(files, console)
+    records = [(*split(block, model, one), block.times) for one in files for block in joining.records_between(one, model)]
+    if len(records) > 1 and not options.json:
+        _tell_records(files, len(records), console)
     found = _fit(options, console, model, records, free, held)
     inputs = [options.model, *options.data]
     if options.out:
@@ -133,9 +134,9 @@ def _tell(options: Options, files: list[list[Source]], found: Fit, free: list[st
     tell_written((options.out, options.plot), console)
 
 
-def _tell_records(files: list[list[Source]], console: Console) -> None:
+def _tell_records(files: list[list[Source]], count: int, console: Console) -> None:
     said = "; ".join(" + ".join(map(str, one)) for one in files)
-    console.print(f"{len(files)} record{'s' * (len(files) > 1)}: {said}", soft_wrap=True)
+    console.print(f"{count} records: {said}", soft_wrap=True)
 
 
 def _rows(found: Fit, free: list[str]) -> Iterator[tuple[str, str, str]]:

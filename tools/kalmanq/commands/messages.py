@@ -16,7 +16,7 @@ from rich.table import Table
 from kalmanq.errors import KalmanqError, KalmanqWarning
 
 # What some commands need beside NumPy: the extra of the package that has it
-EXTRAS = {"matplotlib": "plots", "PIL": "plots", "scipy": "fitting", "joblib": "campaigns", "pandas": "pandas", "jinja2": "cli", "rich": "cli", "typer": "cli", "unicorn": "costs", "elftools": "costs"}
+EXTRAS = {**dict.fromkeys(("gpxpy", "pyulog", "pynmea2", "pyubx2", "can", "cantools", "pyarrow", "openpyxl", "pymap3d"), "logs"), "matplotlib": "plots", "PIL": "plots", "scipy": "fitting", "joblib": "campaigns", "pandas": "pandas", "jinja2": "cli", "rich": "cli", "typer": "cli", "unicorn": "costs", "elftools": "costs"}
 REFUSED, NO_MAXIMUM, INTERRUPTED, PIPE_CLOSED = 1, 3, 130, 141
 
 

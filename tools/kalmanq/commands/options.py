@@ -35,8 +35,8 @@ ChipArithmetic = choices("ChipArithmetic", (name for name in ARITHMETICS if name
 
 MODEL = typer.Argument(..., metavar="MODEL", help="A model file (TOML).")
 ANY_MODEL = typer.Argument(..., metavar="MODEL", help="A model file (TOML); or a nonlinear one (.py), which is executed.")
-DATA = typer.Argument(..., metavar="DATA.csv", help="A CSV file with a header: measurements and controls by name. Empty cell: missing. -: the standard input.")
-DATAS = typer.Argument(..., metavar="DATA.csv", help="A CSV file with a header, or several, joined by their times. Empty cell: missing. -: the standard input.")
+DATA = typer.Argument(..., metavar="DATA", help="A CSV file with a header, or a log: measurements and controls by name. Empty cell: missing. -: the standard input.")
+DATAS = typer.Argument(..., metavar="DATA", help="A CSV file with a header, a log (GPX, NMEA, UBX, ULog, CAN), Parquet, Feather or Excel; or several, joined by their times. Empty cell: missing. -: the standard input.")
 JSON = typer.Option(False, "--json", help="Print the results as JSON.")
 ARITHMETIC = typer.Option("f64", "--arith", help="The arithmetic of the chip: float, double or fixed point.")
 COMPILED = typer.Option(False, "--compiled", help="Run the C that kalmanq compile writes, built on this machine.")
@@ -57,7 +57,14 @@ LAYOUT = {
     "time": (Optional[str], typer.Option(
         None, "--time", metavar="COLUMN", help="The column of times, such as 't (ms)'; none: each row is a step. Found by its name if left out.",
         rich_help_panel=LAYOUT_PANEL)),
+    "time_format": (Optional[str], typer.Option(
+        None, "--time-format", metavar="FORMAT", help="How times are written, as of strptime: '%d.%m.%y %H:%M'.", rich_help_panel=LAYOUT_PANEL)),
     "sort": (bool, typer.Option(False, "--sort", help="Sort the rows by their times.", rich_help_panel=LAYOUT_PANEL)),
+    "skip_untimed": (bool, typer.Option(False, "--skip-untimed", help="Leave rows without a time out.", rich_help_panel=LAYOUT_PANEL)),
+    "pause": (Optional[float], typer.Option(
+        None, "--pause", metavar="SECONDS", min=0, help="A longer time without a row begins a new record.", rich_help_panel=LAYOUT_PANEL)),
+    "database": (Optional[str], typer.Option(
+        None, "--database", metavar="FILE.dbc", help="The signals of a CAN log.", rich_help_panel=LAYOUT_PANEL)),
     "jitter": (Optional[float], typer.Option(
         None, "--jitter", metavar="SHARE", min=0, max=0.49, help="A step counts as a multiple of dt if it is off by less than this share of dt.",
         rich_help_panel=LAYOUT_PANEL)),
@@ -78,7 +85,7 @@ def command_of(Options: Any, perform: Callable[[Any, Console], None]) -> Callabl
 
     def command(**given: Any) -> None:
         with told_in_one_line():
-            layout = layout_of(*(given[name] for name in LAYOUT)) if reads else None
+            layout = layout_of({name: given[name] for name in LAYOUT}) if reads else None
         made = {name: _plain(given[name]) for name in own}
         for name in reads:
             made[name] = _source(made[name], layout)

@@ -5,10 +5,12 @@ from __future__ import annotations
 import tempfile
 import warnings
 from contextlib import ExitStack
+from copy import copy
 from dataclasses import dataclass, replace
 from functools import partial
+from itertools import groupby
 from pathlib import Path
-from typing import Any, Callable, Iterator, List, Optional
+from typing import Any, Callable, Iterable, Iterator, List, NamedTuple, Optional, Sequence
 
 import numpy as np
 import typer
@@ -34,8 +36,10 @@ from kalmanq.commands.options import (
 from kalmanq.compiler.run.equation_run import CompiledEquations, FixedEquations
 from kalmanq.compiler.run.simulation import CompiledFilter
 from kalmanq.core import names_of
-from kalmanq.data import joining, tables
+from kalmanq.data import joining, tables, track, written
+from kalmanq.data.blocks import Block, joined
 from kalmanq.data.files import refuse_one_output, refuse_output
+from kalmanq.data.ground import Begun
 from kalmanq.data.rows import Rows, controls_of
 from kalmanq.errors import KalmanqError, KalmanqWarning
 from kalmanq.model import Model
@@ -72,7 +76,7 @@ class Options:
     method: Optional[choices("NonlinearMethod", METHODS)] = typer.Option(None, "--method", help="Nonlinear model: how to linearise; extended by default.")
     iterate: Optional[int] = typer.Option(None, "--iterate", metavar="N", min=1, max=1000, help="Methods iterated and posterior: linearise each update N times; 4 by default.")
     passes: Optional[int] = typer.Option(None, "--passes", metavar="N", min=1, max=1000, help="Nonlinear model with --smooth: at most N passes, each linearised at the smoothed states before it.")
-    out: Optional[Path] = typer.Option(None, "-o", "--out", metavar="OUT.csv", help="Write the results: a row for each row of data.")
+    out: Optional[Path] = typer.Option(None, "-o", "--out", metavar="OUT.csv", help="Write the results: a row for each row of data; OUT.gpx: the track.")
     plot: Optional[Path] = typer.Option(None, "--plot", metavar="OUT.png", help="Draw data, means and bands of 95 %.")
     json: bool = JSON
 
@@ -84,6 +88,8 @@ def run_file(options: Options, console: Console) -> None:
         if options.plot:
             raise KalmanqError("--plot: of error states there is no picture; --out has all columns")
     _refuse(options, model)
+    if options.out and options.out.suffix.lower() == track.SUFFIX:
+        track.axes_of(model)
     _FileRun(options, model).perform(console)
 
 
@@ -146,6 +152,16 @@ def _refuse_way(options: Options) -> None:
             raise KalmanqError(f"--as {options.way} and {name}: a design is a filter in f32 or q31: leave one of them out")
 
 
+class Piece(NamedTuple):
+    """Rows of a record: its number, and the first row's"""
+
+    record: int
+    first: int
+    block: Block
+    z: np.ndarray
+    u: Optional[np.ndarray]
+
+
 class _FileRun:
     """A file on its way through a filter, and what is told of all its rows"""
 
@@ -154,25 +170,28 @@ class _FileRun:
         self.is_nonlinear, self.robust = isinstance(model, NonlinearModel), robust_of(options.robust)
         self.is_whole = options.smooth and (self.is_nonlinear or bool(self.robust) and self.robust.way == "jump")  # all rows at once
         self.filter: Any = None
-        self.rows = self.taken = self.missing = self.events = 0
+        self.rows = self.records = self.taken = self.missing = self.events = 0
         self.nis = self.log_likelihood = 0.0
         self.times: Optional[np.ndarray] = None  # of the block at work
         self.last_time: Optional[float] = None
+        self.begun = Begun()  # where and when the data did
         self.last_control: Optional[np.ndarray] = None  # 1 x l
-        self.kept: list[tuple[np.ndarray, Run, Optional[np.ndarray]]] = []  # for the picture: measurements, what was made of them, times
+        self.kept: list[tuple[int, np.ndarray, Run, Optional[np.ndarray]]] = []  # for the picture: record, measurements, what was made of them, times
 
     def perform(self, console: Console) -> None:
         options, write = self.options, None
         with ExitStack() as stack:
-            made = self._smoothed(stack) if options.smooth and not self.is_whole else self._filtered(stack)
-            for first, z, run in made:
+            for first, z, run in self._all(stack):
                 if options.plot:
-                    self.kept.append((z, run, self.times))
-                if options.out:
+                    self.kept.append((self.records, z, run, self.times))
+                if options.out and self.is_track:
+                    write = write or stack.enter_context(track.writing(options.out, self.model, [*options.data, options.model]))
+                    write(run.mean if run.smoothed is None else run.smoothed, self._seconds(), self.begun)
+                elif options.out:
                     timed = {} if self.times is None else {tables.time_name(self.model): self.times}
                     columns = {"step": np.arange(first, first + len(run)), **timed, **run.columns()}
                     write = write or stack.enter_context(
-                        tables.writing(options.out, list(columns), [*options.data, options.model]))
+                        written.writing(options.out, list(columns), [*options.data, options.model]))
                     write(columns.values())
             if not self.rows:
                 raise KalmanqError("no rows")
@@ -180,6 +199,14 @@ class _FileRun:
             if options.plot:
                 self._plot(ahead)
         self._tell(ahead, console)
+
+    @property
+    def is_track(self) -> bool:
+        return self.options.out is not None and self.options.out.suffix.lower() == track.SUFFIX
+
+    def _seconds(self) -> Optional[np.ndarray]:
+        of = None if self.is_nonlinear else self.model.continuous
+        return self.times if self.times is None or of is None else of.seconds * self.times
 
     @property
     def last(self) -> Any:
@@ -190,12 +217,18 @@ class _FileRun:
         """The last control stays as it is."""
         return self.last.forecast(steps, None if self.last_control is None else np.repeat(self.last_control, steps, axis=0))
 
-    def _filtered(self, stack: ExitStack) -> Iterator[tuple[int, np.ndarray, Run]]:
-        """The first row's number, measurements, and what was made of them, in blocks"""
+    def _all(self, stack: ExitStack) -> Iterator[tuple[int, np.ndarray, Run]]:
+        """Of each record: the first row's number, measurements, and what was made of them, in blocks"""
+        for _, pieces in groupby(self._pieces(), key=lambda one: one.record):
+            self.records, self.last_time = self.records + 1, None
+            yield from self._smoothed(stack, pieces) if self.options.smooth and not self.is_whole else self._filtered(stack, pieces)
+
+    def _filtered(self, stack: ExitStack, pieces: Iterable[Piece]) -> Iterator[tuple[int, np.ndarray, Run]]:
         options = self.options
         given = {} if options.compiled or self.robust is None or self.is_whole and not self.is_nonlinear else {"robust": self.robust}
-        for first, block, z, u in self._blocks():
-            if first == 0:
+        for k, (_, first, block, z, u) in enumerate(pieces):
+            self._look_at_times(block.times)
+            if k == 0:
                 self.filter = _filter(options, self.model, len(z))
                 if options.compiled:
                     stack.enter_context(self.filter)
@@ -206,35 +239,37 @@ class _FileRun:
                 self._warn_of_jacobians(run, u, block.times)
             yield first, z, run
 
-    def _smoothed(self, stack: ExitStack) -> Iterator[tuple[int, np.ndarray, Run]]:
+    def _smoothed(self, stack: ExitStack, pieces: Iterable[Piece]) -> Iterator[tuple[int, np.ndarray, Run]]:
         """The same of a smoother, which goes through all rows and back"""
         options, out = self.options, self.options.out
         folder = out.resolve().parent if out and (out.is_file() or not out.exists()) else Path(tempfile.gettempdir())
         smoother = stack.enter_context(StreamedSmoother(self.model, options.arithmetic, folder, BLOCK, self.robust))
-        begun = None  # the first block, which knows how rows are named
-        for first, block, z, u in self._blocks():
-            begun = begun or block
+        read: list[tuple[int, Block]] = []  # blocks without their numbers, which know how rows are named
+        for _, first, block, z, u in pieces:
+            self._look_at_times(block.times)
+            read.append((first, replace(block, columns={}, times=None)))
             smoother.add(Rows(z, controls_of(u, self.model, len(z)), block.times))
+        number = read[0][0]
         for first, rows in smoother.rows():
-            self._run(lambda *_: smoother.take(rows), rows.z, rows.u, replace(begun, times=rows.times).place if begun.is_joined else
-                      lambda row: begun.place(first + row))
+            self._run(lambda *_: smoother.take(rows), rows.z, rows.u, replace(read[0][1], times=rows.times).place if read[0][1].is_joined else
+                      lambda row: next(block.place(number + first + row - begun) for begun, block in reversed(read) if begun <= number + first + row))
         self.filter = smoother.filter
         for first, rows, run in smoother.smoothed():
             self.events |= run.events
             self.times = rows.times
-            yield first, rows.z, run
+            yield number + first, rows.z, run
 
-    def _blocks(self) -> Iterator[tuple[int, tables.Block, np.ndarray, Optional[np.ndarray]]]:
-        """First step, its block, measurements and controls; some smoothers take all rows at once."""
+    def _pieces(self) -> Iterator[Piece]:
+        """Some smoothers take all rows of a record at once."""
         options, model, first = self.options, self.model, 0
         blocks = joining.blocks_of(options.data, model, BLOCK, has_to_fit=options.arithmetic == "q31")
         if self.is_whole:
-            blocks = iter([tables.joined(list(blocks))])
-        for block in blocks:
-            self._look_at_times(block.times)
+            blocks = iter([joined(list(blocks))])
+        for record, block in joining.cut(blocks, options.data, model):
             z, u = tables.split(block, model, options.data)
+            self.begun = block.begun or Begun()
             self.last_control = None if u is None else u[-1:]
-            yield first, block, z, u
+            yield Piece(record, first, block, z, u)
             first += len(z)
 
     def _look_at_times(self, times: Optional[np.ndarray]) -> None:
@@ -274,14 +309,14 @@ class _FileRun:
     def _plot(self, ahead: list[Filter]) -> None:
         from kalmanq.pages import pictures
 
-        whole = self.kept[0][1]
+        records, z, runs, times = zip(*self.kept)
+        whole = copy(runs[0])
         for name in ("mean", "sigma", "smoothed", "smoothed_sigma", "lagged", "lagged_sigma", "innovation",
                      "innovation_sigma"):
-            parts = [getattr(run, name) for _, run, _ in self.kept]
-            setattr(whole, name, None if parts[0] is None else np.vstack(parts))
+            parts = [getattr(run, name) for run in runs]
+            setattr(whole, name, None if parts[0] is None else _drawn_apart(parts, records))
         band = (np.array([f.mean for f in ahead]), np.array([f.sigma for f in ahead])) if ahead else None
-        z, _, times = zip(*self.kept)
-        picture = pictures.draw_run(whole, np.vstack(z), band, None if times[0] is None else np.concatenate(times))
+        picture = pictures.draw_run(whole, _drawn_apart(z, records), band, None if times[0] is None else _drawn_apart(times, records))
         pictures.save(picture, self.options.plot, [*self.options.data, self.options.model])
 
     def _distance(self, rows: int) -> str:
@@ -294,7 +329,7 @@ class _FileRun:
     def _told(self, ahead: list[Filter]) -> dict[str, Any]:
         told = {
             "model": self.model.name, "arithmetic": self.options.arithmetic, "way": self.options.way, "rows": self.rows,
-            "taken": self.taken, "missing": self.missing, "log_likelihood": self.log_likelihood,
+            "records": self.records, "taken": self.taken, "missing": self.missing, "log_likelihood": self.log_likelihood,
             "nis_per_measurement": self.nis / self.taken if self.taken else None, "events": self._event_names(),
             "states": [state.name for state in self.model.states], "mean": self.last.mean,
             "covariance": self.last.covariance,
@@ -314,7 +349,7 @@ class _FileRun:
             return print_json(told)
         arithmetic = ", ".join(filter(None, (options.arithmetic, told.get("method"), told["way"])))
         made = table("state", "mean", "sigma", *([self._distance(len(ahead)), "sigma "] if ahead else []),
-                     title=f"{self.model.name}: after {self.rows} rows, {arithmetic}")
+                     title=f"{self.model.name}: after {self.rows} rows{f' in {self.records} records' if self.records > 1 else ''}, {arithmetic}")
         has_errors = self.is_nonlinear and self.model.has_errors
         for i, one in enumerate(self.model.carried if has_errors else ()):
             made.add_row(one.label, f"{last.mean[i]:.6g}", "")
@@ -338,6 +373,14 @@ class _FileRun:
         if told["events"]:
             console.print("events: " + ", ".join(told["events"]))
         tell_written((options.out, options.plot), console)
+
+
+def _drawn_apart(parts: Sequence[np.ndarray], records: Sequence[int]) -> np.ndarray:
+    """A row without numbers between two records: no line joins them"""
+    made = [parts[0]]
+    for part, now, before in zip(parts[1:], records[1:], records):
+        made += [np.full((1, *part.shape[1:]), np.nan)] * (now != before) + [part]
+    return np.concatenate(made)
 
 
 def _filter(options: Options, model: AnyModel, rows: int) -> Any:

@@ -17,10 +17,13 @@ from kalmanq.commands.messages import print_json, table, tell_written
 from kalmanq.commands.options import ANY_MODEL, COMPILED, FRESH, JSON, WORKERS, AnyModel, Arithmetic, command_of, read_any, refuse_compiled, require_steps
 from kalmanq.compiler.run.equation_run import compiled_equations_run
 from kalmanq.compiler.run.simulation import NO_SMOOTHER, compiled_run
-from kalmanq.data import tables
-from kalmanq.data.files import refuse_output
+from kalmanq.data import tables, written
+from kalmanq.data.blocks import joined
+from kalmanq.data.files import refuse_output, whole
+from kalmanq.data.layouts import unit_of
+from kalmanq.data.time_columns import PER_SECOND, unit_in
 from kalmanq.errors import KalmanqError
-from kalmanq.model import Model, Sensor
+from kalmanq.model import Model, Quantity, Sensor
 from kalmanq.nonlinear import NonlinearModel
 from kalmanq.nonlinear.filters import extended_run
 from kalmanq.nonlinear.simulation import errors_of_run, rows_of_run, simulate
@@ -64,44 +67,78 @@ def simulate_file(options: Options, console: Console) -> None:
     if isinstance(model, Model):
         x, z = drawn(model, rows, options.seed, options.gap, controls, times)
         u = np.zeros((rows, len(model.inputs))) if controls is None else controls
-        z = _told(model.sensors, model.continuous.dt if model.continuous else 1.0, z, times)
     else:
         x, z, u = simulate(model, rows, options.seed, controls, times)
         if options.gap:
             z[options.gap[0] : options.gap[1]] = np.nan
-        z = _told(model.late_sensors, model.dt if model.reads_times else 1.0, z, times)
-    columns = {"step": np.arange(rows), **({} if times is None else {tables.time_name(model): times})}
-    columns.update({one.name: z[:, c] for c, one in enumerate(model.measurements)})
-    columns.update({one.name: u[:, c] for c, one in enumerate(model.inputs)})
+    z, stamps, times = _told(model, z, times, options.seed)
+    columns = {"step": np.arange(rows), **_times(model, times), **stamps}
+    columns.update(_written(model.measurements, z))
+    columns.update(_written(model.inputs, u))
     if options.truth:
         states = model.carried if isinstance(model, NonlinearModel) else model.states
         taken = [one.name for one in states if f"{one.name}_true" in columns]
         if taken:
             raise KalmanqError(f"--truth: there is a column {taken[0]}_true already: leave --truth out, or call the column in the model something else")
         columns.update({f"{one.name}_true": x[:, i] for i, one in enumerate(states)})
+    _write(options, columns, written.Form.of(model.recording))
+
+
+def _write(options: Options, columns: dict[str, np.ndarray], form: written.Form) -> None:
     if options.out is None:
-        tables.write_text(sys.stdout, list(columns), list(columns.values()))
-        return
-    inputs = [one for one in (options.model, options.controls, options.at) if one]
-    with tables.writing(options.out, list(columns), inputs) as write:
-        write(columns.values())
+        return written.write_text(sys.stdout, list(columns), columns.values(), form)
+    with whole(options.out, [one for one in (options.model, options.controls, options.at) if one]) as temporary:
+        with open(temporary, "w", newline="", encoding="utf-8") as text:
+            written.write_text(text, list(columns), columns.values(), form)
 
 
-def _told(sensors: Sequence[Sensor], step: Optional[float], z: np.ndarray, times: Optional[np.ndarray]) -> np.ndarray:
-    """z, the measurements of each sensor in the row that tells them; step: None: it is not known"""
-    z, first = z.copy(), 0
+def _times(model: AnyModel, times: Optional[np.ndarray]) -> dict[str, np.ndarray]:
+    """Under the name, and in the unit, that the model file says; times of several columns or of a format are `time`"""
+    said = model.recording.get("time", "none")
+    if times is None or said == "none" or "," in said or "time_format" in model.recording:
+        return {} if times is None else {tables.time_name(model): times}
+    seconds = times * (model.continuous.seconds if isinstance(model, Model) else 1.0)
+    return {said: seconds * PER_SECOND[unit_in(said, unit_of(said)) or "s"]}
+
+
+def _written(of: Sequence[Quantity], values: np.ndarray) -> dict[str, np.ndarray]:
+    """Columns as `run` reads them with the same model file"""
+    return {one.reading.column or one.name: (values[:, c] - one.reading.offset) / one.reading.factor if one.reading.converts else values[:, c]
+            for c, one in enumerate(of)}
+
+
+def _told(model: AnyModel, z: np.ndarray, times: Optional[np.ndarray], seed: int
+          ) -> tuple[np.ndarray, dict[str, np.ndarray], Optional[np.ndarray]]:
+    """z, the measurements of each sensor in the row that tells them; columns of when they were measured; and the times of rows, which these need"""
+    sensors: Sequence[Sensor] = model.sensors if isinstance(model, Model) else model.late_sensors
+    step = (model.continuous.dt if model.continuous else 1.0) if isinstance(model, Model) else model.dt if model.reads_times else 1.0
+    is_even = times is None
+    if is_even and any(sensor.measured for sensor in sensors):
+        times = (step or np.nan) * np.arange(len(z))
+    z, stamps, first, draw = z.copy(), {}, 0, np.random.default_rng([seed, 1])
     for sensor in sensors:
         own = slice(first, first := first + len(sensor.measurements))
         if sensor.measured:
-            raise KalmanqError(f"{sensor.name} has a column of times (`measured`), which is not drawn: leave `measured` out of the model")
+            row = _ages(times, sensor.delay, draw)
+            z[:, own], stamps[sensor.measured] = np.where(row[:, None] < 0, np.nan, z[row, own]), np.where(row < 0, np.nan, times[row])
+            continue
         late = sensor.delay / (step or np.inf)
         rows = round(late)
         of_dt = f" = {step:g}" if step else ""
-        if sensor.delay and (step is None or times is not None or abs(late - rows) > 1e-6):
+        if sensor.delay and (step is None or not is_even or abs(late - rows) > 1e-6):
             raise KalmanqError(f"the delay of {sensor.name}, {sensor.delay:g}, is in rows here: a multiple of dt{of_dt}, and without --at")
         if rows:
             z[rows:, own], z[:rows, own] = z[:-rows, own].copy(), np.nan
-    return z
+    return z, stamps, times
+
+
+def _ages(times: np.ndarray, longest: float, draw: np.random.Generator) -> np.ndarray:
+    """Of each row, the row whose measurement it tells: drawn of those up to `longest` ago; -1: that was told before"""
+    rows = np.arange(len(times))
+    least = np.searchsorted(times, times - longest * (1 - 1e-9))
+    row = draw.integers(least, rows + 1)
+    _, is_first = np.unique(row, return_index=True)
+    return np.where(np.isin(rows, is_first), row, -1)
 
 
 def controls_of(options: Options, model: AnyModel) -> tuple[int, Optional[np.ndarray], Optional[np.ndarray]]:
@@ -112,11 +149,11 @@ def controls_of(options: Options, model: AnyModel) -> tuple[int, Optional[np.nda
     if at is not None and dt is None:
         raise KalmanqError(f"--at {at}: of a linear model with F, Qc and dt, or a nonlinear one whose functions take t or dt")
     unit = model.continuous.seconds if isinstance(model, Model) and dt else 1.0
-    times = None if at is None else tables.joined(list(tables.read(at, [], dt=dt, cure=tables.cure_of(model)))).times
+    times = None if at is None else joined(list(tables.read(at, tables.wanted_of(model, quantities=[], controls=[])))).times
     if at is not None and times is None:
         raise KalmanqError(f"--at {at}: there is no column of times; --time says which it is")
     if path is not None:
-        block = tables.joined(list(tables.read(path, model.inputs, dt=dt, cure=tables.cure_of(model))))
+        block = joined(list(tables.read(path, tables.wanted_of(model, quantities=model.inputs))))
         u, times = tables.controls_in(block, model.inputs, path), block.times if times is None else times
     counts = [len(one) for one in (u, times) if one is not None]
     rows = options.rows or min(counts, default=ROWS)
@@ -152,7 +189,7 @@ def simulate_runs(options: Options, console: Console) -> None:
             partial(one_run, study), range(options.runs), fingerprint=_fingerprint(options, u, times), journal=journal_of(out),
             workers=options.workers, progress=progress, fresh=options.fresh))
     columns = {name: np.array([row[name] for row in made], object) for name in made[0]}
-    with tables.writing(out, list(columns), [options.model]) as write:
+    with written.writing(out, list(columns), [options.model]) as write:
         write(columns.values())
     journal_of(out).unlink(missing_ok=True)
     _tell(options, model, summary(columns), console)

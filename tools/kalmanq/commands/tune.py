@@ -27,7 +27,7 @@ ROWS = 200  # that are drawn where no data are given
 @dataclass(frozen=True)
 class Options:
     model: Path = ANY_MODEL
-    data: List[Path] = typer.Argument(None, metavar="DATA.csv", help="A CSV file with a header, or several, joined by their times; simulated from the model by default.")
+    data: List[Path] = typer.Argument(None, metavar="DATA", help="A CSV file with a header, a log, or several, joined by their times; simulated from the model by default.")
     out: Path = typer.Option(Path("tune.html"), "-o", "--out", metavar="TUNE.html", help="The page: one HTML file that needs no server and no network.")
     open: bool = typer.Option(False, "--open", help="Open the page in the browser.")
 

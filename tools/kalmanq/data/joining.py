@@ -5,16 +5,19 @@ What a sensor tells late is in the row of the time that it was measured at.
 
 from __future__ import annotations
 
+import warnings
 from contextlib import ExitStack
 from dataclasses import replace
-from typing import Any, ContextManager, Iterator, Optional, Sequence
+from itertools import groupby
+from typing import Any, ContextManager, Iterable, Iterator, Optional, Sequence
 
 import numpy as np
 
+from kalmanq.data.blocks import Block, joined, part_of
 from kalmanq.data.layouts import Source, TableError, source_of
-from kalmanq.data.tables import Block, Table, cure_of, dt_of, joined, opened_table, read, split
+from kalmanq.data.tables import Table, dt_of, opened_table, read, split, wanted_of
 from kalmanq.data.time_columns import judge_units
-from kalmanq.errors import KalmanqError
+from kalmanq.errors import KalmanqError, KalmanqWarning
 from kalmanq.model import Model
 from kalmanq.model.model import Sensor
 
@@ -32,8 +35,7 @@ def blocks_of(data: Any, model: Any, rows: int = 65536, has_to_fit: bool = False
 def _in_seconds(data: Any, model: Any, rows: int, has_to_fit: bool) -> Iterator[Block]:
     sources = list(map(source_of, data if isinstance(data, (list, tuple)) else [data]))
     if len(sources) == 1 and not _sensors_of(model):
-        yield from read(sources[0], [*model.measurements, *model.inputs], rows, dt=dt_of(model), cure=cure_of(model),
-                    has_to_fit=has_to_fit)
+        yield from read(sources[0], wanted_of(model, has_to_fit=has_to_fit), rows)
         return
     refuse_several(sources, model)
     yield from _joined(sources, model, rows, has_to_fit)
@@ -46,9 +48,38 @@ def refuse_several(sources: Sequence[Source], model: Any) -> None:
 
 
 def record(data: Any, model: Any, has_to_fit: bool = False) -> tuple[np.ndarray, Optional[np.ndarray], Optional[np.ndarray]]:
-    """All rows of a model's columns: z (T x m), u (T x l) or None, and times (T) or None"""
-    block = joined(list(blocks_of(data, model, has_to_fit=has_to_fit)))
-    return *split(block, model, data), block.times
+    """All rows of a model's columns: z (T x m), u (T x l) or None, and times (T) or None.  With pauses the longest record between them"""
+    found = records_between(data, model, has_to_fit)
+    longest = max(found, key=lambda one: one.length)
+    if len(found) > 1:
+        where = " to ".join(longest.place(row) for row in (0, longest.length - 1))
+        warnings.warn(f"{', '.join(map(str, data)) if isinstance(data, (list, tuple)) else data}: there are {len(found)} records, and the longest is "
+                      f"taken, {where}: run and fit take all", KalmanqWarning, stacklevel=2)
+    return *split(longest, model, data), longest.times
+
+
+def records_between(data: Any, model: Any, has_to_fit: bool = False) -> list[Block]:
+    """All rows; where there is a pause, a record for each part"""
+    made = groupby(cut(blocks_of(data, model, has_to_fit=has_to_fit), data, model), key=lambda one: one[0])
+    return [joined([block for _, block in part]) for _, part in made]
+
+
+def cut(blocks: Iterable[Block], data: Any, model: Any) -> Iterator[tuple[int, Block]]:
+    """Blocks and the number of their record: a pause begins a new one"""
+    layout = source_of(data[0] if isinstance(data, (list, tuple)) else data).said(model.recording).layout
+    of = getattr(model, "continuous", None)
+    pause = np.inf if layout.pause is None else layout.pause / (of.seconds if of else 1.0)
+    number, last = 0, np.nan
+    for block in blocks:
+        if block.times is None:
+            yield 0, block
+            continue
+        begins = np.flatnonzero(np.diff(block.times, prepend=last) > pause)
+        last = block.times[-1]
+        for first, end in zip([0, *begins], [*begins, block.length]):
+            number += first in begins
+            if end > first:
+                yield number, part_of(block, slice(int(first), int(end)))
 
 
 def records_of(data: Sequence[Any], model: Any) -> list[list[Source]]:
@@ -78,8 +109,7 @@ def _columns_of(source: Source, model: Any) -> set[str]:
 
 def _opened(source: Source, model: Any, **how: Any) -> ContextManager[Table]:
     """One of several files: a column may be in another one"""
-    return opened_table(source, [*model.measurements, *model.inputs], dt=dt_of(model), cure=cure_of(model), may_lack=True,
-                        stamps=[one.measured for one in _sensors_of(model) if one.measured], **how)
+    return opened_table(source, wanted_of(model, may_lack=True, stamps=[one.measured for one in _sensors_of(model) if one.measured], **how))
 
 
 def _sensors_of(model: Any) -> Sequence[Sensor]:
@@ -100,7 +130,7 @@ def _joined(sources: Sequence[Source], model: Any, rows: int, has_to_fit: bool) 
             return
         held, of_rows = _Held(model, made), [one.name for one in model.inputs if len(made) == 1]
         for block in _merged([_File(one, rows, late, of_rows) for one in made], names, dt_of(model)):
-            yield held.filled(block)
+            yield replace(held.filled(block), begun=next((one.begun for one in made if one.begun.place), None))
 
 
 def _require_columns(tables: Sequence[Table], model: Any) -> None:
@@ -126,7 +156,7 @@ def _require_columns(tables: Sequence[Table], model: Any) -> None:
 
 def _completed(block: Block, names: Sequence[str]) -> Block:
     nothing = np.full(block.length, np.nan)
-    return Block(block.first_row, {name: block.columns.get(name, nothing) for name in names}, block.times, block.lines)
+    return replace(block, columns={name: block.columns.get(name, nothing) for name in names})
 
 
 class _File:
@@ -185,9 +215,6 @@ class _Waiting:
         is_there &= own >= self._begin
         own = np.concatenate([self.times, own[is_there]])
         order = np.argsort(own, kind="stable")
-        if self._measured and np.any(np.diff(own[order]) == 0):
-            raise TableError(self.file.table.source, f"{self._measured} has the time {own[order][np.argmin(np.diff(own[order]))]:.9g} s twice: "
-                             "leave one row out")
         self.times = own[order]
         self.columns = {name: np.concatenate([one, columns[name][is_there]])[order] for name, one in self.columns.items()}
 

@@ -2,23 +2,19 @@
 
 from __future__ import annotations
 
-import codecs
 import csv
-import io
 import os
 import re
-import sys
-from contextlib import contextmanager
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
-from typing import Any, Iterator, Mapping, Optional, Sequence, TextIO, Union
+from typing import Any, Collection, Mapping, Optional, Sequence, Union
 
 from kalmanq.errors import KalmanqError
+from kalmanq.model import Quantity
 
 SEPARATORS = {",": "','", ";": "';'", "\t": "a tab"}
 MISSING = ("", "na", "n/a", "#n/a", "<na>", "nan", "null", "none")  # in any letters
-SHOWN = 60  # letters of a row
-HEAD = 4096  # bytes that tell how the text is written
+SHOWN, LISTED = 60, 12  # letters of a row; names in a line
 
 
 @dataclass(frozen=True)
@@ -30,12 +26,13 @@ class Layout:
     missing: tuple[str, ...] = ()
     rename: Mapping[str, str] = field(default_factory=dict)  # what is called NAME here is COLUMN there
     time: Optional[str] = None  # the column of times, perhaps with its unit; "none": there is none
+    time_format: Optional[str] = None  # of strptime
     sort: bool = False  # rows by their times
+    skip_untimed: bool = False  # rows without a time are left out
+    pause: Optional[float] = None  # seconds without a row that begin a new record
     jitter: Optional[float] = None  # in the place of the model's
-
-    @property
-    def numbers_missing(self) -> list[float]:
-        return [value for value in map(_float, self.missing) if value is not None]
+    database: Optional[str] = None  # of the signals of a CAN log
+    origin: Optional[Sequence[float]] = None  # latitude, longitude and perhaps height
 
 
 @dataclass(frozen=True)
@@ -44,6 +41,13 @@ class Source:
 
     path: Path
     layout: Layout = Layout()
+
+    def said(self, by_model: Mapping[str, Any]) -> Source:
+        """With what a model file says, where the options say nothing"""
+        of = {"separator": {"tab": "\t"}.get(by_model["separator"], by_model["separator"])} if "separator" in by_model else {}
+        by_model = {key: value for key, value in by_model.items() if key != "time_format" or not self.layout.time}  # of the model's column
+        new = {key: value for key, value in {**by_model, **of}.items() if getattr(self.layout, key) is None or getattr(self.layout, key) is False}
+        return replace(self, layout=replace(self.layout, **new)) if new else self
 
     @property
     def is_standard_input(self) -> bool:
@@ -81,8 +85,9 @@ def source_of(given: AnySource) -> Source:
     return given if isinstance(given, Source) else Source(given)
 
 
-def layout_of(separator: Optional[str], decimal: Optional[str], missing: Sequence[str], rename: Sequence[str],
-              time: Optional[str] = None, sort: bool = False, jitter: Optional[float] = None) -> Layout:
+def layout_of(said: Mapping[str, Any]) -> Layout:
+    """Of options, by their names"""
+    separator, decimal, rename = said["separator"], said["decimal"], said["rename"]
     separator = {"tab": "\t", "\\t": "\t"}.get(separator or "", separator)
     if separator is not None and (len(separator) != 1 or separator in '"\r\n'):
         raise KalmanqError(f"--separator: {separator!r} is not one letter, nor tab")
@@ -97,60 +102,18 @@ def layout_of(separator: Optional[str], decimal: Optional[str], missing: Sequenc
     names = [name for name, _, _ in pairs]
     if len(set(names)) < len(names):
         raise KalmanqError(f"--rename: {max(names, key=names.count)} is there twice")
-    return Layout(separator, decimal, tuple(one.strip() for one in missing), {name: column for name, _, column in pairs},
-                  time, sort, jitter)
+    return Layout(**{**said, "separator": separator, "missing": tuple(one.strip() for one in said["missing"]),
+                     "rename": {name: column for name, _, column in pairs}})
 
 
 def options_of(layout: Layout) -> list[str]:
     """As they are written on a command line"""
-    made = [("--separator", "tab" if layout.separator == "\t" else layout.separator), ("--decimal", layout.decimal),
-            *(("--missing", one) for one in layout.missing), *(("--rename", f"{name}={column}") for name, column in layout.rename.items()),
-            ("--time", layout.time), ("--jitter", None if layout.jitter is None else f"{layout.jitter:g}")]
-    return [*(f"{option}={value}" for option, value in made if value is not None), *(["--sort"] if layout.sort else [])]
-
-
-# ------------------------------------------------------------------------------ letters
-
-
-def _latin_1(problem: UnicodeError) -> tuple[str, int]:
-    """What is no UTF-8 is Latin-1: numbers are the same in both."""
-    assert isinstance(problem, UnicodeDecodeError)
-    return problem.object[problem.start : problem.end].decode("latin-1"), problem.end
-
-
-codecs.register_error("kalmanq_latin_1", _latin_1)
-
-
-def _encoding(source: Source, head: bytes) -> tuple[str, str]:
-    for mark, name in ((codecs.BOM_UTF32_LE, "utf-32"), (codecs.BOM_UTF32_BE, "utf-32"),
-                       (codecs.BOM_UTF16_LE, "utf-16"), (codecs.BOM_UTF16_BE, "utf-16")):
-        if head.startswith(mark):
-            return name, "strict"
-    if b"\0" in head:
-        raise TableError(source, "is not text, or in UTF-16 without a mark at its beginning: save it as UTF-8")
-    return "utf-8-sig", "kalmanq_latin_1"
-
-
-@contextmanager
-def opened(source: Source) -> Iterator[TextIO]:
-    """Its text, read once from the beginning to the end"""
-    try:
-        raw: Any = sys.stdin.buffer if source.is_standard_input else open(source.path, "rb")
-    except FileNotFoundError:
-        raise TableError(source, "no such file") from None
-    except IsADirectoryError:
-        raise TableError(source, "is a folder") from None
-    try:
-        text = io.TextIOWrapper(raw, *_encoding(source, raw.peek(HEAD)), newline="")
-        try:
-            yield text
-        finally:
-            text.detach()
-    except UnicodeDecodeError as problem:
-        raise TableError(source, f"is not {problem.encoding.upper()} text") from problem
-    finally:
-        if not source.is_standard_input:
-            raw.close()
+    made = [("separator", "tab" if layout.separator == "\t" else layout.separator), ("decimal", layout.decimal),
+            *(("missing", one) for one in layout.missing), *(("rename", f"{name}={column}") for name, column in layout.rename.items()),
+            *((name, getattr(layout, name)) for name in ("time", "time_format", "database")),
+            *((name, None if value is None else f"{value:g}") for name, value in (("pause", layout.pause), ("jitter", layout.jitter)))]
+    return [*(f"--{name.replace('_', '-')}={value}" for name, value in made if value is not None),
+            *(f"--{name.replace('_', '-')}" for name in ("sort", "skip_untimed") if getattr(layout, name))]
 
 
 # ------------------------------------------------------------------------------ fields and names
@@ -168,8 +131,7 @@ def separator_of(source: Source, header: str, wanted: Sequence[str], line: int) 
     bare = re.sub(r'"[^"]*"', "", header)
     there = [one for one in SEPARATORS if one in bare]
     if len(there) > 1:
-        names = {source.layout.rename.get(name, name) for name in wanted}
-        fitting = [one for one in there if names <= set(map(without_unit, cells_of(header, one)))]
+        fitting = [one for one in there if set(wanted) <= set(map(without_unit, cells_of(header, one)))]
         if len(fitting) != 1:
             raise TableError(source, f"{' or '.join(SEPARATORS[one] for one in there)} may be between fields: "
                              "--separator says which", line)
@@ -192,30 +154,46 @@ def unit_of(cell: str) -> str:
     return (found.group(2) or found.group(3) or "").strip() if found else ""
 
 
-def places_of(source: Source, cells: Sequence[str], name: str) -> list[int]:
-    """The columns of that name, or of that name with a unit behind it"""
-    column = source.layout.rename.get(name, name)
-    found = [k for k, cell in enumerate(cells) if cell == column]
-    return found or [k for k, cell in enumerate(cells) if without_unit(cell) == column]
+def column_of(source: Source, one: Quantity) -> str:
+    """What it is called in the file: by --rename, by the model file, or by its own name"""
+    return source.layout.rename.get(one.name, one.reading.column or one.name)
 
 
-def place_of(source: Source, cells: Sequence[str], name: str, unit: str, line: int) -> int:
+def places_of(source: Source, cells: Sequence[str], one: Quantity) -> list[int]:
+    """The columns of that name, or of that name with a unit behind it, or with what it belongs to and a point before it"""
+    column = column_of(source, one)
+    ways = (lambda cell: cell, without_unit, lambda cell: without_unit(cell).rpartition(".")[2])
+    return next((found for way in ways if (found := [k for k, cell in enumerate(cells) if way(cell) == column])), [])
+
+
+def place_of(source: Source, cells: Sequence[str], one: Quantity, line: int) -> int:
     """The one of them"""
-    column, found = source.layout.rename.get(name, name), places_of(source, cells, name)
+    column, found = column_of(source, one), places_of(source, cells, one)
     if len(found) > 1:
-        raise TableError(source, f"the column {column} is there twice: leave one out, or give it another name", line)
+        raise TableError(source, f"the column {column} is there twice, {listed([cells[k] for k in found])}: leave one out, or give another name", line)
     is_number = [_float(cell) is not None for cell in cells]
-    if not found and any(is_number) and not any(cell[:1].isalpha() for cell, one in zip(cells, is_number) if not one):
+    if not found and any(is_number) and not any(cell[:1].isalpha() for cell, number in zip(cells, is_number) if not number):
         raise TableError(source, f"there is no header: {', '.join(cells)[:SHOWN]} are no names; the first row has the names of the columns, "
                          f"{column} among them", line)
     if not found:
-        raise TableError(source, f"there is no column {column}; there are {', '.join(cells)}"
-                         + ("" if name in source.layout.rename else f" (--rename {name}=... says which it is)"), line)
-    own = unit_of(cells[found[0]]) if cells[found[0]] != column else ""
-    if own and unit and own != unit:
-        raise TableError(source, f"{cells[found[0]]} is in {own}, the model has {name} in {unit}: convert it, or "
-                         f"--rename '{name}={cells[found[0]]}' if the heading alone is wrong", line)
+        cure = "" if one.name in source.layout.rename else f" (columns in the model file, or --rename {one.name}=..., says which it is)"
+        raise TableError(source, f"there is no column {column}; there are {listed(cells)}{cure}", line)
+    _refuse_unit(source, cells[found[0]], one, line)
     return found[0]
+
+
+def listed(names: Sequence[str]) -> str:
+    """What a line has room for"""
+    shown = [name[:SHOWN] for name in names[:LISTED]]
+    return ", ".join(shown) + (f" and {len(names) - LISTED} more" if len(names) > LISTED else "")
+
+
+def _refuse_unit(source: Source, cell: str, one: Quantity, line: int) -> None:
+    """Where nothing says how to convert it"""
+    own = unit_of(cell) if source.layout.rename.get(one.name) != cell else ""
+    if own and one.unit and own != one.unit and not one.reading.converts:
+        raise TableError(source, f"{cell} is in {own}, the model has {one.name} in {one.unit}: convert it, by factors and offsets of the model file, or "
+                         f"--rename '{one.name}={cell}' if the heading alone is wrong", line)
 
 
 # ------------------------------------------------------------------------------ numbers
@@ -226,6 +204,10 @@ def _float(text: str) -> Optional[float]:
         return None if "_" in text else float(text)
     except ValueError:
         return None
+
+
+def numbers_in(cells: Sequence[Any]) -> list[float]:
+    return [value for value in map(_float, map(str, cells)) if value is not None]
 
 
 _DECIMAL_COMMA = re.compile(r"[+-]?\d*,\d*(?:[eE][+-]?\d+)?")
@@ -245,7 +227,7 @@ class Numbers:
     def __init__(self, layout: Layout):
         self.decimal = layout.decimal
         self.missing = {*MISSING, *(one.lower() for one in layout.missing)}
-        self.numbers_missing = layout.numbers_missing
+        self.numbers_missing = numbers_in(layout.missing)
 
     def look(self, columns: Sequence[Sequence[str]]) -> None:
         """The first block tells whether there are decimal commas."""
@@ -261,9 +243,9 @@ class Numbers:
             cells = [cell.replace(",", ".") for cell in cells]
         return [cell if cell else "nan" for cell in cells]
 
-    def number(self, cell: str) -> float:
-        """ValueError: it is none"""
-        if cell.lower() in self.missing:
+    def number(self, cell: str, missing: Collection[str] = ()) -> float:
+        """ValueError: it is none.  missing: cells of the column that mean nothing, too"""
+        if cell.lower() in self.missing or cell.lower() in missing:
             return float("nan")
         if "_" in cell or (self.decimal == "," and "." in cell):
             raise ValueError

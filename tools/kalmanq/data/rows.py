@@ -89,7 +89,9 @@ def times_in(model: Any, z: Any, u: Any) -> Optional[Any]:
         made = in_index(index, unit, dt, name, what)
         try:
             if made is not None:
-                rising(made, len(index), unit)
+                at, _ = rising(made, len(index), unit, repeats=of is not None or model.has_empty_steps)
+                if len(at) > 1 and at[0] == at[-1]:
+                    raise KalmanqError("all rows have one time", row=1)
         except KalmanqError as problem:
             raise KalmanqError(f"the {what} of {name}: {problem.text}; or give times=, or {name}.to_numpy()", row=problem.row) from problem
         return made
@@ -118,18 +120,25 @@ def times_of(given: Any, model: Model, rows: int, varying: Optional[Varying] = N
     return rising(given, rows, model.continuous.seconds, origin)
 
 
-def rising(given: Any, rows: int, unit: float = 1.0, origin: Optional[np.datetime64] = None
+def rising(given: Any, rows: int, unit: float = 1.0, origin: Optional[np.datetime64] = None, repeats: bool = True
            ) -> tuple[np.ndarray, Optional[np.datetime64]]:
-    """Times as numbers of units of so many seconds, each after the one before; and the date that they are counted from, if any"""
+    """Times as numbers of units of so many seconds, each after the one before, or if it may repeat, not before it; and the date that they are
+    counted from, if any"""
     made, begun = numbers_from(given, unit, origin)
     if made.shape != (rows,):
         raise KalmanqError(f"times are {shape_of(made)}, not {rows}")
     if not np.all(np.isfinite(made)):
         raise KalmanqError("the time is missing: leave the row out, or fill it in", row=int(np.argmin(np.isfinite(made))))
-    if np.any(np.diff(made) <= 0):
-        raise KalmanqError("the time is not after the one before: sort the rows, and join rows of one time",
-                           row=int(np.argmax(np.diff(made) <= 0)) + 1)
+    refuse_back(np.diff(made), repeats, 1)
     return made, begun
+
+
+def refuse_back(steps: np.ndarray, repeats: bool, first: int = 0) -> None:
+    """first: the row that the first of these steps leads to"""
+    back = steps < 0 if repeats else steps <= 0
+    if np.any(back):
+        raise KalmanqError("the time is before the row before: sort the rows" if repeats else
+                           "the time is not after the one before: sort the rows, and join rows of one time", row=int(np.argmax(back)) + first)
 
 
 def require_one_origin(before: Optional[np.datetime64], now: Optional[np.datetime64]) -> None:

@@ -11,13 +11,11 @@ import numpy as np
 from kalmanq.data.layouts import MISSING, Source, TableError, without_unit
 from kalmanq.errors import KalmanqWarning
 
-NAMES = re.compile(r"(time|timestamp|datetime|date|datum|epoch|year|zeit|uhrzeit|utc|uptime|elapsed|millis|micros|seconds|ms|ts|t)([ _].*)?"
+NAMES = re.compile(r"(time|timestamp|datetime|date|datum|epoch|year|zeit|uhrzeit|utc|uptime|elapsed|itow|millis|micros|seconds|ms|ts|t)([ _].*)?"
                    "|.*[ _]time", re.I)
-DAYS, CLOCKS = ("date", "datum"), ("time", "zeit", "uhrzeit", "clock")  # names of two columns that are one time
 STEP = re.compile(r"(d|delta_?)t|step|.*interval.*", re.I)  # a model that has it as a control knows of the times
 IRREGULAR = 0.2  # of the median step: months and rounded clocks are within
 CLOCK = re.compile(r"\d{1,2}:\d\d(:\d\d(\.\d+)?)?")
-DAY = re.compile(r"\d{4}-\d\d-\d\d")
 LOOKED_AT = 1000  # rows that tell whether a column without such a name may be of times
 NONE = "none"  # what --time says where there is no such column
 
@@ -37,18 +35,6 @@ def time_column(source: Source, cells: Sequence[str], wanted: Sequence[int], nam
     if any(map(STEP.fullmatch, names)):
         return None
     return next((place for place, cell in enumerate(cells) if place not in wanted and NAMES.fullmatch(without_unit(cell))), None)
-
-
-def place_of_clock(cells: Sequence[str], place: int) -> Optional[tuple[int, int]]:
-    """Of a header with a date and a clock in two columns, where one was found as the time: the places of both"""
-    names = [cell.lower() for cell in cells]
-    pair = [next((k for k, name in enumerate(names) if name in of), None) for of in (DAYS, CLOCKS)]
-    return (pair[0], pair[1]) if place in pair and None not in pair else None
-
-
-def date_and_clock(date: str, clock: str) -> str:
-    """A cell of both"""
-    return f"{date} {'0' * (clock[1:2] == ':')}{clock}" if date and clock else ""
 
 
 def unnamed_times(header: Sequence[str], rows: Sequence[Sequence[str]], taken: Sequence[int]) -> Optional[str]:

@@ -1,5 +1,5 @@
 """What a model is: its matrices and names, its file, the builders of textbook models."""
 
-from kalmanq.model.model import SIZE_MAX, Gaps, Model, Quantities, Quantity, Sensor, root_of
+from kalmanq.model.model import SIZE_MAX, Gaps, Model, Quantities, Quantity, Reading, Sensor, root_of
 
-__all__ = ["SIZE_MAX", "Gaps", "Model", "Quantities", "Quantity", "Sensor", "root_of"]
+__all__ = ["SIZE_MAX", "Gaps", "Model", "Quantities", "Quantity", "Reading", "Sensor", "root_of"]

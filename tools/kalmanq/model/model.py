@@ -17,6 +17,29 @@ ROOT_LOST = 1e-9  # of sigma_i sigma_j
 
 
 @dataclass(frozen=True)
+class Reading:
+    """How a column of a data file says a quantity, as factor * cell + offset.
+
+    column     its name, if it is not the quantity's
+    missing    numbers and texts in the file that mean: nothing was measured
+    plausible  the least and the largest value, in the quantity's unit; what is outside is missing
+    """
+
+    column: str = ""
+    factor: float = 1.0
+    offset: float = 0.0
+    missing: tuple[Union[str, float], ...] = ()
+    plausible: Optional[tuple[float, float]] = None
+
+    @property
+    def converts(self) -> bool:
+        return (self.factor, self.offset) != (1.0, 0.0)
+
+
+AS_IT_IS = Reading()
+
+
+@dataclass(frozen=True)
 class Quantity:
     """A state, a measurement or a control.
 
@@ -26,6 +49,7 @@ class Quantity:
     fraction  n of Qm.n, value = word 2^-n; None: the most that the range leaves room for
     constant  a control that is always 1, which nobody gives: its column of B is an offset
     ends      the least and the largest value, where they were given
+    reading   how data files say it
     """
 
     name: str
@@ -34,6 +58,7 @@ class Quantity:
     fraction: Optional[int] = None
     constant: bool = False
     ends: Optional[tuple[float, float]] = None
+    reading: Reading = AS_IT_IS
 
     def __post_init__(self) -> None:
         if isinstance(self.range, (tuple, list)):
@@ -94,7 +119,7 @@ class Model:
     unknown  the states, by name or number, of which nothing is known at first; "all"
 
     Model.of_continuous(F, H=..., R=..., Qc=..., dt=...) makes a model of x' = F x + B u + noise.  `continuous` then has it, otherwise None.
-    `sensors`: of a model file that names them; `builder`: what its file gives to one, and `constants` what a fit has estimated of that.
+    `sensors`: of a model file that names them; `recording`: what it says of data files; `builder`: what its file gives to one, and `constants` what a fit has estimated of that.
 
     All arrays become read-only arrays of float64.  `n`, `m`, `l` are the sizes.
     All but A have their names in the call.  ModelError names what does not fit.
@@ -112,6 +137,7 @@ class Model:
         self.continuous: Optional[Continuous] = None
         self.sensors: tuple[Sensor, ...] = ()
         self.builder: Optional[Mapping[str, Any]] = None
+        self.recording: Mapping[str, Any] = {}
         self.constants: dict[str, float] = {}
         self.A = _square("A", A)
         self.n = len(self.A)
@@ -221,6 +247,7 @@ class Model:
         other.continuous = None if what.keys() & {"A", "B", "c", "Q", "G"} else self.continuous
         other.sensors = self.sensors if [one.name for one in other.measurements] == [one.name for one in self.measurements] else ()
         other.builder = self.builder if what.keys() <= {"states", "measurements", "gaps", "name", "d"} else None
+        other.recording = self.recording
         if other.builder and "d" in what:
             offsets = {} if other.d is None else {"d": other.d.tolist()}
             other.builder = {**{key: one for key, one in other.builder.items() if key != "d"}, **offsets}

@@ -4,9 +4,11 @@
                     parameters; or in the place of A and Q: F, Qc and dt of x' = F x + B u + c + noise (or L w, Qc of w),
                     and jitter, a share of dt.  Offsets: c (n) of the states, d (m) of the measurements.
                     P0 = "unknown", or "unknown" in the place of a state's variance.
-    [states], [measurements], [controls]   names, units, ranges, fractions: a list each, one for each of them
+    [states], [measurements], [controls]   names, units, ranges, fractions: a list each, one for each of them; of what data files
+                    have, also columns, factors, offsets, missing, plausible
     [[sensors]]     in the place of H, R and [measurements], one for each: name, measurements (names), H, R, units, ranges,
                     fractions, d, delay, measured (a column: when, at most `delay` ago)
+    [recording]     how data files are written: time, time_format, separator, decimal, sort, skip_untimed, pause; database, origin
     [gaps]          max_gap, min_run
 """
 
@@ -23,7 +25,8 @@ import numpy as np
 from kalmanq.errors import KalmanqError, ModelError, counted
 from kalmanq.model import builders
 from kalmanq.model.arrays import block_diagonal
-from kalmanq.model.model import Gaps, Model, Quantity, Sensor, not_finite
+from kalmanq.model.model import AS_IT_IS, Gaps, Model, Quantity, Sensor, not_finite
+from kalmanq.model.quantities import READ, RECORDING, SHOWN, is_numbers, quantities, recording
 
 if sys.version_info >= (3, 11):
     import tomllib
@@ -32,17 +35,16 @@ else:
 
 MATRICES = ("A", "B", "c", "d", "H", "Q", "G", "R", "x0", "P0", "F", "L", "Qc", "dt", "jitter")
 ROWS_MAX = 100_000_000  # of a gap, or of a run
-FRACTION_MAX = 1000
-LARGEST, SHOWN = sys.float_info.max, 40
 SUFFIXES, NO_MODEL = (".toml", ""), "a model file is TOML, or Python with .py"
 TABLES = (".csv", ".tsv", ".txt", ".log")
 SECTIONS = {
     "model": (*MATRICES, "name", "builder", "time_unit"),
     "states": ("names", "units", "ranges", "fractions"),
-    "measurements": ("names", "units", "ranges", "fractions"),
-    "controls": ("names", "units", "ranges", "fractions"),
+    "measurements": ("names", "units", "ranges", "fractions", *READ),
+    "controls": ("names", "units", "ranges", "fractions", *READ),
+    "recording": tuple(RECORDING),
     "gaps": ("max_gap", "min_run"),
-    "sensors": ("name", "measurements", "H", "R", "d", "delay", "measured", "units", "ranges", "fractions"),
+    "sensors": ("name", "measurements", "H", "R", "d", "delay", "measured", "units", "ranges", "fractions", *READ),
 }
 
 
@@ -183,7 +185,7 @@ def _model(path: Path, given: Mapping[str, Any]) -> Model:
         raise ModelError("time_unit", "is of a model with F, Qc and dt, or of a builder in continuous time")
     made.update({"time_unit": unit} if unit else {})
     model = Model.of(**made, gaps=_gaps(given.get("gaps", {})), name=name)
-    model.sensors, model.builder = tuple(sensors), given_to_builder
+    model.sensors, model.builder, model.recording = tuple(sensors), given_to_builder, recording(given.get("recording", {}))
     return model
 
 
@@ -209,7 +211,7 @@ def rebuilt(model: Model, given: Mapping[str, Any]) -> Model:
     builder, of = {**model.builder, **given}, model.continuous
     made = {**_built(dict(builder)), **{which: getattr(model, which) for which in ("states", "measurements", "gaps", "name")}}
     again = Model.of(**made, **({"time_unit": of.unit, "jitter": of.jitter} if of else {}))
-    again.builder = builder
+    again.builder, again.recording = builder, model.recording
     return again
 
 
@@ -261,7 +263,7 @@ def _sensor(number: int, given: Mapping[str, Any], states: int) -> tuple[str, Mo
         _require_side("H", H, 1, states)
         size = _height(H)
         default = [name] if size == 1 else [f"{name}{k + 1}" for k in range(size)]
-        said = {"names" if key == "measurements" else key: given[key] for key in ("measurements", "units", "ranges", "fractions")
+        said = {"names" if key == "measurements" else key: given[key] for key in ("measurements", "units", "ranges", "fractions", *READ)
                 if key in given}
         return name, Model(np.eye(states), H=H, R=R, Q=np.zeros(states), P0=np.ones(states), d=_array("d", given["d"]) if "d" in given else None,
                            measurements=quantities("measurements", said, size, default))
@@ -308,15 +310,8 @@ def _prior(given: Any) -> dict[str, Any]:
     return {"P0": _array("P0", given)}
 
 
-def _is_numbers(given: Any) -> bool:
-    """A text that reads as a number is none, nor is true."""
-    if isinstance(given, list):
-        return all(map(_is_numbers, given))
-    return isinstance(given, (int, float)) and not isinstance(given, bool)
-
-
 def _array(key: str, given: Any) -> np.ndarray:
-    if not _is_numbers(given):
+    if not is_numbers(given):
         raise ModelError(key, "is not an array of numbers" if key not in ("dt", "jitter") else "is not a number; time_unit has the unit of dt")
     try:
         array = np.array(given, np.float64)
@@ -341,40 +336,6 @@ def _typed(given: Any, kind: type, key: str, expected: str) -> Any:
     if not isinstance(given, kind) or isinstance(given, bool):
         raise ModelError(key, f"is not {expected}")
     return given
-
-
-def quantities(which: str, given: Mapping[str, Any], size: int, default: Optional[list[str]]) -> list[Quantity]:
-    letter = {"states": "x", "measurements": "z", "controls": "u"}[which]
-    names = default or [f"{letter}{k + 1}" for k in range(size)]
-    columns: dict[str, list[Any]] = {"names": names, "units": [""] * size, "ranges": [None] * size,
-                                     "fractions": [None] * size}
-    kinds: dict[str, tuple[Any, str]] = {"names": (str, "texts"), "units": (str, "texts"),
-                                         "ranges": ((int, float, list), "numbers"), "fractions": (int, "whole numbers")}
-    for key, values in given.items():
-        kind, expected = kinds[key]
-        if not isinstance(values, list) or any(not isinstance(one, kind) or isinstance(one, bool) for one in values):
-            raise ModelError(which, f"{key} is not a list of {expected}")
-        if len(values) != size:
-            raise ModelError(which, f"{key} has {counted(len(values), key[:-1])}; there {'is' if size == 1 else 'are'} {counted(size, which[:-1])}")
-        columns[key] = values
-    for one in columns["ranges"]:
-        _look_at_range(which, one)
-    for one in columns["fractions"]:
-        if one is not None and abs(one) > FRACTION_MAX:
-            raise ModelError(which, f"fractions: {str(one)[:SHOWN]} is beyond {FRACTION_MAX} bits")
-    return [Quantity(name, unit, span if span is None or isinstance(span, list) else float(span), fraction)
-            for name, unit, span, fraction in zip(*columns.values())]
-
-
-def _look_at_range(which: str, one: Any) -> None:
-    """The largest |value|, or the least and the largest value"""
-    if isinstance(one, list):
-        if len(one) != 2 or any(not isinstance(end, (int, float)) or isinstance(end, bool) for end in one) \
-                or not -LARGEST <= one[0] < one[1] <= LARGEST:
-            raise ModelError(which, f"ranges: {str(one)[:SHOWN]} is not a least and a larger number")
-    elif one is not None and not 0 < one <= LARGEST:
-        raise ModelError(which, f"ranges: {str(one)[:SHOWN]} is not above 0" if not one > LARGEST else
-                         "ranges: one is not representable")
 
 
 def _gaps(given: Mapping[str, Any]) -> Gaps:
@@ -411,6 +372,8 @@ def text_of(model: Model) -> str:
         lines += [f"delay = {sensor.delay!r}"] if sensor.delay else []
         lines += [f"measured = {_quoted(sensor.measured)}"] if sensor.measured else []
         lines += more
+    if model.recording:
+        lines += ["", "[recording]", *(f"{key} = {_value(value)}" for key, value in model.recording.items())]
     if model.gaps != Gaps():
         lines += ["", "[gaps]", f"max_gap = {model.gaps.max_gap}"]
         lines += [] if model.gaps.min_run is None else [f"min_run = {model.gaps.min_run}"]
@@ -467,6 +430,10 @@ def _section(which: str, quantities: tuple[Quantity, ...]) -> list[str]:
         lines.append(f"ranges = [{', '.join(map(_range, quantities))}]")
     if all(one.fraction is not None for one in quantities):
         lines.append(f"fractions = [{', '.join(str(one.fraction) for one in quantities)}]")
+    for key, name in zip(READ, ("column", "factor", "offset", "missing", "plausible")):
+        values = [getattr(one.reading, name) for one in quantities]
+        if any(value != getattr(AS_IT_IS, name) for value in values):
+            lines.append(f"{key} = {_value([list(value or ()) if key in ('missing', 'plausible') else value for value in values])}")
     return lines
 
 
@@ -482,7 +449,7 @@ def _quoted(text: str) -> str:
 def _value(given: Any) -> str:
     if isinstance(given, list):
         return f"[{', '.join(map(_value, given))}]"
-    return _quoted(given) if isinstance(given, str) else repr(given)
+    return _quoted(given) if isinstance(given, str) else str(given).lower() if isinstance(given, bool) else repr(given)
 
 
 def _list(row: np.ndarray) -> str:

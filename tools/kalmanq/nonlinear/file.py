@@ -8,8 +8,8 @@
     nominal, plus(x, d), minus(a, b)        where the states are errors of nominal numbers
     A(x, t, u), H(x, t, u), innovation(z, x, t, u), simulated_controls(t)     if there are any
     states, measurements, controls          lists of names, or as in a model file: {"names": [...], "units": [...],
-                                            "ranges": [...], "fractions": [...]}
-    angles, name
+                                            "ranges": [...], "fractions": [...], "columns": [...], ...}
+    angles, name, recording                 recording: a dictionary, as the section of a model file
     free                                    names of constants of the file, and of Q, R, x0 and P0, that `kalmanq fit` estimates
 """
 
@@ -30,7 +30,8 @@ import numpy as np
 from kalmanq.errors import ModelError
 from kalmanq.formulas.functions import NoFormula
 from kalmanq.model import Quantity
-from kalmanq.model.model_file import ModelFileError, known, quantities
+from kalmanq.model.model_file import ModelFileError, known
+from kalmanq.model.quantities import quantities, recording
 from kalmanq.nonlinear.calls import UserError, told
 from kalmanq.nonlinear.constants import PUT, Free, Numbers, Symbols, placed, written
 from kalmanq.nonlinear.model import NonlinearModel
@@ -86,6 +87,10 @@ def _model(path: Path, source: bytes, constants: Optional[Numbers] = None) -> No
             if key in space:
                 made[key] = _quantities(key, space[key])
         model = NonlinearModel(**made, angles=_list("angles", space.get("angles", ()), "measurements"), name=_name(space, path))
+        if isinstance(space.get("recording"), dict):
+            key = "recording"
+            known(key, space[key])
+            model.recording = recording(space[key])
         model.free = tuple(_list("free", space.get("free", ()), "constants of the file, or of Q, R, x0, P0"))
         return model
     except ModelError as problem:

@@ -10,7 +10,7 @@ from numpy.typing import ArrayLike
 
 from kalmanq.core import NOT_A_VALUE, require, warn_of
 from kalmanq.data.dates import step_from
-from kalmanq.data.rows import Rows, index_of, require_one_origin, rising, row_of, rows_of, times_in
+from kalmanq.data.rows import Rows, index_of, refuse_back, require_one_origin, rising, row_of, rows_of, times_in
 from kalmanq.errors import KalmanqError
 from kalmanq.nonlinear import methods
 from kalmanq.nonlinear.calls import Instant
@@ -137,8 +137,8 @@ class NonlinearFilter(Readable):
             raise KalmanqError("times are missing: the rows before had them")
         if self.is_timed and not self.begins:
             require_one_origin(self.origin, rows.origin)
-        if at is not None and len(rows) and not self.begins and at[0] <= self.at:
-            raise KalmanqError("the time is not after the one before: sort the rows, and join rows of one time", row=0)
+        if at is not None and len(rows) and not self.begins:
+            refuse_back(at[:1] - self.at, self.model.has_empty_steps)
         self.is_timed, self.origin = at is not None, rows.origin
         return at
 
@@ -258,7 +258,7 @@ def rows_at(model: NonlinearModel, z: Any, u: Any = None, times: Any = None, ori
     made, index = rows_of(z, model.measurements, "z"), index_of(z, u)
     if times is None and index is not None:
         times = times_in(model, z, u)
-    at, begun = (None, None) if times is None else rising(times, len(made), 1.0, origin)
+    at, begun = (None, None) if times is None else rising(times, len(made), 1.0, origin, model.has_empty_steps)
     return Rows(made, controls_of(u, model, len(made)), at, {}, index, begun)
 
 

@@ -118,6 +118,7 @@ class NonlinearModel:
                            x0=x0 if nominal is None else np.zeros(n), P0=P0, states=states, measurements=measurements, name=name)
         self.name, self.n, self.m = name, n, m
         self.path: Optional[Path] = None  # of its file
+        self.recording: Mapping[str, Any] = {}  # what its file says of data files
         self.free: tuple[str, ...] = ()  # what its file says that a fit estimates
         self.constants: dict[str, float] = {}  # of its file, that were estimated
         self.P0, self.states, self.measurements = self.frame.P0, self.frame.states, self.frame.measurements
@@ -229,6 +230,13 @@ class NonlinearModel:
         given = [one for key, one in self.given.items() if key not in ("plus", "minus", "simulated_controls")]
         parts = [part for one in given for part in ([of for _, of, _ in one.parts] if isinstance(one, Stacked) else [one])]
         return [*parts, *self.noises.functions.values()]
+
+    @property
+    def has_empty_steps(self) -> bool:
+        """Is a step of no length none?  What takes no dt moves the state, or makes it less certain, over each"""
+        noises = [of for key, of in self.given.items() if key in ("Q", "G")]
+        return all(STEP in self.given[key].takes for key in ("f", "increment") if key in self.given) and self.takes_step and \
+            (any(STEP in of.takes for of in noises) or not np.any(self.frame.Q))
 
     @property
     def dt_of_rows(self) -> Optional[float]:

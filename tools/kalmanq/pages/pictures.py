@@ -28,6 +28,7 @@ STYLE: dict[str, Any] = {
     "axes.spines.top": False, "axes.spines.right": False, "axes.grid": True, "grid.color": "#DDDDDD",
     "grid.linewidth": 0.5, "axes.axisbelow": True, "legend.frameon": False,
 }
+WIDE = 30.0  # a sigma of so many medians says nothing yet
 FILTERED, SMOOTHED, DATA, AHEAD = "#1F6FB4", "#C4501B", "#8A8A8A", "#3C8D40"
 
 
@@ -107,7 +108,15 @@ def _draw_state(axis: Any, run: Run, z: np.ndarray, i: int, measured: list[tuple
         mean, sigma = ahead
         _band(axis, rows[-1] + along.step * np.arange(1, len(mean) + 1), mean[:, i], sigma[:, i], AHEAD, "forecast, 95 %")
     axis.set_ylabel(run.model.states[i].label)
-    limit(axis, np.concatenate([run.mean[:, i]] + [z[:, c] / factor for c, factor in measured]))
+    limit(axis, np.concatenate([_settled(run, i)] + [z[:, c] / factor for c, factor in measured]))
+
+
+def _settled(run: Run, i: int) -> np.ndarray:
+    """The band that most rows have: of smoothed means of a state, or of the filtered ones that are no longer of a wide prior"""
+    mean, sigma = (run.mean[:, i], run.sigma[:, i]) if run.smoothed is None else (run.smoothed[:, i], run.smoothed_sigma[:, i])
+    half = 1.96 * np.nanmedian(sigma) if np.any(np.isfinite(sigma)) else 0.0
+    mean = mean[~(sigma > WIDE * np.nanmedian(sigma))] if half else mean
+    return np.concatenate([mean - half, mean + half])
 
 
 def _draw_measurement(axis: Any, run: Run, z: np.ndarray, c: int, rows: np.ndarray) -> None:

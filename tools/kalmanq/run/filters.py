@@ -10,7 +10,7 @@ from numpy.typing import ArrayLike
 
 from kalmanq.core import ffi, lib, require, warn_of
 from kalmanq.data.dates import step_from
-from kalmanq.data.rows import Rows, Varying, controls_of, require_one_origin, row_of
+from kalmanq.data.rows import Rows, Varying, controls_of, refuse_back, require_one_origin, row_of
 from kalmanq.errors import KalmanqError
 from kalmanq.model import Model
 from kalmanq.run.parts import Parts
@@ -186,8 +186,7 @@ class Filter(Readable):
             if self.time is not None:
                 require_one_origin(self.origin, rows.origin)
             begun = rows.times[0] - self.model.continuous.dt if self.time is None else self.time  # no predict before row 0
-            if begun >= rows.times[0]:
-                raise KalmanqError("the time is not after the one before", row=0)
+            refuse_back(rows.times[:1] - begun, True)
             before = self.model.continuous.between(np.concatenate([[begun], rows.times]))
             made = self._steps.over(before)
             return None if np.all(made == own) else made

@@ -12,7 +12,7 @@ from rich.console import Console
 
 from kalmanq.commands.messages import print_json, table, tell_written
 from kalmanq.commands.options import JSON, choices, command_of
-from kalmanq.data import tables
+from kalmanq.data.written import write_text, writing
 from kalmanq.data.files import require_folder, whole
 from kalmanq.firmware.ranges import with_ranges
 from kalmanq.firmware.reach import Record
@@ -95,12 +95,12 @@ def _write_data(path: Path, data: Data) -> None:
     columns = [data.at, *data.z.T, *([] if data.regressors is None else data.regressors.T)]
     with whole(path) as temporary, open(temporary, "w", encoding="utf-8", newline="") as text:
         text.write(f"# {data.said}\n")
-        tables.write_text(text, names, columns)
+        write_text(text, names, columns)
 
 
 def _write_run(path: Path, run: Run, data: Data) -> None:
     columns = {data.axis: data.at, **run.columns()}
-    with tables.writing(path, list(columns)) as write:
+    with writing(path, list(columns)) as write:
         write(columns.values())
 
 

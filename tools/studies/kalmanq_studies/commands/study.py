@@ -15,7 +15,7 @@ from rich.console import Console
 from kalmanq.commands.messages import print_json
 from kalmanq.commands.options import FRESH, JSON, WORKERS, choices, command_of
 from kalmanq.data.files import require_folder, telling_where, whole
-from kalmanq.data.tables import write_text
+from kalmanq.data.written import write_text
 from kalmanq.pages.pictures import save
 from kalmanq.run.campaigns import journal_of, progress_bar, run_campaign, versions
 from kalmanq_studies.heavy_tails import claims
