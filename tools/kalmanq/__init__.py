@@ -27,6 +27,7 @@ if TYPE_CHECKING:  # for type checkers; at run time a name is imported when it i
     from kalmanq.run.results import Run as Run
     from kalmanq.run.reweighting import ReweightedSmoother as ReweightedSmoother
     from kalmanq.run.robust import Robust as Robust
+    from kalmanq.run.series import run_series as run_series
     from kalmanq.run.statistics import Consistency as Consistency, LeastSquares as LeastSquares
     from kalmanq.run.steady import (
         SteadyFilter as SteadyFilter, SteadyState as SteadyState, steady_state as steady_state)
@@ -43,6 +44,7 @@ _PLACES = {
     "run.results": "Run",
     "run.reweighting": "ReweightedSmoother",
     "run.robust": "Robust",
+    "run.series": "run_series",
     "run.statistics": "Consistency LeastSquares",
     "run.steady": "SteadyFilter SteadyState steady_state",
 }

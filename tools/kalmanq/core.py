@@ -37,6 +37,11 @@ OF_THE_HOST = {lib.KQ_ERR_HISTORY_FULL: "a mean or a variance has grown not repr
                "over long gaps, or leave out the rows from there on"}
 
 
+def pointer_of(array: np.ndarray) -> Any:
+    """Of whole numbers, or of numbers of f64, that C reads or writes during a call"""
+    return ffi.cast("int64_t *" if array.dtype == np.int64 else "double *", array.ctypes.data)
+
+
 def words_of(status: int) -> str:
     """What a status says here"""
     return OF_THE_HOST.get(status) or ffi.string(lib.kq_status_text(status)).decode()
@@ -177,7 +182,7 @@ class Arithmetic:
             with np.errstate(over="ignore"):
                 made = given.astype(self.number, copy=False)
             _refuse_rows(np.isinf(made), given, quantities, f"{what}: beyond {self.name}")
-            return np.ascontiguousarray(made - np.asarray(less, self.number))
+            return np.ascontiguousarray(made if np.isscalar(less) and less == 0 else made - np.asarray(less, self.number))
         fractions = np.array([formats[k].fraction for k in range(len(quantities))])
         ranges = np.array([formats[k].range for k in range(len(quantities))], float)
         rounded = nearest(np.ldexp(given, fractions)) - nearest(np.ldexp(less, fractions))

@@ -85,3 +85,20 @@ def quarters(seed: int) -> np.ndarray:
 
 def trend(seed: int) -> np.ndarray:
     return drawn([[1, 1], [0, 1]], [1, 0], np.diag([0.1, 0.01]), 1, 200, seed)[0]
+
+
+# Of a trend with so many waves of a period of 24 rows, whose start is not known: the exact diffuse log-likelihood
+DIFFUSE = {0: -1091.896048777281, 1: -675.2120191708, 2: -786.2967263634}
+
+
+def waves(harmonics: int) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
+    """A, Q, H, R and 300 rows, some missing"""
+    n, random = 2 + 2 * harmonics, np.random.default_rng(harmonics)
+    A, H, Q = np.eye(n), np.zeros((1, n)), np.diag([0.02, 1e-4] + [1e-3] * (n - 2))
+    A[0, 1] = H[0, 0] = 1
+    for k in range(1, harmonics + 1):
+        c, s = np.cos(2 * np.pi * k / 24), np.sin(2 * np.pi * k / 24)
+        A[2 * k : 2 * k + 2, 2 * k : 2 * k + 2], H[0, 2 * k] = [[c, s], [-s, c]], 1
+    z = 20 + random.normal(size=(300, 1)).cumsum(axis=0) + random.normal(size=(300, 1))
+    z[random.random(300) < 0.1] = np.nan
+    return A, Q, H, np.array([[0.5]]), z

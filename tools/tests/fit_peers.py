@@ -7,6 +7,7 @@ import warnings
 from pathlib import Path
 
 import numpy as np
+from statsmodels.tsa.statespace.kalman_filter import KalmanFilter
 from statsmodels.tsa.statespace.structural import UnobservedComponents
 
 import fit_cases
@@ -20,6 +21,15 @@ def fitted(z: np.ndarray, level: str, known: bool = False) -> tuple[float, ...]:
     start = model.fit(disp=0, maxiter=2000, method="powell")
     found = model.fit(start.params, disp=0, maxiter=2000, method="bfgs", gtol=1e-9)
     return (found.llf, *found.params)
+
+
+def diffuse(harmonics: int) -> float:
+    A, Q, H, R, z = fit_cases.waves(harmonics)
+    f = KalmanFilter(k_endog=1, k_states=len(A), k_posdef=len(A), tolerance=0)
+    f.bind(z)
+    f["transition"], f["design"], f["selection"], f["state_cov"], f["obs_cov"] = A, H, np.eye(len(A)), Q, R
+    f.initialize_diffuse()
+    return float(f.filter().llf_obs.sum())
 
 
 def standard_errors(z: np.ndarray, exact: dict[str, float]) -> float:
@@ -43,6 +53,11 @@ def main() -> None:
         expected = getattr(fit_cases, name)
         print(name, *(f"{figure:.10g}" for figure in figures))
         worst = max(worst, *(abs(a / b - 1) for a, b in zip(figures, expected)))
+    for harmonics, expected in fit_cases.DIFFUSE.items():
+        found = diffuse(harmonics)
+        print(f"exact diffuse log-likelihood, {harmonics} waves: {found:.12g}")
+        if abs(found / expected - 1) > 1e-9:
+            sys.exit(f"{found / expected - 1:.1e} from what is recorded")
     worst = max(worst, standard_errors(nile, fit_cases.NILE_ERRORS))
     if worst > 1e-5:
         sys.exit(f"{worst:.1e} from what is recorded")

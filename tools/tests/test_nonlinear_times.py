@@ -458,7 +458,7 @@ def test_commands_take_the_times(tmp_path):
     assert kalmanq("simulate", path, "--at", at, "--truth", "--out", data).returncode == 0
     said = {}
     for name, given in (("host", ()), ("c", ("--compiled",))):
-        done = kalmanq("run", path, data, "--smooth", *given, "--out", tmp_path / f"{name}.csv", "--plot", tmp_path / "p.png")
+        done = kalmanq("run", path, data, "--smooth", *given, "--out", tmp_path / f"{name}.csv", "--digits", 17, "--plot", tmp_path / "p.png")
         assert done.returncode == 0 and not done.stderr, done.stderr
         said[name] = np.genfromtxt(tmp_path / f"{name}.csv", delimiter=",", names=True)
     assert all(np.allclose(said["host"][one], said["c"][one], 1e-8, 1e-8) for one in said["host"].dtype.names)

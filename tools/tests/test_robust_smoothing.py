@@ -159,7 +159,7 @@ def test_the_command_smooths_jumps_by_reweighting(tmp_path):
     model, data, out = tmp_path / "probe.toml", tmp_path / "probe.csv", tmp_path / "out.csv"
     z = np.concatenate([np.full(30, 20.0), np.full(30, 60.0)]) + np.random.default_rng(1).normal(0, 0.05, 60)
     model.write_text(PROBE), data.write_text("temperature\n" + "\n".join(map(repr, map(float, z))) + "\n")
-    done = kalmanq("run", model, data, "--smooth", "--robust", "jump", "--forecast", "2", "-o", out)
+    done = kalmanq("run", model, data, "--smooth", "--robust", "jump", "--forecast", "2", "--digits", 17, "-o", out)
     assert done.returncode == 0, done.stderr
     table = np.genfromtxt(out, delimiter=",", names=True, deletechars="")
     wanted = ReweightedSmoother(model_file.read(model)).run(z)

@@ -100,7 +100,7 @@ def test_two_rates_with_jitter_beside_the_joint_normal(seed, tmp_path):
     """400 Hz and 10 Hz, from two files, through the command"""
     imu, gps, times, z = two_rates(tmp_path, seed)
     path, out = walk(tmp_path), tmp_path / "out.csv"
-    done = kalmanq("run", path, imu, gps, "--smooth", "--out", out)
+    done = kalmanq("run", path, imu, gps, "--smooth", "--out", out, "--digits", 17)
     assert done.returncode == 0 and done.stderr == "", done.stderr
     rows = list(csv.DictReader(out.open()))
     model = model_file.read(path)

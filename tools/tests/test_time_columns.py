@@ -108,7 +108,7 @@ def test_run_takes_each_row_at_its_time(form, tmp_path):
     ms = times_of(3)
     data = written(tmp_path, data_of(head, [cell(int(one)) for one in ms], 3))
     model, out = cart(tmp_path), tmp_path / "o.csv"
-    done = kalmanq("run", model, data, "--smooth", "--out", out)
+    done = kalmanq("run", model, data, "--smooth", "--out", out, "--digits", 17)
     assert done.returncode == 0 and done.stderr == "", done.stderr
     rows = list(csv.DictReader(out.open()))
     z = np.random.default_rng(103).normal(size=ROWS)

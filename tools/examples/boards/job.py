@@ -131,7 +131,7 @@ class Job:
     def host(self) -> dict[str, np.ndarray]:
         out = self.folder / "host.csv"
         run([*self.kalmanq, "run", str(self.example.model_of(self.name)), str(self.data), "--arith", self.T,
-             *self.given.host, "--out", str(out)])
+             *self.given.host, "--digits", "17", "--out", str(out)])
         return table(out)
 
     def scales(self) -> np.ndarray:

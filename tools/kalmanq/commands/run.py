@@ -77,6 +77,7 @@ class Options:
     iterate: Optional[int] = typer.Option(None, "--iterate", metavar="N", min=1, max=1000, help="Methods iterated and posterior: linearise each update N times; 4 by default.")
     passes: Optional[int] = typer.Option(None, "--passes", metavar="N", min=1, max=1000, help="Nonlinear model with --smooth: at most N passes, each linearised at the smoothed states before it.")
     out: Optional[Path] = typer.Option(None, "-o", "--out", metavar="OUT.csv", help="Write the results: a row for each row of data; OUT.gpx: the track.")
+    digits: int = typer.Option(9, "--digits", min=1, max=written.ALL_DIGITS, help="Significant digits of the results in OUT.csv; 17 bring back the same bits.")
     plot: Optional[Path] = typer.Option(None, "--plot", metavar="OUT.png", help="Draw data, means and bands of 95 %.")
     json: bool = JSON
 
@@ -190,8 +191,9 @@ class _FileRun:
                 elif options.out:
                     timed = {} if self.times is None else {tables.time_name(self.model): self.times}
                     columns = {"step": np.arange(first, first + len(run)), **timed, **run.columns()}
+                    digits = [written.ALL_DIGITS if name in timed else options.digits for name in columns]
                     write = write or stack.enter_context(
-                        written.writing(options.out, list(columns), [*options.data, options.model]))
+                        written.writing(options.out, list(columns), [*options.data, options.model], digits))
                     write(columns.values())
             if not self.rows:
                 raise KalmanqError("no rows")

@@ -59,6 +59,10 @@ class Records:
         """z, u and times of each record"""
         return zip(self.z, self.u, self.times or [None] * len(self))
 
+    def rows(self, model: Model) -> list[Rows]:
+        """Of each record, its measurements without the model's offset"""
+        return [Rows.of(model, z if model.d is None else z - model.d, u, times) for z, u, times in self.each()]
+
     @property
     def steps(self) -> int:
         return sum(map(len, self.z))

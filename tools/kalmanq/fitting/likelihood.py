@@ -12,6 +12,7 @@ from kalmanq.data.rows import Varying
 from kalmanq.errors import KalmanqError
 from kalmanq.fitting.equations import likelihood_of
 from kalmanq.fitting.expectation import FREE, Expectation, Records
+from kalmanq.fitting.slopes import agrees, exact
 from kalmanq.model import Model
 from kalmanq.nonlinear import NonlinearModel
 from kalmanq.run.filters import Filter
@@ -21,7 +22,8 @@ from kalmanq.run.parts import Parts
 def likelihood(model: Union[Model, NonlinearModel], records: Sequence[ArrayLike],
                u: Optional[Sequence[Optional[ArrayLike]]] = None, *, times: Optional[Sequence[Optional[ArrayLike]]] = None,
                varying: Optional[Sequence[Varying]] = None, arithmetic: str = "f64") -> float:
-    """log p of all records (each T x m; NaN: missing), by the filter; an unknown start is exact.  times, varying: of each
+    """log p of all records (each T x m; NaN: missing), by the filter; an unknown start is exact: in f64 by
+    covariances (slopes.h), where the filter's roots round.  times, varying: of each
     record, as Filter.run has them."""
     if isinstance(model, NonlinearModel):
         return likelihood_of(model, Records(model, records, u, times), arithmetic)
@@ -32,7 +34,10 @@ def likelihood(model: Union[Model, NonlinearModel], records: Sequence[ArrayLike]
         run = Filter(model, arithmetic, parts=parts)
         run.run(z, controls, times=made.times and made.times[k], varying=varying and varying[k])
         total += run.log_likelihood
-    return total
+    if arithmetic != "f64" or varying is not None or not np.any(model.unknown):
+        return total
+    value = exact(model, made.rows(model))
+    return value if agrees(value, total, True) else total
 
 
 def gradient(model: Model, records: Sequence[ArrayLike], u: Optional[Sequence[Optional[ArrayLike]]] = None, *,

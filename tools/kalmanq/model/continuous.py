@@ -7,9 +7,11 @@ same in one matrix).
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Optional
+from typing import Any, Optional
 
 import numpy as np
+
+from kalmanq.core import lib, pointer_of
 
 UNITS = {"ms": 1e-3, "s": 1.0, "min": 60.0, "h": 3600.0, "day": 86400.0, "week": 604800.0, "year": 31556952.0}  # in seconds
 TERMS = 20  # of the series, over a step in which F counts for half at most
@@ -48,14 +50,24 @@ class Continuous:
 
     def steps(self, dt: np.ndarray) -> tuple[np.ndarray, np.ndarray, Optional[np.ndarray]]:
         """Over each dt: k x n x n, k x n x n and k x n x l"""
-        doublings = np.maximum(0, np.ceil(np.log2(np.maximum(self.norm * dt / SHORT, 1)))).astype(int)
-        with np.errstate(over="ignore", invalid="ignore"):
-            A, Q, S = self._series(np.ldexp(dt, -doublings)[:, None, None])
-            for k in range(doublings.max(initial=0)):
-                left = doublings > k
-                a, q, s = A[left], Q[left], S[left]
-                Q[left], S[left], A[left] = q + a @ q @ a.swapaxes(1, 2), s + a @ s, a @ a
-        return A, (Q + Q.swapaxes(1, 2)) / 2, None if self.B is None else S @ self.B
+        A, Q, S = (np.empty((len(dt), *self.F.shape)) for _ in range(3))
+        self._through(lib.kq_steps, dt, A, Q, S)
+        return A, Q, None if self.B is None else S @ self.B
+
+    def slopes(self, dt: np.ndarray, by_A: np.ndarray, by_Q: np.ndarray, by_B: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """To F and Qc, of what has such slopes to the steps over each dt; by_Q is symmetric"""
+        by_S = np.zeros_like(by_A) if self.B is None else by_B @ self.B.T
+        made = np.zeros_like(self.F), np.zeros_like(self.F)
+        self._through(lib.kq_steps_back, dt, by_A, by_Q, by_S, *made)
+        return made
+
+    def _through(self, call: Any, dt: np.ndarray, *arrays: np.ndarray) -> None:
+        """C over dt / 2^k and k doublings"""
+        doublings = np.maximum(0, np.ceil(np.log2(np.maximum(self.norm * dt / SHORT, 1)))).astype(np.int64)
+        n, terms = len(self.F), TERMS + len(self.F) - 1
+        work = np.empty(lib.kq_steps_work(n, terms, int(doublings.max(initial=0))))
+        given = [np.ascontiguousarray(one, float) for one in (self.F, self.Qc, np.ldexp(dt, -doublings))]
+        call(len(dt), n, terms, *map(pointer_of, given), pointer_of(doublings), *map(pointer_of, arrays), pointer_of(work))
 
     @property
     def norm(self) -> float:
@@ -67,15 +79,3 @@ class Continuous:
         """Is a power of F 0?  By its entries that are not 0, not by their values"""
         pattern = (self.F != 0).astype(int)
         return not np.any(np.linalg.matrix_power(pattern, len(pattern)))
-
-    def _series(self, h: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """e^(F h), its noise, and the integral of e^(F s)"""
-        power, noise = np.eye(len(self.F)) + 0 * h, self.Qc * h
-        A, Q, S = power.copy(), noise.copy(), power * h
-        for k in range(1, TERMS + len(self.F)):
-            power = self.F @ power * (h / k)
-            noise = (self.F @ noise + noise @ self.F.T) * (h / (k + 1))
-            if not (power.any() or noise.any()):
-                break
-            A, Q, S = A + power, Q + noise, S + power * (h / (k + 1))
-        return A, Q, S

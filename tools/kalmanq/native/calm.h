@@ -1,6 +1,6 @@
 /*
- * Steps of a filter whose root a full step leaves as it is, word for word: what is done to the mean is then
- * the same, too, at every step.  It is kept once, by the library's own functions; a step is left with the mean,
+ * Steps of a filter whose roots go round in a cycle, word for word, most often of one: what is done to the mean is then
+ * the same, too, at every turn.  It is kept once, by the library's own functions; a step is left with the mean,
  * by the operations of the full step and in their order: the same bits.  Compiled for sizes that the compiler knows;
  * calm_find.h is for all sizes.
  */
@@ -48,6 +48,12 @@ KQ_KERNEL int calm_step(const T(kq_calm) *k, filter *f, const process *p, const 
     f->last.nis = nis;
     likelihood_run_add(&f->run, &f->last);
     return 1;
+}
+
+/* Of any size */
+static int calm_any(const T(kq_calm) *k, filter *f, const process *p, const num *u, const sensor *s, const num *z, num *e)
+{
+    return calm_step(k, f, p, u, s, z, e, f->states, s->components);
 }
 
 #endif

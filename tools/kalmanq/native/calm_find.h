@@ -1,5 +1,5 @@
 /*
- * Whether a full step leaves the root of a filter as it is, and what it then does to the mean (calm.h).  Compiled once
+ * Whether a full step makes the root of a filter the one that is known to follow, and what it then does to the mean (calm.h).  Compiled once
  * for all sizes: unrolled it is a quarter of a million bytes, and takes longer than all else.
  */
 #ifndef KQ_NATIVE_CALM_FIND_H
@@ -42,7 +42,7 @@ static int calm_keep(T(kq_calm) *k, num *S, const sensor *s, int c)
     return 1;
 }
 
-int T(kq_calm_find)(T(kq_calm) *k, const filter *f, const process *p, const sensor *s)
+int T(kq_calm_find)(T(kq_calm) *k, const filter *f, const process *p, const sensor *s, const num *next)
 {
     num S[KQ_TRIANGLE(KQ_SIZE_MAX)], scratch[PREDICT_SCRATCH(KQ_SIZE_MAX)];
     const int n = f->states;
@@ -56,7 +56,7 @@ int T(kq_calm_find)(T(kq_calm) *k, const filter *f, const process *p, const sens
         if (!calm_keep(k, S, s, c)) return 0;
     }
     renormalise(S, n);
-    return !memcmp(S, filter_root(f), size);
+    return !memcmp(S, next, size);
 }
 
 void T(kq_calm_record)(const T(kq_calm) *k, filter *f, const process *p, const num *e, int m)

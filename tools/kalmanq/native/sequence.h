@@ -1,5 +1,12 @@
 /* The text of sequences.h for one arithmetic: sequences.c has its names. */
 
+/* A root that a run has come by, and what a calm step from it to the next one does */
+typedef struct {
+    num root[root_words(KQ_SIZE_MAX)];
+    int was_sought, is_found;
+    K(calm) calm;
+} K(place);
+
 /* A run, at one of its rows */
 typedef struct {
     const K(sequence) *q;
@@ -9,13 +16,11 @@ typedef struct {
     const K(sensor) *sensor;
     uint32_t present; /* of the row's measurements */
     uint32_t all;
-    num root[root_words(KQ_SIZE_MAX)]; /* after the row before, where has_root */
-    int has_root;
-    int is_calm;    /* the row left the root that it found: the next one's variances are this one's, too */
     int may_rest;   /* is nothing but the filter's own asked for? */
-    int was_sought; /* has a calm step been looked for, at this root? */
-    int is_found;   /* and is there one? */
-    K(calm) calm;
+    K(place) *places; /* PLACES: the roots after the last rows, `count` of them, the newest at `newest` */
+    int count, newest;
+    size_t period;  /* the root after the row is that of so many rows before, which is at `here`; 0: none of them */
+    int here, begin; /* begin: what follows the newest */
 } K(row);
 
 /* What is attached may have more of a covariance than a root; a history has not. */
@@ -24,25 +29,65 @@ static int K(has_root_alone)(const K(filter) *f)
     return !f->attached || f->attached->hooks == &K(history_hooks);
 }
 
+static int K(next)(const K(row) *r)
+{
+    return r->here == r->newest ? r->begin : (r->here + 1) % PLACES;
+}
+
+static int K(is_at)(const K(row) *r, int place)
+{
+    const size_t size = sizeof(num) * (size_t)root_words(r->n);
+    return !memcmp(r->places[place].root, r->q->filter->memory + mean_words(r->n), size);
+}
+
+/* The root goes on being one of those before: the same one, or the next of a cycle, as they come by rounding. */
+static int K(goes_round)(K(row) *r)
+{
+    if (r->period && K(is_at)(r, K(next)(r))) {
+        r->here = K(next)(r);
+        return 1;
+    }
+    const int was_round = r->period > 0;
+    for (int back = 0; back < r->count && !was_round; back++) {
+        const int place = (r->newest + PLACES - back) % PLACES;
+        if (!K(is_at)(r, place)) continue;
+        r->period = (size_t)back + 1;
+        r->here = r->begin = place;
+        return 1;
+    }
+    return 0;
+}
+
+static void K(add_place)(K(row) *r)
+{
+    if (r->period) r->count = 0; /* it has left the cycle */
+    if (r->count) r->newest = (r->newest + 1) % PLACES;
+    if (r->count < PLACES) r->count++;
+    K(place) *place = r->places + r->newest;
+    memcpy(place->root, r->q->filter->memory + mean_words(r->n), sizeof(num) * (size_t)root_words(r->n));
+    place->was_sought = place->is_found = 0;
+    r->period = 0;
+}
+
 /* A predict with a weight moves a root by a noise of its own. */
 static void K(watch_root)(K(row) *r)
 {
-    const K(filter) *f = r->q->filter;
-    const size_t size = sizeof(num) * (size_t)root_words(r->n);
-    const num *now = f->memory + mean_words(r->n);
-    r->is_calm = r->has_root && K(has_root_alone)(f) && !memcmp(r->root, now, size);
-    r->has_root = K(has_root_alone)(f) && !r->q->weights;
-    if (r->is_calm) return;
-    memcpy(r->root, now, size);
-    r->was_sought = r->is_found = 0;
+    if (!K(has_root_alone)(r->q->filter) || r->q->weights) {
+        r->count = 0;
+        r->period = 0;
+    } else if (!K(goes_round)(r)) {
+        K(add_place)(r);
+    }
 }
 
-/* After a whole row that was calm */
+/* After a row of a cycle: what the next one, if it is a whole row, does */
 static void K(seek_calm)(K(row) *r)
 {
-    if (!r->is_calm || !r->may_rest || r->was_sought || r->present != r->all) return;
-    r->was_sought = 1;
-    r->is_found = K(calm_find)(&r->calm, r->q->filter, r->process, r->sensor);
+    if (!r->period || !r->may_rest) return;
+    K(place) *place = r->places + r->here;
+    if (place->was_sought) return;
+    place->was_sought = 1;
+    place->is_found = K(calm_find)(&place->calm, r->q->filter, r->process, r->sensor, r->places[K(next)(r)].root);
 }
 
 /* The diagonal of P; what is not known yet has none. */
@@ -54,8 +99,8 @@ static void K(diagonal)(const number *P, kq_status unknown, size_t n, number *va
 static void K(look_at_states)(const K(row) *r)
 {
     number P[KQ_SIZE_MAX * KQ_SIZE_MAX], *variance = r->q->variance + r->t * r->n;
-    if (r->is_calm) {
-        for (size_t i = 0; i < r->n; i++) variance[i] = (variance - r->n)[i];
+    if (r->period) {
+        for (size_t i = 0; i < r->n; i++) variance[i] = (variance - r->period * r->n)[i];
         return;
     }
     K(diagonal)(P, K(covariance)(r->q->filter, P), r->n, variance);
@@ -82,7 +127,7 @@ static void K(readings)(K(row) *r)
     for (size_t i = 0; i < n; i++) {
         if (q->mean) q->mean[t * n + i] = K(mean)(f, (int)i);
         if (q->mean_low) q->mean_low[t * n + i] = K(mean_low)(f, (int)i);
-        if (q->sigma) q->sigma[t * n + i] = r->is_calm ? q->sigma[(t - 1) * n + i] : K(sigma)(f, (int)i);
+        if (q->sigma) q->sigma[t * n + i] = r->period ? q->sigma[(t - r->period) * n + i] : K(sigma)(f, (int)i);
     }
     if (q->variance) K(look_at_states)(r);
     if (q->scales) {
@@ -95,8 +140,8 @@ static void K(look_at_variances)(const K(row) *r, const K(filter) *f)
 {
     const K(sequence) *q = r->q;
     number S[KQ_SIZE_MAX * KQ_SIZE_MAX], *variances = q->innovation_variance + r->t * r->m;
-    if (r->is_calm) {
-        for (size_t c = 0; c < r->m; c++) variances[c] = (variances - r->m)[c];
+    if (r->period) {
+        for (size_t c = 0; c < r->m; c++) variances[c] = (variances - r->period * r->m)[c];
         return;
     }
     const kq_status unknown = K(measurement)(f, r->sensor, NULL, S);
@@ -282,9 +327,11 @@ static int K(rest)(const K(row) *r)
     const K(sequence) *q = r->q;
     const size_t t = r->t, m = r->m, l = q->process->controls;
     num spare[KQ_SIZE_MAX], *e = q->innovation ? q->innovation + t * m : spare;
-    if (!r->is_found || r->present != r->all) return 0;
+    const K(place) *place = r->places + r->here;
+    if (!r->period || !place->is_found || r->present != r->all) return 0;
     const num *u = q->u ? q->u + t * l : NULL;
-    if (!r->kernels.calm(&r->calm, q->filter, r->process, u, r->sensor, q->z + t * m, e)) return 0;
+    if (!r->kernels.calm(&place->calm, q->filter, r->process, u, r->sensor, q->z + t * m, e)) return 0;
+    if (r->period > 1) memcpy(q->filter->memory + mean_words(r->n), r->places[K(next)(r)].root, sizeof(num) * (size_t)root_words(r->n));
     if (q->innovation_variance) K(look_at_variances)(r, q->filter);
     return 1;
 }
@@ -297,7 +344,10 @@ static void K(begin_row)(K(row) *r, size_t t)
     const K(sensor) *sensor = q->sensors ? q->sensors[t] : q->sensor;
     r->t = t;
     r->present = K(present_in)(q->z + t * r->m, r->m);
-    if (process != r->process || sensor != r->sensor) r->is_calm = r->was_sought = r->is_found = 0;
+    if (process != r->process || sensor != r->sensor) {
+        r->count = 0;
+        r->period = 0;
+    }
     r->process = process;
     r->sensor = sensor;
 }
@@ -305,13 +355,17 @@ static void K(begin_row)(K(row) *r, size_t t)
 kq_status K(sequence_run)(K(sequence) *q)
 {
     const size_t n = q->filter->states, m = q->sensor->components;
-    K(row) r = {.q = q, .n = n, .m = m, .all = UINT32_MAX >> (32 - m)};
+    K(place) places[PLACES];
+    K(row) r = {.q = q, .n = n, .m = m, .all = UINT32_MAX >> (32 - m), .places = places};
     r.kernels = K(kernels_for)((int)n, (int)m, q->is_upper);
     r.may_rest = r.kernels.calm && !q->loss && !q->watch && !q->lag && !q->instant &&
                  !q->settling && !q->adaptation;
+    q->rested = 0;
     for (q->done = 0; q->done < q->steps; q->done++) {
         K(begin_row)(&r, q->done);
-        kq_status status = K(rest)(&r) ? KQ_OK : K(take_row)(&r);
+        const int is_at_rest = K(rest)(&r);
+        kq_status status = is_at_rest ? KQ_OK : K(take_row)(&r);
+        q->rested += (size_t)is_at_rest;
         if (status < KQ_OK) return status;
         K(judge)(&r);
         K(readings)(&r);

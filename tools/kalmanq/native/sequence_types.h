@@ -43,7 +43,7 @@ typedef struct {
     number *scales;                            /* 2: of Q and R */
     uint8_t *settled;                          /* did the step move the mean alone? */
     double *widest; /* n, read and written: of each state the largest variance before an update */
-    size_t done; /* written: rows that were done */
+    size_t done, rested; /* written: rows that were done, and how many of them moved the mean alone in a cycle of roots */
 } K(sequence);
 
 /* Predict and update for every row.  Answers the first status that is not KQ_OK, of the row `done`. */

@@ -8,6 +8,8 @@
 
 /* mean_words, root_words: of a filter's memory, which has the mean and after it the root */
 
+#define PLACES 8 /* roots that are kept: the longest cycle that is seen */
+
 static int count_of(uint32_t present)
 {
     int count = 0;

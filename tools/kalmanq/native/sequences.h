@@ -4,6 +4,9 @@
 
 #include "kalmanq/kalmanq.h"
 
+#include "continuous.h"
+#include "printing.h"
+#include "slopes.h"
 #include "tables.h"
 #include "varying.h"
 

@@ -13,6 +13,7 @@ from kalmanq.data.dates import step_from
 from kalmanq.data.rows import Rows, Varying, controls_of, refuse_back, require_one_origin, row_of
 from kalmanq.errors import KalmanqError
 from kalmanq.model import Model
+from kalmanq.run.one_row import OneRow
 from kalmanq.run.parts import Parts
 from kalmanq.run.readings import Readable, Results
 from kalmanq.run.resolution import warn_of_coarse
@@ -45,9 +46,16 @@ class Filter(Readable):
         self._left: Optional[np.ndarray] = None  # words of the last row's control: it moves the state to the next
         self._next: Optional[int] = None  # of the process that does, where the model's own does not
         self._steps = Steps(self.parts)
+        self._predict, self._one = self.arithmetic.function("predict"), None
+        self._is_alone = type(self)._ask is Filter._ask  # otherwise something follows each row, or learns of it
         self._losses = Losses(self.arithmetic, model.m)
         if np.any(model.unknown):
             self._start = self._object("diffuse", model.n, 0, sizes=(model.n, 0))
+        self.begin()
+
+    def begin(self) -> None:
+        """At the model's start, before the first measurement"""
+        if np.any(self.model.unknown):
             self.parts.init_start(self._start, self._handle)
         else:
             self.parts.init_filter(self._handle)
@@ -56,14 +64,23 @@ class Filter(Readable):
 
     def predict(self, u: Optional[ArrayLike] = None, dt: Optional[float] = None) -> None:
         """To the next row; u: l controls, or None; dt: of a model in continuous time, if not its own: a number of its unit, or a duration"""
-        dt = self._step_of(dt)
-        require(self._call("predict", self._process(dt), self._pointer(self.parts.pushes(u))), "predict")
+        process, pushed = self.parts.process, None
+        if dt is not None or self._next is not None:
+            dt = self._step_of(dt)
+            process = self._process(dt)
+        if u is not None or self.model.c is not None:
+            pushed = self.parts.pushes(u)
+        require(self._predict(self._handle, process, ffi.NULL if pushed is None else self._pointer(pushed)), "predict")
         self._moved(1, dt=dt)
 
     def update(self, z: ArrayLike, robust: Optional[Robust] = None, watch: Optional[Any] = None) -> None:
         """Takes m measurements; what is NaN is missing."""
-        given = row_of(z, self.model.m, "z")
-        self._sequence(Rows(given), robust, watch, moves=False)
+        if robust is None and watch is None and self._is_alone:
+            self._one = self._one or OneRow(self)
+            if self._one.take(z):
+                self.begins = False
+                return
+        self._sequence(Rows(row_of(z, self.model.m, "z")), robust, watch, moves=False)
         self.begins = False
 
     def step(self, z: ArrayLike, u: Optional[ArrayLike] = None, dt: Optional[float] = None) -> None:

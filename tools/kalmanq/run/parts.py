@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from functools import cached_property
 from typing import Any, Callable, Optional, Sequence
 
 import numpy as np
@@ -126,8 +127,7 @@ class Parts:
             status = lib.kq_filter_init_q31(filter_, self.prior, range_error)
             require_fit(status, range_error, "the start", self.model)
         else:
-            x0, P0 = self.array(self.model.x0), self.array(self.model.P0)
-            _require_held(self.arithmetic.function("filter_init")(filter_, x0, P0), "x0, P0", self.arithmetic)
+            _require_held(self.arithmetic.function("filter_init")(filter_, *self._known), "x0, P0", self.arithmetic)
 
     def init_start(self, start: Any, filter_: Any) -> None:
         """The state before the first measurement, in part unknown."""
@@ -137,8 +137,12 @@ class Parts:
             status = lib.kq_diffuse_init_q31(start, filter_, self.prior, unknown, range_error)
             require_fit(status, range_error, "the start", self.model)
         else:
-            x0, P0 = self.array(self.model.x0), self.array(self.model.P0)
-            _require_held(self.arithmetic.function("diffuse_init")(start, filter_, x0, P0, unknown), "x0, P0", self.arithmetic)
+            _require_held(self.arithmetic.function("diffuse_init")(start, filter_, *self._known, unknown), "x0, P0", self.arithmetic)
+
+    @cached_property
+    def _known(self) -> tuple[Any, Any]:
+        """x0 and P0, of floating point"""
+        return self.array(self.model.x0), self.array(self.model.P0)
 
 
 def ways_of(model: Model) -> list[str]:

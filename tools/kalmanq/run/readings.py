@@ -206,10 +206,11 @@ class Results:
     def run(self) -> Run:
         f, a, words = self.filter, self.filter.arithmetic, self.numbers
         states, measured = f.parts.fractions("states"), np.array(f.parts.fractions("measurements"))
+        variance = a.numbers(self.any_size["innovation_variance"], 2 * measured)
         made = Run(
             f.model, a.name, mean=a.values(words["mean"], states, words.get("mean_low")),
             sigma=f._sigmas(words["sigma"], self.any_size.get("variance")), innovation=a.values(words["innovation"], measured),
-            innovation_sigma=np.sqrt(a.numbers(self.any_size["innovation_variance"], 2 * measured)),
+            innovation_sigma=np.sqrt(variance, out=variance),
             nis=a.scores(self.scores["nis"]), taken=self.taken,
             log_likelihood=a.scores(self.scores["log_likelihood"]), events=f.events,
             words={**words, **self.scores})

@@ -55,15 +55,17 @@ class Steps:
             self._forget_over()
         new = np.setdiff1d(distinct, self._over[0], assume_unique=True)
         if len(new):
-            A, Q, B = self.parts.model.continuous.steps(new)
-            if not (np.all(np.isfinite(A)) and np.all(np.isfinite(Q))):
-                raise KalmanqError(f"a step of {new[-1]:g} is so long that the model is not representable: give rows in between, or take other units")
-            made, kept = self._processes(A, B, Q)
-            self._kept_over.append(kept)
-            known, addresses = np.append(self._over[0], new), np.append(self._over[1], made)
-            order = np.argsort(known)
-            self._over = known[order], addresses[order]
+            self.know(new, *self.parts.model.continuous.steps(new))
         return self._over[1][np.searchsorted(self._over[0], distinct)][which]
+
+    def know(self, dt: np.ndarray, A: np.ndarray, Q: np.ndarray, B: Optional[np.ndarray]) -> None:
+        """Steps over each dt, which is not known, and the model's own goes before"""
+        if not (np.all(np.isfinite(A)) and np.all(np.isfinite(Q))):
+            raise KalmanqError(f"a step of {dt[-1]:g} is so long that the model is not representable: give rows in between, or take other units")
+        made, kept = self._processes(A, B, Q)
+        self._kept_over.append(kept)
+        known, at = np.unique(np.concatenate([self._over[0], dt]), return_index=True)
+        self._over = known, np.concatenate([self._over[1], made])[at]
 
     def processes(self, rows: Rows) -> Addresses:
         """Of the process of each row's A, B and Q"""

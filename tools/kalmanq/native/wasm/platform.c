@@ -35,9 +35,9 @@ double ldexp(double a, int exponent)
 }
 
 /* q31 has the library's own functions alone: a page is sooner there. */
-int kq_calm_find_q31(kq_calm_q31 *k, const kq_filter_q31 *f, const kq_process_q31 *p, const kq_sensor_q31 *s)
+int kq_calm_find_q31(kq_calm_q31 *k, const kq_filter_q31 *f, const kq_process_q31 *p, const kq_sensor_q31 *s, const int32_t *next)
 {
-    (void)k, (void)f, (void)p, (void)s;
+    (void)k, (void)f, (void)p, (void)s, (void)next;
     return 0;
 }
 
