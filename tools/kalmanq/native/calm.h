@@ -50,10 +50,4 @@ KQ_KERNEL int calm_step(const T(kq_calm) *k, filter *f, const process *p, const 
     return 1;
 }
 
-/* Of any size */
-static int calm_any(const T(kq_calm) *k, filter *f, const process *p, const num *u, const sensor *s, const num *z, num *e)
-{
-    return calm_step(k, f, p, u, s, z, e, f->states, s->components);
-}
-
 #endif

@@ -9,6 +9,8 @@
 
 #include "steps.h"
 
+#include "calm.h"
+
 #include <string.h>
 
 /* As history_record_update has it */
@@ -57,6 +59,11 @@ int T(kq_calm_find)(T(kq_calm) *k, const filter *f, const process *p, const sens
     }
     renormalise(S, n);
     return !memcmp(S, next, size);
+}
+
+int T(kq_calm_any)(const T(kq_calm) *k, filter *f, const process *p, const num *u, const sensor *s, const num *z, num *e)
+{
+    return calm_step(k, f, p, u, s, z, e, f->states, s->components);
 }
 
 void T(kq_calm_record)(const T(kq_calm) *k, filter *f, const process *p, const num *e, int m)

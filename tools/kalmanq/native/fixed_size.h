@@ -16,12 +16,14 @@
        something may be unusual. */                                                                \
     int kq_calm_find_##T(kq_calm_##T *, const kq_filter_##T *, const kq_process_##T *,             \
                          const kq_sensor_##T *, const num *next);                                  \
+    /* A calm step of any size: predict and update; e: the innovations.  0: it is unusual, and nothing has changed */ \
+    int kq_calm_any_##T(const kq_calm_##T *, kq_filter_##T *, const kq_process_##T *, const num *u, \
+                        const kq_sensor_##T *, const num *z, num *e);                              \
     /* A calm step into the history that is attached to f, which has not moved yet; e: what each component left */ \
     void kq_calm_record_##T(const kq_calm_##T *, kq_filter_##T *, const kq_process_##T *, const num *e, int m); \
     typedef struct {                                                                               \
         kq_status (*predict)(kq_filter_##T *, const kq_process_##T *, const num *);                \
         kq_status (*update)(kq_filter_##T *, const kq_sensor_##T *, const num *);                  \
-        /* predict and update; e: the innovations.  0: it is unusual, and nothing has changed */   \
         int (*calm)(const kq_calm_##T *, kq_filter_##T *, const kq_process_##T *, const num *u,    \
                     const kq_sensor_##T *, const num *z, num *e);                                  \
     } kq_kernels_##T;                                                                              \

@@ -16,7 +16,7 @@ static int calm_step(const kq_calm_q31 *k, filter *f, const process *p, const nu
     return 0;
 }
 
-#define calm_any 0 /* other sizes have none */
+#define kq_calm_any_q31 0 /* other sizes have none */
 
 #define SIZES(of) of(1) of(2) of(3) of(4)
 #define PAIRS(of) of(1, 1) of(2, 1) of(2, 2) of(3, 1) of(4, 1) of(4, 2)

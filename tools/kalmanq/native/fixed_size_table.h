@@ -32,7 +32,7 @@ PAIRS(UPDATE)
 
 T(kq_kernels) T(kq_kernels_for)(int n, int m, int is_upper)
 {
-    T(kq_kernels) made = {T(kq_predict), T(kq_update), calm_any};
+    T(kq_kernels) made = {T(kq_predict), T(kq_update), T(kq_calm_any)};
 #define CHOOSE_PREDICT(size)                                                                       \
     if (n == (size)) made.predict = is_upper ? predict_upper_##size : predict_##size;
 #define CHOOSE_UPDATE(states, components)                                                          \

@@ -3,5 +3,5 @@
 T(kq_kernels) T(kq_kernels_for)(int n, int m, int is_upper)
 {
     (void)n, (void)m, (void)is_upper;
-    return (T(kq_kernels)){T(kq_predict), T(kq_update), calm_any};
+    return (T(kq_kernels)){T(kq_predict), T(kq_update), T(kq_calm_any)};
 }

@@ -2,8 +2,4 @@
 
 #include "kq_fixed_f64.h"
 
-#undef KQ_UNROLL /* sizes are known at run time alone */
-#define KQ_UNROLL
-#include "calm.h"
-
 #include "kernels.h"
