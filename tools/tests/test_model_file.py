@@ -73,7 +73,7 @@ LEVEL = '[model]\nA = [[1.0]]\nH = [[1.0]]\nQ = [[1.0]]\nR = [[1.0]]\nP0 = [[1.0
     (LEVEL.replace("H = [[1.0]]", "H = [[1.0, 0.0]]") + "[measurements]\nnames = ['a', 'b']\n", "line 3: H: is 1 x 2: it has a column for each of 1 state"),
     ("[model]\nF = [[0.0, 1.0]]\nQc = [1, 1]\ndt = 1\nH = [1, 0]\nR = 1\nP0 = [1, 1]\n[states]\nnames = ['a', 'b']\n", "line 2: F: is 1 x 2, not square"),
     ("[model]\nF = [[0, -1], [0, 0]]\nQc = [[1, 9], [9, 1]]\ndt = 1\nH = [1, 0]\nR = 1\nP0 = [1, 1]\n", "line 3: Qc: is no covariance"),
-    (LEVEL.replace("Q = [[1.0]]", 'Q = "one"'), "line 4: Q: is not an array of numbers"),
+    (LEVEL.replace("Q = [[1.0]]", 'Q = "one two"'), "line 4: Q: 'one two' cannot be read"),
     (LEVEL.replace("Q = [[1.0]]", "Q = [[nan]]"), "line 4: Q: has an entry that is not finite: Q[0,0] is nan"),
     (LEVEL.replace("[[1.0]]", "[[1.0, 0], [0, inf]]", 1), "line 2: A: has an entry that is not finite: A[1,1] is inf"),
     (LEVEL.replace("P0", "p0"), "line 6: p0: no such key in [model]; P0?"), (LEVEL + "d = [1, 2]\n", "line 7: d: is 2, not 1 number"),

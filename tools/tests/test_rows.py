@@ -108,7 +108,7 @@ def test_numbers_are_those_that_the_core_makes():
 @pytest.mark.parametrize("said, call", [
     ("Model(A, H=..., R=..., Q=...)", lambda I: kalmanq.Model(I, I, I, I)), ("Model(A, H=..., R=..., Q=...)", lambda I: kalmanq.Model(I, I, R=I, Q=I)),
     ("Model.of_continuous(F, H=..., R=..., Qc=..., dt=...)", lambda I: kalmanq.Model.of_continuous(I, I, I, I, dt=1)),
-    ("Varying(A=..., B=..., Q=..., H=..., R=...)", lambda I: kalmanq.Varying(I, I)),
+    ("Varying(A=..., B=..., Q=..., H=..., R=..., D=...)", lambda I: kalmanq.Varying(I, I)),
     ("LeastSquares(x0=..., P0=..., arithmetic=...)", lambda I: kalmanq.LeastSquares([0, 0], [1, 1])),
     ("run(H=..., z=..., r=...)", lambda I: kalmanq.LeastSquares(x0=[0], P0=[1]).run([1, 2], [3, 4]))])
 def test_matrices_that_may_be_mistaken_for_one_another_have_names(said, call):

@@ -17,8 +17,9 @@ from kalmanq.compiler.report import settling
 from kalmanq.data import joining
 from kalmanq.errors import counted
 from kalmanq.model import Model
+from kalmanq.model.column_model import row_needs
 from kalmanq.nonlinear import checks as nonlinear
-from kalmanq.run import checks as linear
+from kalmanq.run import checks as linear, checks_of_rows as rows
 
 
 @dataclass(frozen=True)
@@ -45,6 +46,8 @@ def check(options: Options, console: Console) -> None:
 
 
 def _of_linear(options: Options, model: Model) -> list[linear.Finding]:
+    if row_needs(model):
+        return rows.findings(model, None if options.data is None else joining.record(options.data, model), options.arithmetic)
     rates = () if options.data is None else rates_of(joining.record(options.data, model)[0])
     made = [*linear.findings(model, options.arithmetic), settling.finding(model, rates)]
     return [*made, settling.formats(model)] if any(one.subject == "ranges" and one.is_good for one in made) else made

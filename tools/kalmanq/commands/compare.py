@@ -12,7 +12,7 @@ from rich.console import Console
 from rich.table import Table
 
 from kalmanq.commands.messages import print_json, table, tell_written
-from kalmanq.commands.options import ANY_MODEL, COMPILED, DATAS, JSON, command_of, read_any, refuse_compiled, require_steps
+from kalmanq.commands.options import ANY_MODEL, COMPILED, DATAS, JSON, as_compiled, command_of, read_any, refuse_compiled, require_steps
 from kalmanq.compiler.run.equation_run import COMPILED as BESIDE
 from kalmanq.compiler.run.simulation import compiled_run
 from kalmanq.data import joining, tables
@@ -35,7 +35,7 @@ class Options:
 
 
 def compare_file(options: Options, console: Console) -> None:
-    model = read_any(options.model, options.data)
+    model = as_compiled(options.compiled, read_any(options.model, options.data), options.data)
     refuse_compiled(options.compiled, model)
     if isinstance(model, Model):
         z, u, times = joining.record(options.data, model)

@@ -22,7 +22,9 @@ from kalmanq.errors import KalmanqError
 from kalmanq.firmware.ranges import with_ranges
 from kalmanq.firmware.steps_kept import MOST_STEPS
 from kalmanq.model import model_file
-from kalmanq.nonlinear import file as nonlinear_file
+from kalmanq.model.column_model import row_needs
+from kalmanq.nonlinear import NonlinearModel, file as nonlinear_file
+from kalmanq.nonlinear.of_columns import equations_of
 from kalmanq.run.parts import WAYS, ways_of
 from kalmanq.run.robust import ALONE, LOSSES, Robust
 
@@ -53,14 +55,15 @@ def compile_file(options: Options, console: Console) -> None:
     losses = {robust.way: robust.sigmas if robust.way == "gate" else robust.value} if robust and robust.way in ALONE else {}
     wanted = Wanted(options.arithmetic, nis=options.nis, **losses, tunable=options.tunable, lag=options.lag, loops=options.loops,
                     every=_rates(options.every), iterate=options.iterate, smooth=options.smooth)
-    is_nonlinear = options.model.suffix == nonlinear_file.SUFFIX
+    functions = _functions_of(options)
+    is_nonlinear = options.model.suffix == nonlinear_file.SUFFIX or functions is not None
     if is_nonlinear and options.library and robust:
         raise KalmanqError(f"--library and --robust {robust.way}: leave --robust out; over the library it is kq_update_robust with "
                            f"kq_loss_{robust.way} (kalmanq/robust.h)")
     if not is_nonlinear:
         _refuse_of_functions(options)
     with console.status("compiling", spinner="line"):
-        made = compile_equations.made(options.model, name, wanted, options.library) if is_nonlinear else \
+        made = compile_equations.made(options.model, name, wanted, options.library, functions) if is_nonlinear else \
             _over_library(options, name, wanted, robust) if options.library else _alone(options, name, wanted)
     written = write(options.out.parent, made.texts, options.model)
     if options.json:
@@ -69,6 +72,12 @@ def compile_file(options: Options, console: Console) -> None:
         for line in made.lines:
             console.print(line)
         tell_written(written, console)
+
+
+def _functions_of(options: Options) -> Optional[NonlinearModel]:
+    """A linear model whose rows have numbers of their own, as functions of these"""
+    model = None if options.model.suffix == nonlinear_file.SUFFIX else model_file.read(options.model)
+    return equations_of(model, options.arithmetic) if model and row_needs(model) else None
 
 
 def _alone(options: Options, name: str, wanted: Wanted) -> Made:

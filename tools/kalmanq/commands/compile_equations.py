@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import asdict, replace
 from pathlib import Path
+from typing import Optional
 
 from kalmanq.commands.writing import Made
 from kalmanq.compiler.given.request import Options
@@ -23,8 +24,9 @@ from kalmanq.errors import KalmanqError
 from kalmanq.nonlinear import NonlinearModel, read
 
 
-def made(path: Path, name: str, wanted: Options, over_library: bool) -> Made:
-    model, source = read(path), fingerprint(path)
+def made(path: Path, name: str, wanted: Options, over_library: bool, model: Optional[NonlinearModel] = None) -> Made:
+    """model: that of the file, if it is a linear one as functions"""
+    model, source = model or read(path), fingerprint(path)
     if over_library and model.is_late:
         raise KalmanqError("--library: and a sensor with a delay: a device takes all in time; leave --library out")
     product, found, test = (_device if over_library else _alone)(model, name, wanted, source)

@@ -33,6 +33,7 @@ from kalmanq.firmware.ranges import with_ranges
 from kalmanq.firmware.reach import Record, draw
 from kalmanq.firmware.steps_kept import latest_of
 from kalmanq.model import Model, model_file
+from kalmanq.model.column_model import refuse_rows
 from kalmanq.run.parts import WAYS, Parts, not_lean
 
 COMPILED = compiled_offers.WAY
@@ -57,6 +58,7 @@ class Options:
 
 def design_file(options: Options, console: Console) -> None:
     model = model_file.read(options.model)
+    refuse_rows(model, "design", "kalmanq compile writes its C, and over the library with --library")
     if options.any_dt:
         options = _of_any_dt(options, model)
     if options.steps > 1:

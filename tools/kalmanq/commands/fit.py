@@ -27,6 +27,7 @@ from kalmanq.fitting.choice import require_units
 from kalmanq.fitting.entries import free_and_held, label_of
 from kalmanq.fitting.expectation import FORMS
 from kalmanq.fitting.fit_model import METHODS
+from kalmanq.fitting.of_columns import free_by_default, held_cells
 from kalmanq.model.builders import searched
 from kalmanq.model.fitted_file import fitted_text
 from kalmanq.nonlinear import NonlinearModel, file as nonlinear_file
@@ -66,7 +67,7 @@ def fit_files(options: Options, console: Console) -> None:
     free, held = free_and_held(_by_default(options, model) if options.free is None else options.free, options.hold, model)
     if not free:
         raise KalmanqError("--free: names nothing")
-    require_units(model, free, held)
+    require_units(model, free, held_cells(model, free, held))
     files = joining.records_of(options.data, model)
     records = [(*split(block, model, one), block.times) for one in files for block in joining.records_between(one, model)]
     if len(records) > 1 and not options.json:
@@ -91,7 +92,7 @@ def _by_default(options: Options, model: AnyModel) -> str:
         return ",".join(model.free) or "Q,R"
     noises = [name for name in searched(model.builder) if name in ("sigma", "density", "noise") and np.any(np.array(model.builder.get(name, 0)))]
     is_asked = options.hold or options.method == "em" or (options.Q_form, options.R_form) != ("full", "full")
-    return ",".join(noises) if noises and not is_asked else "Q,R"
+    return ",".join(noises) if noises and not is_asked else free_by_default(model)
 
 
 def _text_of(found: Fit, source: Path, free: list[str]) -> str:

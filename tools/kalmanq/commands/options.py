@@ -15,11 +15,14 @@ from rich.console import Console
 
 from kalmanq.commands.messages import console, told_in_one_line
 from kalmanq.core import ARITHMETICS
+from kalmanq.data import joining
 from kalmanq.data.layouts import Source, layout_of
 from kalmanq.data.rows import require_steps as require_even
 from kalmanq.errors import KalmanqError
 from kalmanq.model import Model, model_file
+from kalmanq.model.column_model import row_needs
 from kalmanq.nonlinear import NonlinearModel, file as nonlinear_file
+from kalmanq.nonlinear.of_columns import equations_of, has_steps
 from kalmanq.run.robust import LOSSES, Robust
 
 AnyModel = Union[Model, NonlinearModel]
@@ -138,6 +141,15 @@ def robust_of(given: Optional[str], known: Iterable[str] = LOSSES) -> Optional[R
         return Robust(loss, parameter)
     except KalmanqError as problem:
         raise KalmanqError(f"--robust {given}: {problem}") from None
+
+
+def as_compiled(is_compiled: bool, model: AnyModel, data: Any, arithmetic: str = "f32") -> AnyModel:
+    """What the emitted C is of: a linear model with numbers from columns, or D, is compiled as functions"""
+    if not (is_compiled and isinstance(model, Model) and row_needs(model)):
+        return model
+    if model.continuous and not has_steps(model):
+        require_steps(model, joining.record(data, model)[2], "--compiled")
+    return equations_of(model, arithmetic)
 
 
 def refuse_compiled(is_compiled: bool, model: AnyModel, arithmetic: str = "f32", more: str = "") -> None:

@@ -11,7 +11,7 @@ from rich.console import Console
 
 from kalmanq.commands.messages import tell_written
 from kalmanq.commands.options import (
-    ANY_MODEL, ARITHMETIC, COMPILED, DATAS, Arithmetic, command_of, read_any, refuse_compiled, require_steps)
+    ANY_MODEL, ARITHMETIC, COMPILED, DATAS, Arithmetic, as_compiled, command_of, read_any, refuse_compiled, require_steps)
 from kalmanq.data import joining
 from kalmanq.data.files import refuse_output, whole
 from kalmanq.errors import KalmanqError
@@ -30,7 +30,7 @@ class Options:
 
 def report_file(options: Options, console: Console) -> None:
     refuse_output(options.out, [options.model, *options.data])
-    model = read_any(options.model, options.data)
+    model = as_compiled(options.compiled, read_any(options.model, options.data), options.data, options.arithmetic)
     if isinstance(model, NonlinearModel) and model.has_errors:
         raise KalmanqError("of error states there is no report; kalmanq simulate --runs judges them")
     refuse_compiled(options.compiled, model, options.arithmetic)

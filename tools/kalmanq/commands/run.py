@@ -25,6 +25,7 @@ from kalmanq.commands.options import (
     JSON,
     AnyModel,
     Arithmetic,
+    as_compiled,
     choices,
     command_of,
     forms_of,
@@ -40,9 +41,10 @@ from kalmanq.data import joining, tables, track, written
 from kalmanq.data.blocks import Block, joined
 from kalmanq.data.files import refuse_one_output, refuse_output
 from kalmanq.data.ground import Begun
-from kalmanq.data.rows import Rows, controls_of
+from kalmanq.data.rows import Rows
 from kalmanq.errors import KalmanqError, KalmanqWarning
 from kalmanq.model import Model
+from kalmanq.model.column_model import refuse_rows
 from kalmanq.nonlinear import NonlinearFilter, NonlinearModel, NonlinearSmoother
 from kalmanq.nonlinear.filters import ITERATIONS
 from kalmanq.nonlinear.jacobians import points_along, wrong_entries
@@ -83,7 +85,7 @@ class Options:
 
 
 def run_file(options: Options, console: Console) -> None:
-    model = read_any(options.model, options.data)
+    model = as_compiled(options.compiled, read_any(options.model, options.data), options.data, options.arithmetic)
     if isinstance(model, NonlinearModel) and model.has_errors:
         options = replace(options, compiled=True)  # error states are run by their C
         if options.plot:
@@ -116,6 +118,10 @@ def _refuse(options: Options, model: AnyModel) -> None:
             if given is not None:
                 raise KalmanqError(f"{name}: of a nonlinear model (a Python file), not of a linear one")
         _refuse_way(options)
+        if options.way:
+            refuse_rows(model, f"--as {options.way}", "kalmanq compile writes its C, and --compiled runs that")
+        if options.smooth and options.robust and options.robust.startswith("jump"):
+            refuse_rows(model, "--smooth --robust jump", "take gate, huber or student")
     if options.compiled:
         for name, is_given in (("--smooth", options.smooth and isinstance(model, Model)), ("--lag", options.lag is not None),
                                ("--robust", options.robust is not None), ("--as", options.way is not None)):
@@ -250,7 +256,7 @@ class _FileRun:
         for _, first, block, z, u in pieces:
             self._look_at_times(block.times)
             read.append((first, replace(block, columns={}, times=None)))
-            smoother.add(Rows(z, controls_of(u, self.model, len(z)), block.times))
+            smoother.add(Rows(z, u, block.times))
         number = read[0][0]
         for first, rows in smoother.rows():
             self._run(lambda *_: smoother.take(rows), rows.z, rows.u, replace(read[0][1], times=rows.times).place if read[0][1].is_joined else
@@ -314,7 +320,7 @@ class _FileRun:
         records, z, runs, times = zip(*self.kept)
         whole = copy(runs[0])
         for name in ("mean", "sigma", "smoothed", "smoothed_sigma", "lagged", "lagged_sigma", "innovation",
-                     "innovation_sigma"):
+                     "innovation_sigma", "fed"):
             parts = [getattr(run, name) for run in runs]
             setattr(whole, name, None if parts[0] is None else _drawn_apart(parts, records))
         band = (np.array([f.mean for f in ahead]), np.array([f.sigma for f in ahead])) if ahead else None

@@ -23,7 +23,8 @@ from kalmanq.data.files import refuse_output, whole
 from kalmanq.data.layouts import unit_of
 from kalmanq.data.time_columns import PER_SECOND, unit_in
 from kalmanq.errors import KalmanqError
-from kalmanq.model import Model, Quantity, Sensor
+from kalmanq.model import ColumnModel, Model, Quantity, Sensor
+from kalmanq.model.column_model import refuse_rows
 from kalmanq.nonlinear import NonlinearModel
 from kalmanq.nonlinear.filters import extended_run
 from kalmanq.nonlinear.simulation import errors_of_run, rows_of_run, simulate
@@ -64,6 +65,8 @@ def simulate_file(options: Options, console: Console) -> None:
     model = read_any(options.model, options.at or options.controls)
     rows, controls, times = controls_of(options, model)
     _refuse_gap(options.gap, rows)
+    if isinstance(model, ColumnModel) and any(one.delay for one in model.sensors):
+        raise KalmanqError("simulate: a sensor is late, and its columns are of the row that tells it: leave `delay` out of the model")
     if isinstance(model, Model):
         x, z = drawn(model, rows, options.seed, options.gap, controls, times)
         u = np.zeros((rows, len(model.inputs))) if controls is None else controls
@@ -154,7 +157,9 @@ def controls_of(options: Options, model: AnyModel) -> tuple[int, Optional[np.nda
         raise KalmanqError(f"--at {at}: there is no column of times; --time says which it is")
     if path is not None:
         block = joined(list(tables.read(path, tables.wanted_of(model, quantities=model.inputs))))
-        u, times = tables.controls_in(block, model.inputs, path), block.times if times is None else times
+        of_rows = isinstance(model, ColumnModel)
+        u = tables.inputs_in(block, model, np.zeros((block.length, model.m)), path) if of_rows else tables.controls_in(block, model.inputs, path)
+        times = block.times if times is None else times
     counts = [len(one) for one in (u, times) if one is not None]
     rows = options.rows or min(counts, default=ROWS)
     for name, one in ((f"--controls {path}", u), (f"--at {at}", None if at is None else times)):
@@ -182,6 +187,7 @@ def simulate_runs(options: Options, console: Console) -> None:
     _refuse_gap(options.gap, rows)
     options = replace(options, rows=rows, arithmetic=options.arithmetic or "f64")
     if options.compiled and isinstance(model, Model):
+        refuse_rows(model, "--compiled", "leave --compiled out; kalmanq compile tries its C in records of its own")
         require_steps(model, times, "--compiled")
     study = _study(options, model, rows, u, times)
     with progress_bar(f"{model.name}, {_way(options)}") as progress:

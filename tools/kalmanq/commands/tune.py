@@ -16,6 +16,8 @@ from kalmanq.commands.options import ANY_MODEL, AnyModel, command_of, read_any
 from kalmanq.data import joining
 from kalmanq.data.files import refuse_output, whole
 from kalmanq.data.layouts import options_of
+from kalmanq.model import Model
+from kalmanq.model.column_model import refuse_rows
 from kalmanq.nonlinear import NonlinearModel
 from kalmanq.nonlinear.simulation import simulate
 from kalmanq.run.simulation import drawn
@@ -36,6 +38,8 @@ def tune_file(options: Options, console: Console) -> None:
     data = options.data or None
     refuse_output(options.out, [options.model, *(data or [])])
     model = read_any(options.model, data)
+    if isinstance(model, Model):
+        refuse_rows(model, "tune", "a page has one model for all rows; kalmanq fit finds the numbers, and kalmanq report shows what they do")
     page.require(model)
     sources: Dict[str, Any] = {"model": options.model.name, "data": " ".join(one.name for one in data) if data else ""}
     if data:

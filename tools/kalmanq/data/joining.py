@@ -18,7 +18,7 @@ from kalmanq.data.layouts import Source, TableError, source_of
 from kalmanq.data.tables import Table, dt_of, opened_table, read, split, wanted_of
 from kalmanq.data.time_columns import judge_units
 from kalmanq.errors import KalmanqError, KalmanqWarning
-from kalmanq.model import Model
+from kalmanq.model import ColumnModel, Model
 from kalmanq.model.model import Sensor
 
 SAME = 1e-6  # of dt, between times of two files that are one
@@ -117,6 +117,16 @@ def _sensors_of(model: Any) -> Sequence[Sensor]:
     return model.sensors if isinstance(model, Model) else getattr(model, "late_sensors", ())
 
 
+def _columns_with(model: Any, sensor: Sensor) -> list[str]:
+    """Columns that are of this sensor's measurements, and are as late as these"""
+    own = model.measured_with() if isinstance(model, ColumnModel) else {}
+    made = [name for name, of in own.items() if of & set(sensor.measurements)]
+    for name in made:
+        if own[name] - set(sensor.measurements):
+            raise KalmanqError(f"{name}: is of {sensor.name}, which is late, and of {min(own[name] - set(sensor.measurements))}: give each a column of its own")
+    return made
+
+
 def _joined(sources: Sequence[Source], model: Any, rows: int, has_to_fit: bool) -> Iterator[Block]:
     """In the order of time.  A measurement that is not there is missing; a control stays until the next one."""
     names = [one.name for one in (*model.measurements, *model.inputs)]
@@ -124,11 +134,12 @@ def _joined(sources: Sequence[Source], model: Any, rows: int, has_to_fit: bool) 
         made = [stack.enter_context(_opened(source, model, has_to_fit=has_to_fit, is_alone=len(sources) == 1)) for source in sources]
         _require_columns(made, model)
         unit = model.continuous.seconds if getattr(model, "continuous", None) else 1.0
-        late = [(list(one.measurements), unit * one.delay, one.measured) for one in _sensors_of(model) if one.delay]
+        late = [([*one.measurements, *_columns_with(model, one)], unit * one.delay, one.measured) for one in _sensors_of(model) if one.delay]
         if len(made) == 1 and not late:
             yield from (_completed(block, names) for block in made[0].all_blocks(rows))
             return
-        held, of_rows = _Held(model, made), [one.name for one in model.inputs if len(made) == 1]
+        held = _Held(model, made)
+        of_rows = [name for name in held.names if len(made) == 1]
         for block in _merged([_File(one, rows, late, of_rows) for one in made], names, dt_of(model)):
             yield replace(held.filled(block), begun=next((one.begun for one in made if one.begun.place), None))
 
@@ -136,6 +147,7 @@ def _joined(sources: Sequence[Source], model: Any, rows: int, has_to_fit: bool) 
 def _require_columns(tables: Sequence[Table], model: Any) -> None:
     """Each column is in one file; a sensor may be in none, as a whole"""
     said, names = ", ".join(str(one.source) for one in tables), [one.name for one in (*model.measurements, *model.inputs)]
+    own = model.measured_with() if isinstance(model, ColumnModel) else {}
     for one in tables:
         if len(tables) > 1 and one.times is None:
             raise TableError(one.source, "there is no column of times, by which files are joined; --time says which it is")
@@ -146,7 +158,8 @@ def _require_columns(tables: Sequence[Table], model: Any) -> None:
         if len(there) > 1:
             raise KalmanqError(f"{said}: column {name} is in {there[0].source} and in {there[1].source}: leave one out")
         sensor = next((one for one in _sensors_of(model) if name in one.measurements), None)
-        is_alone = sensor is None or any(other in table.names for other in sensor.measurements for table in tables)
+        of = sensor.measurements if sensor else own.get(name)
+        is_alone = of is None or any(other in table.names for other in of for table in tables)
         if not there and is_alone:
             raise KalmanqError(f"{said}: there is no column {name}" + (f" of the sensor {sensor.name}" if sensor else "")
                                + f" (--rename {name}=... says which it is)")
@@ -284,12 +297,14 @@ class _Held:
     """Controls, each as it was last"""
 
     def __init__(self, model: Any, tables: Sequence[Table]):
-        self._names = [one.name for one in model.inputs]
+        own = model.measured_with() if isinstance(model, ColumnModel) else {}
+        beside = {name for name, of in own.items() for table in tables if name in table.names and of & set(table.names)}
         self._sources = {name: table.source for table in tables for name in table.names}
-        self._last = {name: np.nan for name in self._names}
+        self.names = [one.name for one in model.inputs if one.name not in beside and one.name in self._sources]  # beside a measurement: of its row alone
+        self._last = {name: np.nan for name in self.names}
 
     def filled(self, block: Block) -> Block:
-        for name in self._names:
+        for name in self.names:
             values = np.concatenate([[self._last[name]], block.columns[name]])
             latest = np.maximum.accumulate(np.where(np.isnan(values), 0, np.arange(len(values))))
             made = values[latest][1:]

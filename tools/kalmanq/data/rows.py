@@ -13,7 +13,7 @@ from kalmanq.data.dates import counts_rows, in_index, numbers_from, warn_of_step
 from kalmanq.data.layouts import Source
 from kalmanq.data.times import time_column
 from kalmanq.errors import KalmanqError
-from kalmanq.model import Model, Quantity
+from kalmanq.model import ColumnModel, Model, Quantity
 from kalmanq.model.arrays import by_name, numbers_of
 
 
@@ -23,7 +23,7 @@ class Varying:
 
     A, B, Q  T x n x n, T x n x l (an offset c its last column), T x n x n or T x n variances: of the step from row t to row t + 1; the last one leads
              to the first row of the next call
-    H, R     T x m x n, T x m x m or T x m variances: of the measurements of row t
+    H, R, D  T x m x n, T x m x m or T x m variances, T x m x l without an offset: of the measurements of row t
     One axis less where a matrix has one row or one column.
     """
 
@@ -32,15 +32,17 @@ class Varying:
     Q: Optional[ArrayLike] = None
     H: Optional[ArrayLike] = None
     R: Optional[ArrayLike] = None
+    D: Optional[ArrayLike] = None
 
 
-Varying.__init__ = by_name("Varying(A=..., B=..., Q=..., H=..., R=...)", 0)(Varying.__init__)  # type: ignore[method-assign]
+Varying.__init__ = by_name("Varying(A=..., B=..., Q=..., H=..., R=..., D=...)", 0)(Varying.__init__)  # type: ignore[method-assign]
 
 
 @dataclass(frozen=True)
 class Rows:
     """T rows that have been looked at: z (T x m; NaN: missing), u (T x l, or None), times (T, or None), and by name the
-    matrices that vary (T x ...).  index: of the table that z or u was; origin: the date that times are counted from, if any"""
+    matrices that vary (T x ...).  index: of the table that z or u was; origin: the date that times are counted from, if any;
+    fed: D u (T x m), which is in z and not in what a filter takes"""
 
     z: np.ndarray
     u: Optional[np.ndarray] = None
@@ -48,6 +50,7 @@ class Rows:
     matrices: Mapping[str, np.ndarray] = field(default_factory=dict)
     index: Optional[Any] = None
     origin: Optional[np.datetime64] = None
+    fed: Optional[np.ndarray] = None
 
     @classmethod
     def of(cls, model: Model, z: Any, u: Any = None, times: Any = None, varying: Optional[Varying] = None,
@@ -59,15 +62,25 @@ class Rows:
         if times is None and index is not None and not _moves(varying):
             times = times_in(model, z, u)
         at, begun = (None, None) if times is None else times_of(times, model, len(made), varying, origin)
-        return cls(made, controls_of(u, model, len(made)), at, {} if varying is None else _matrices_of(varying, model, len(made)), index,
-                   begun)
+        matrices = {} if varying is None else _matrices_of(varying, model, len(made))
+        if isinstance(model, ColumnModel):
+            u, own = _columns_apart(u, z, model, made)
+            matrices = {**own, **matrices}
+        u = controls_of(u, model, len(made))
+        fed = _fed(model, u, matrices)
+        return cls(made, u, at, matrices, index, begun, fed)
 
     def __len__(self) -> int:
         return len(self.z)
 
     def __getitem__(self, rows: slice) -> Rows:
-        z, u, times = (None if one is None else one[rows] for one in (self.z, self.u, self.times))
-        return replace(self, z=z, u=u, times=times, matrices={name: one[rows] for name, one in self.matrices.items()})
+        z, u, times, fed = (None if one is None else one[rows] for one in (self.z, self.u, self.times, self.fed))
+        return replace(self, z=z, u=u, times=times, fed=fed, matrices={name: one[rows] for name, one in self.matrices.items()})
+
+    @property
+    def net(self) -> np.ndarray:
+        """z - D u, as a filter takes it"""
+        return self.z if self.fed is None else self.z - self.fed
 
     @property
     def is_varying(self) -> bool:
@@ -159,12 +172,39 @@ def require_steps(model: Model, times: Optional[np.ndarray], what: str, cure: st
 
 
 def _matrices_of(varying: Varying, model: Model, rows: int) -> dict[str, np.ndarray]:
-    if varying.B is not None and not model.l:
-        raise KalmanqError("B: the model has no controls")
+    for name in "BD":
+        if getattr(varying, name) is not None and not (model.l if name == "B" else _own(model)):
+            raise KalmanqError(f"{name}: the model has no controls")
     n, m, l = model.n, model.m, model.l
-    shapes = {"A": (n, n), "B": (n, l), "Q": (n, n), "H": (m, n), "R": (m, m)}
+    shapes = {"A": (n, n), "B": (n, l), "Q": (n, n), "H": (m, n), "R": (m, m), "D": (m, len(_own(model)))}
     return {name: _matrix_a_row(name, getattr(varying, name), rows, shape) for name, shape in shapes.items()
             if getattr(varying, name) is not None}
+
+
+def _own(model: Any) -> tuple[Quantity, ...]:
+    """Controls that are given, without columns"""
+    return tuple(one for one in model.controls if not one.constant)
+
+
+def _columns_apart(u: Any, z: Any, model: ColumnModel, made: np.ndarray) -> tuple[Optional[np.ndarray], dict[str, np.ndarray]]:
+    """The controls alone, and what the columns make.  They are in u, or in the table that z is"""
+    given = z if u is None and is_table(z) and hasattr(z, "columns") else u
+    if given is None:
+        raise KalmanqError(f"u is missing: {', '.join(one.name for one in model.inputs)}")
+    inputs = rows_of(given, model.inputs, "u")
+    if len(inputs) != len(made):
+        raise KalmanqError(f"u has {len(inputs)} rows, z has {len(made)}")
+    count = len(_own(model))
+    return inputs[:, :count] if count else None, model.matrices(inputs, made)
+
+
+def _fed(model: Any, u: Optional[np.ndarray], matrices: dict[str, np.ndarray]) -> Optional[np.ndarray]:
+    """D u, and d where it is from columns; `matrices` loses them"""
+    D, d = matrices.pop("D", getattr(model, "D", None)), matrices.pop("d", None)
+    if D is None or u is None:
+        return d
+    through = (D @ u[:, : D.shape[-1], None])[..., 0]
+    return through if d is None else through + d
 
 
 def _matrix_a_row(name: str, given: ArrayLike, rows: int, shape: tuple[int, int]) -> np.ndarray:
@@ -217,7 +257,8 @@ def _with_one(u: Any, model: Model, rows: int) -> np.ndarray:
     """Controls, 0 where none are given, and the 1 of the offset, which may be there already"""
     if isinstance(u, np.ndarray) and u.shape == (rows, model.l) and np.all(u[:, -1] == 1):
         return u
-    made = np.zeros((rows, len(model.inputs))) if u is None else rows_of(u, model.inputs, "u")
+    own = _own(model)
+    made = np.zeros((rows, len(own))) if u is None else rows_of(u, own, "u")
     if len(made) != rows:
         raise KalmanqError(f"u has {len(made)} rows, z has {rows}")
     return np.column_stack([made, np.ones(rows)])

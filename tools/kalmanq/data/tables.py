@@ -22,7 +22,7 @@ from kalmanq.data.time_columns import TimeColumn, judge_units
 from kalmanq.data.times import Times, time_column, unnamed_times
 from kalmanq.data.values import Values, more
 from kalmanq.errors import KalmanqError, KalmanqWarning
-from kalmanq.model import Model, Quantity
+from kalmanq.model import ColumnModel, Model, Quantity
 
 
 NO_NAMES = ("", "index", "Unnamed: 0")  # of a column of which its table says nothing
@@ -284,7 +284,32 @@ def record_and(data: AnySource, model: Any, others: Sequence[str]
 
 def split(block: Block, model: Any, data: Any) -> tuple[np.ndarray, Optional[np.ndarray]]:
     z = np.column_stack([block.columns[one.name] for one in model.measurements])
+    own = getattr(model, "linear", None) or model  # of a linear model as functions, that
+    if isinstance(own, ColumnModel):
+        made = inputs_in(block, own, z, data)
+        return z, made if own is model else _filled(made)
     return z, controls_in(block, model.inputs, data) if model.inputs else None
+
+
+def _filled(inputs: np.ndarray) -> np.ndarray:
+    """With a value from another row where a row needs none: functions have one of each column"""
+    for column in inputs.T:
+        there = np.flatnonzero(~np.isnan(column))
+        column[:] = column[there[np.clip(np.searchsorted(there, np.arange(len(column)), "right") - 1, 0, None)]] if len(there) else 1.0
+    return inputs
+
+
+def inputs_in(block: Block, model: ColumnModel, z: np.ndarray, data: Any) -> np.ndarray:
+    """Controls, and columns of which what a row needs is there"""
+    own = model.inputs[: len(model.inputs) - len(model.columns)]
+    parts = [controls_in(block, own, data)] if own else []
+    made = np.column_stack([*parts, *(block.columns[one.name] for one in model.columns)])
+    try:
+        model.matrices(made, z)
+    except KalmanqError as problem:
+        source = source_of(data[0] if isinstance(data, (list, tuple)) else data)
+        raise KalmanqError(f"{source}: {block.place(problem.row or 0)}: {problem.text}") from problem
+    return made
 
 
 def controls_in(block: Block, controls: Sequence[Quantity], data: Any) -> np.ndarray:

@@ -13,7 +13,8 @@ from kalmanq.fitting.equations import Equations
 from kalmanq.fitting.expectation import FORMS, FREE
 from kalmanq.fitting.flow import Flow, FlowExpectation
 from kalmanq.fitting.noise import Noise
-from kalmanq.model import Model
+from kalmanq.fitting.of_columns import held_cells
+from kalmanq.model import ColumnModel, Model
 from kalmanq.model.builders import searched
 from kalmanq.nonlinear import NonlinearModel
 
@@ -50,6 +51,7 @@ class Choice:
         for form in (Q_form, R_form):
             if form not in FORMS:
                 raise KalmanqError(f"{form!r} is no form: {', '.join(FORMS)}")
+        held = held_cells(model, free, held)
         self.equations = Equations(model, free) if isinstance(model, NonlinearModel) else None
         of_time = {"F", "Qc", *searched(model.builder)} if getattr(model, "continuous", None) else set()
         is_of_time = at_times or any(name.partition("[")[0] in of_time for name in free)
@@ -102,7 +104,7 @@ class Choice:
         """As it is called here: of a flow Q is Qc"""
         if self.flow and name in "FQ":
             return getattr(model.continuous, {"Q": "Qc"}.get(name, name))
-        made = getattr(model, name)
+        made = getattr(model.plain if isinstance(model, ColumnModel) else model, name)
         return getattr(model.frame, name) if made is None else made  # of a function
 
     def _require_units(self, model: Model) -> None:
@@ -136,8 +138,8 @@ class Choice:
         return mask | mask.T if name in ("Q", "R") else mask
 
     def require_em(self, model: Union[Model, NonlinearModel]) -> None:
-        if self.equations:
-            raise KalmanqError("a nonlinear model has no EM: take maximum likelihood (ml)")
+        if self.equations or isinstance(model, ColumnModel):
+            raise KalmanqError(f"a {'nonlinear model' if self.equations else 'model with numbers from columns'} has no EM: take maximum likelihood (ml)")
         if self.flow and set(self.free) - {"Q", "R"}:
             raise KalmanqError(f"EM of a model in continuous time estimates Qc and R, not {self.free[0]}: take maximum likelihood (ml)")
         if self.flow and not self.held and not self.is_for_em(model):
@@ -151,4 +153,4 @@ class Choice:
         """The M-step knows no held entries of covariances."""
         if self.flow and (set(self.free) - {"Q", "R"} or "Q" in self.free and not FlowExpectation.has_em(model, self.noise(model), self.forms["Q"])):
             return False
-        return self.equations is None and not {"Q", "R"} & set(self.held)
+        return self.equations is None and not isinstance(model, ColumnModel) and not {"Q", "R"} & set(self.held)

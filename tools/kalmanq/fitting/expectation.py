@@ -8,9 +8,9 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from kalmanq.core import ffi, lib, require
-from kalmanq.data.rows import Rows, Varying, present_of
+from kalmanq.data.rows import Rows, Varying, present_of, rows_of
 from kalmanq.errors import KalmanqError
-from kalmanq.model import Model
+from kalmanq.model import ColumnModel, Model
 from kalmanq.nonlinear import NonlinearModel
 from kalmanq.nonlinear.filters import rows_at
 from kalmanq.run.filters import Smoother
@@ -38,6 +38,8 @@ class Records:
         given = [[None] * len(z) if one is None else one for one in (u, times, varying)]
         made = [rows_at(model, *one[:3]) if isinstance(model, NonlinearModel) else Rows.of(model, *one) for one in zip(z, *given)]
         self.z, self.u = [one.z for one in made], [one.u for one in made]
+        if isinstance(model, ColumnModel):
+            self.u = [rows_of(one[0] if one[1] is None else one[1], model.inputs, "u") for one in zip(z, given[0])]
         if not self.z:
             raise KalmanqError("there is no record")
         if not all(map(len, self.z)):

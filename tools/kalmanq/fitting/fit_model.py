@@ -16,7 +16,7 @@ from kalmanq.fitting.expectation import Records
 from kalmanq.fitting.findings import Findings, findings
 from kalmanq.fitting.likelihood import likelihood
 from kalmanq.fitting.one_start import Ended, Task, one_start
-from kalmanq.model import Model
+from kalmanq.model import ColumnModel, Model
 from kalmanq.nonlinear import NonlinearModel
 
 METHODS = ("em", "ml", "both")
@@ -107,14 +107,15 @@ def fit(model: Union[Model, NonlinearModel], records: Sequence[ArrayLike], free:
     if not tolerance >= 0:
         raise KalmanqError(f"tolerance: {tolerance} is not at least 0")
     made = Records(model, records, u, times)
-    if getattr(model, "d", None) is not None:
-        rest = [one - model.d for one in made.z]
-        found = fit(model.changed(d=None), rest, free, u=made.u, times=made.times, method=method, Q_form=Q_form, R_form=R_form, held=held, starts=starts,
+    if isinstance(model, Model) and not isinstance(model, ColumnModel) and (model.d is not None or model.D is not None):
+        fed = [0.0 if model.D is None or u is None else u[:, : model.D.shape[1]] @ model.D.T for u in made.u]
+        rest = [z - by - (0.0 if model.d is None else model.d) for z, by in zip(made.z, fed)]
+        found = fit(model.changed(d=None, D=None), rest, free, u=made.u, times=made.times, method=method, Q_form=Q_form, R_form=R_form, held=held, starts=starts,
                     seed=seed, iterations=iterations, tolerance=tolerance, arithmetic=arithmetic, report=report)
-        whole = found.model.changed(d=model.d)
+        whole = found.model.changed(d=model.d, D=model.D)
         whole.constants = found.model.constants
         return replace(found, model=whole)
-    task = Task(model, made, Choice(model, free, Q_form, R_form, held, isinstance(model, Model) and (made.times is not None or _is_late(model))), method, iterations, tolerance, arithmetic,
+    task = Task(model, made, Choice(model, free, Q_form, R_form, held, isinstance(model, Model) and (made.times is not None or _is_late(model) or isinstance(model, ColumnModel) and model.continuous is not None)), method, iterations, tolerance, arithmetic,
                 report)
     if method == "em":
         task.choice.require_em(model)

@@ -13,7 +13,8 @@ from kalmanq.errors import KalmanqError
 from kalmanq.fitting.equations import likelihood_of
 from kalmanq.fitting.expectation import FREE, Expectation, Records
 from kalmanq.fitting.slopes import agrees, exact
-from kalmanq.model import Model
+from kalmanq.model import ColumnModel, Model
+from kalmanq.model.column_model import refuse_rows
 from kalmanq.nonlinear import NonlinearModel
 from kalmanq.run.filters import Filter
 from kalmanq.run.parts import Parts
@@ -28,13 +29,13 @@ def likelihood(model: Union[Model, NonlinearModel], records: Sequence[ArrayLike]
     if isinstance(model, NonlinearModel):
         return likelihood_of(model, Records(model, records, u, times), arithmetic)
     made = Records(model, records, u, times, varying)
-    parts = Parts(model, arithmetic)
+    parts = Parts(model.frame, arithmetic)
     total = 0.0
     for k, (z, controls) in enumerate(zip(made.z, made.u)):
         run = Filter(model, arithmetic, parts=parts)
         run.run(z, controls, times=made.times and made.times[k], varying=varying and varying[k])
         total += run.log_likelihood
-    if arithmetic != "f64" or varying is not None or not np.any(model.unknown):
+    if arithmetic != "f64" or varying is not None or isinstance(model, ColumnModel) or not np.any(model.unknown):
         return total
     value = exact(model, made.rows(model))
     return value if agrees(value, total, True) else total
@@ -48,6 +49,7 @@ def gradient(model: Model, records: Sequence[ArrayLike], u: Optional[Sequence[Op
     for name in of:
         if name not in FREE:
             raise KalmanqError(f"{name} has no derivatives: {', '.join(FREE)}")
+    refuse_rows(model, "gradient", "kalmanq.fit has it")
     made = Records(model, records, u)
     made.require_steps("gradient")
     if model.d is not None:

@@ -15,7 +15,8 @@ from kalmanq.fitting.expectation import Expectation, Records
 from kalmanq.fitting.flow import STENCIL, FlowExpectation
 from kalmanq.fitting.likelihood import likelihood
 from kalmanq.fitting.noise import is_definite
-from kalmanq.model import Model
+from kalmanq.fitting.of_columns import ColumnExpectation
+from kalmanq.model import ColumnModel, Model
 from kalmanq.run.filters import Smoother
 
 STEP = 1e-4  # of a constant, between two slopes
@@ -57,6 +58,9 @@ class Problem:
         if choice.equations:
             self.expectation: Any = EquationExpectation(choice.equations, self.model, self.records, self.noise, forms)
             return
+        if isinstance(self.model, ColumnModel):
+            self.expectation = ColumnExpectation(self.model, self.records, self.noise, choice.free, choice.flow)
+            return
         if choice.flow:
             self.expectation = FlowExpectation(choice.flow, self.model, self.records, self.noise, forms)
             return
@@ -67,7 +71,7 @@ class Problem:
 
     def _offset(self) -> float:
         """Of the exact log-likelihood, where the start is unknown, from that of the start which stands for it."""
-        if self.choice.equations or self.choice.flow or not np.any(self.model.unknown) or self.expectation.status < lib.KQ_OK or \
+        if self.choice.equations or self.choice.flow or isinstance(self.model, ColumnModel) or not np.any(self.model.unknown) or self.expectation.status < lib.KQ_OK or \
                 self.expectation.run() != lib.KQ_OK:
             return 0.0
         return likelihood(self.model, self.records.z, self.records.u) - self.expectation.log_likelihood
@@ -133,6 +137,14 @@ class Problem:
         """Of the log-likelihood downwards, to an entry; 0 where it is not known"""
         array, slopes = self.arrays[name], []
         start = array[at]
+        if isinstance(self.model, ColumnModel):  # its slopes are differences
+            values = []
+            for move in (step, 0.0, -step):
+                array[at] = start + move
+                values.append(self.value_here())
+            array[at] = start
+            made = (2 * values[1] - values[0] - values[2]) / step**2
+            return made if np.isfinite(made) else 0.0
         for move in (step, -step):
             array[at] = start + move
             slopes.append(float(self.expectation.gradient_of(name)[at]))
@@ -174,7 +186,7 @@ class Problem:
             return np.sqrt(np.maximum(np.diag(arrays["P0"]), 1e-300) / len(self.records))
         size = self._sizes()
         noise = np.sqrt(np.diag(self.noise.whole(arrays["Q"]) if name == "A" else arrays["R"]))
-        moved = size if name == "A" else np.maximum(np.abs(model.H) @ size, 1e-300)
+        moved = size if name == "A" else np.maximum(np.abs(np.nan_to_num(model.H)) @ size, 1e-300)
         noise = np.where(noise > 0, noise, 1e-2 * moved)
         return np.outer(noise, 1 / size) / np.sqrt(self.records.steps)
 

@@ -47,7 +47,7 @@ class Recorded:
 
     def __init__(self, rows: Rows, which: np.ndarray):
         self.rows, self.which = rows, np.ascontiguousarray(which, np.int64)
-        self._z = np.ascontiguousarray(rows.z, float)
+        self._z = np.ascontiguousarray(rows.net, float)
         self._u = None if rows.u is None else np.ascontiguousarray(rows.u, float)
         self._kept = np.empty(0)
 

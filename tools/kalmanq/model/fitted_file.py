@@ -28,7 +28,7 @@ def fitted_text(path: Path, found: Model) -> str:
         text = re.sub(r"(?m)^(\s*\[\s*model\s*\].*\n)", lambda one: f"{one.group()}name = {json.dumps(given.name)}\n", text, count=1)
     places = dict(_places(text))
     for changes in (*(_of_builder(given, found, power) for power in (1, 2)), _of_arrays(given, found, table)):
-        if changes.keys() <= places.keys():
+        if changes.keys() <= places.keys() and not any(np.any(np.isnan(one)) for one in changes.values()):  # NaN: an expression
             made = _written(text, places, changes)
             if _is_same(made, found):
                 return made
@@ -46,7 +46,7 @@ def _is_same(text: str, found: Model) -> bool:
     pairs = [(getattr(again, name), getattr(found, name)) for name in ARRAYS]
     if found.continuous:
         pairs += [(again.continuous.F, found.continuous.F), (again.continuous.Qc, found.continuous.Qc)]
-    return all(np.all(np.abs(a - b) <= SAME * np.max(np.abs(b), initial=0.0)) for a, b in pairs)
+    return all(np.all((np.abs(a - b) <= SAME * np.nanmax(np.abs(b), initial=0.0)) | np.isnan(a) & np.isnan(b)) for a, b in pairs)
 
 
 def _places(text: str) -> Iterator[tuple[tuple[str, int, str], tuple[int, int]]]:
@@ -110,7 +110,7 @@ def _of_arrays(given: Model, found: Model, table: Mapping[str, Any]) -> dict[tup
     elif given.G is not None and found.G is not None:
         del pairs["Q"]
     for name, (old, new) in pairs.items():
-        if old is None or new is None or np.array_equal(old, new):
+        if old is None or new is None or np.array_equal(old, new, equal_nan=True):
             continue
         if name == "Qc" and "L" in table["model"]:
             inverse = np.linalg.pinv(np.atleast_2d(np.array(table["model"]["L"], float)))
@@ -125,7 +125,7 @@ def _of_arrays(given: Model, found: Model, table: Mapping[str, Any]) -> dict[tup
 def _of_sensors(given: Model, name: str, old: np.ndarray, new: np.ndarray) -> dict[tuple[str, int, str], np.ndarray]:
     ends = np.cumsum([0, *(len(one.measurements) for one in given.sensors)]).tolist()
     parts = {("sensors", k, name): (slice(a, b), slice(a, b) if name == "R" else slice(None)) for k, (a, b) in enumerate(zip(ends, ends[1:]))}
-    return {key: new[at] for key, at in parts.items() if not np.array_equal(old[at], new[at])}
+    return {key: new[at] for key, at in parts.items() if not np.array_equal(old[at], new[at], equal_nan=True)}
 
 
 def _of_builder(given: Model, found: Model, power: int) -> dict[tuple[str, int, str], np.ndarray]:

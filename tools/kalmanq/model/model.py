@@ -105,7 +105,7 @@ Quantities = Optional[Sequence[Union[Quantity, str]]]
 class Model:
     """A linear state-space model.
 
-        x[t+1] = A x[t] + B u[t] + c + w[t],  w ~ N(0, Q)        z[t] = H x[t] + d + v[t],  v ~ N(0, R)
+        x[t+1] = A x[t] + B u[t] + c + w[t],  w ~ N(0, Q)        z[t] = H x[t] + D u[t] + d + v[t],  v ~ N(0, R)
 
     A        n x n
     H        m x n; n numbers where m = 1
@@ -113,6 +113,7 @@ class Model:
     Q        n x n, or n variances; or in its place
     G        n x r, with Q = G G'; n numbers where r = 1: exact where Q is singular
     B        n x l, or None: no control
+    D        m x l, or None: what a measurement has of the controls of its row; flat where it is a row or a column
     c, d     n and m offsets, or None: 0.  c is the last column of `B` then, of a control that is always 1 (`ONE`)
     x0       n, mean before the first measurement; None: 0
     P0       n x n, or n variances, before the first measurement; None: nothing is known of any state
@@ -128,7 +129,7 @@ class Model:
     @by_name("Model(A, H=..., R=..., Q=...)")
     def __init__(self, A: ArrayLike, *, H: ArrayLike, R: ArrayLike, Q: Optional[ArrayLike] = None,
                  G: Optional[ArrayLike] = None, B: Optional[ArrayLike] = None, c: Optional[ArrayLike] = None,
-                 d: Optional[ArrayLike] = None, x0: Optional[ArrayLike] = None,
+                 D: Optional[ArrayLike] = None, d: Optional[ArrayLike] = None, x0: Optional[ArrayLike] = None,
                  P0: Optional[ArrayLike] = None, unknown: Union[str, Sequence[Union[int, str]]] = (),
                  states: Quantities = None, measurements: Quantities = None, controls: Quantities = None,
                  gaps: Gaps = Gaps(), name: str = "model"):
@@ -148,8 +149,11 @@ class Model:
             raise ModelError("Q", "give either Q or G, with Q = G G'")
         self.G = None if G is None else _columns("G", G, self.n)
         self.Q = _covariance("Q", Q, self.n) if self.G is None else _fixed(self.G @ self.G.T)
-        self.B = _pushes(B, c, self.n)
+        self.D = None if D is None else _through(D, self.m)
+        self.B = _pushes(B if D is None or B is not None else np.zeros((self.n, self.D.shape[1])), c, self.n)
         self.l = 0 if self.B is None else self.B.shape[1]
+        if self.D is not None and self.D.shape[1] != self.l - (c is not None):
+            raise ModelError("D", f"is {_shape(self.D)}: it has a column for each of {counted(self.l - (c is not None), 'control')}")
         self.d = None if d is None else _vector("d", d, self.m)
         self.states = _quantities("states", states, self.n, "x")
         self.measurements = _quantities("measurements", measurements, self.m, "z")
@@ -166,6 +170,15 @@ class Model:
     def inputs(self) -> tuple[Quantity, ...]:
         """Controls that come from outside"""
         return tuple(one for one in self.controls if not one.constant)
+
+    @property
+    def frame(self) -> Model:
+        """The model without D, for filters of z - D u; itself, where it has none"""
+        if self.D is None:
+            return self
+        reach = [sum(abs(by) * (one.range or 0.0) for by, one in zip(row, self.controls) if by) for row in self.D]
+        wider = [one if one.range is None else replace(one, range=one.range + more) for one, more in zip(self.measurements, reach)]
+        return self.changed(D=None, measurements=wider)
 
     @classmethod
     @by_name("Model.of_continuous(F, H=..., R=..., Qc=..., dt=...)")
@@ -186,6 +199,8 @@ class Model:
             raise ModelError("jitter", "is not a share of dt from 0 to below 0.5")
         if time_unit not in UNITS:
             raise ModelError("time_unit", f"is not one of {', '.join(UNITS)}")
+        if B is None and more.get("D") is not None:  # controls that move nothing
+            B = np.zeros((n, _through(more["D"], len(_rows("H", H, n))).shape[1]))
         density = _covariance("Qc", Qc, n) if L is None else _density(_columns("L", L, n), Qc)
         of = Continuous(F_, density, _pushes(B, c, n), float(dt), float(jitter), time_unit)
         A, Q, B_ = of.step(of.dt)
@@ -235,7 +250,7 @@ class Model:
         """The model with some of what it was made of in another way."""
         made = dict(
             A=self.A, H=self.H, R=self.R, Q=None if self.G is not None else self.Q, G=self.G,
-            **_split(self.B, self.c is not None), d=self.d, x0=self.x0, P0=self.P0, unknown=np.flatnonzero(self.unknown).tolist(), states=self.states,
+            **_split(self.B, self.c is not None), D=self.D, d=self.d, x0=self.x0, P0=self.P0, unknown=np.flatnonzero(self.unknown).tolist(), states=self.states,
             measurements=self.measurements, controls=self.inputs, gaps=self.gaps, name=self.name)
         if "Q" in what:
             made["G"] = None
@@ -246,7 +261,7 @@ class Model:
         other = Model(**{**made, **what})  # type: ignore[arg-type]
         other.continuous = None if what.keys() & {"A", "B", "c", "Q", "G"} else self.continuous
         other.sensors = self.sensors if [one.name for one in other.measurements] == [one.name for one in self.measurements] else ()
-        other.builder = self.builder if what.keys() <= {"states", "measurements", "gaps", "name", "d"} else None
+        other.builder = self.builder if what.keys() <= {"states", "measurements", "gaps", "name", "d"} and self.D is None else None
         other.recording = self.recording
         if other.builder and "d" in what:
             offsets = {} if other.d is None else {"d": other.d.tolist()}
@@ -349,6 +364,16 @@ def _columns(name: str, given: ArrayLike, rows: int) -> np.ndarray:
         array = array.reshape(-1, 1)
     if array.ndim != 2 or array.shape[0] != rows or not 1 <= array.shape[1] <= SIZE_MAX:
         raise ModelError(name, f"is {_shape(array)}: it has a row for each of {counted(rows, 'state')}")
+    return _fixed(array)
+
+
+def _through(D: ArrayLike, rows: int) -> np.ndarray:
+    """m x l; a row or a column may be flat"""
+    array = _numbers("D", D)
+    if array.ndim < 2:
+        array = array.reshape((1, -1) if rows == 1 else (-1, 1))
+    if array.ndim != 2 or array.shape[0] != rows or not 1 <= array.shape[1] <= SIZE_MAX:
+        raise ModelError("D", f"is {_shape(array)}: it has a row for each of {counted(rows, 'measurement')}")
     return _fixed(array)
 
 

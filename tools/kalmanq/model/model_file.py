@@ -2,12 +2,13 @@
 
     [model]         A, B, H, Q (or G), R, x0, P0 as nested arrays, a vector flat; or builder = "..." with its
                     parameters; or in the place of A and Q: F, Qc and dt of x' = F x + B u + c + noise (or L w, Qc of w),
-                    and jitter, a share of dt.  Offsets: c (n) of the states, d (m) of the measurements.
+                    and jitter, a share of dt.  Offsets: c (n) of the states, d (m) of the measurements; D (m x l): z = H x + D u.
+                    A text in A, B, Q, H, R, D or d is an expression of columns of the data (columns.py).
                     P0 = "unknown", or "unknown" in the place of a state's variance.
-    [states], [measurements], [controls]   names, units, ranges, fractions: a list each, one for each of them; of what data files
-                    have, also columns, factors, offsets, missing, plausible
+    [states], [measurements], [controls], [columns]   names, units, ranges, fractions: a list each, one for each of them; of what data
+                    files have, also columns, factors, offsets, missing, plausible
     [[sensors]]     in the place of H, R and [measurements], one for each: name, measurements (names), H, R, units, ranges,
-                    fractions, d, delay, measured (a column: when, at most `delay` ago)
+                    fractions, d, D, delay, measured (a column: when, at most `delay` ago)
     [recording]     how data files are written: time, time_format, separator, decimal, sort, skip_untimed, pause; database, origin
     [gaps]          max_gap, min_run
 """
@@ -18,13 +19,14 @@ import difflib
 import re
 import sys
 from pathlib import Path
-from typing import Any, Mapping, Optional
+from typing import Any, Mapping, Optional, Sequence
 
 import numpy as np
 
 from kalmanq.errors import KalmanqError, ModelError, counted
-from kalmanq.model import builders
+from kalmanq.model import builders, columns
 from kalmanq.model.arrays import block_diagonal
+from kalmanq.model.column_file import controls_of, through, with_columns, within
 from kalmanq.model.model import AS_IT_IS, Gaps, Model, Quantity, Sensor, not_finite
 from kalmanq.model.quantities import READ, RECORDING, SHOWN, is_numbers, quantities, recording
 
@@ -33,7 +35,7 @@ if sys.version_info >= (3, 11):
 else:
     import tomli as tomllib
 
-MATRICES = ("A", "B", "c", "d", "H", "Q", "G", "R", "x0", "P0", "F", "L", "Qc", "dt", "jitter")
+MATRICES = ("A", "B", "c", "d", "D", "H", "Q", "G", "R", "x0", "P0", "F", "L", "Qc", "dt", "jitter")
 ROWS_MAX = 100_000_000  # of a gap, or of a run
 SUFFIXES, NO_MODEL = (".toml", ""), "a model file is TOML, or Python with .py"
 TABLES = (".csv", ".tsv", ".txt", ".log")
@@ -42,9 +44,10 @@ SECTIONS = {
     "states": ("names", "units", "ranges", "fractions"),
     "measurements": ("names", "units", "ranges", "fractions", *READ),
     "controls": ("names", "units", "ranges", "fractions", *READ),
+    "columns": ("names", "units", "ranges", "fractions", *READ),
     "recording": tuple(RECORDING),
     "gaps": ("max_gap", "min_run"),
-    "sensors": ("name", "measurements", "H", "R", "d", "delay", "measured", "units", "ranges", "fractions", *READ),
+    "sensors": ("name", "measurements", "H", "R", "d", "D", "delay", "measured", "units", "ranges", "fractions", *READ),
 }
 
 
@@ -154,6 +157,7 @@ def _near(name: str, known: Any) -> str:
 
 
 def _model(path: Path, given: Mapping[str, Any]) -> Model:
+    given, texts = _numbers_apart(given)
     model = dict(given.get("model", {}))
     if not model:
         raise ModelError("model", "there is no section [model]" if given else "there is no section [model]: the file has no line of a model")
@@ -175,8 +179,7 @@ def _model(path: Path, given: Mapping[str, Any]) -> Model:
         made.update(_prior(model["P0"]))
     count = _count_of_states(made)
     sensors = _sensors(given, made, count) if "sensors" in given else ()
-    sizes = {"states": count, "measurements": _height(made["H"]),
-             "controls": 0 if made.get("B") is None else _width(made["B"])}
+    sizes = {"states": count, "measurements": _height(made["H"]), "controls": controls_of(made)}
     for which, size in sizes.items():
         if which != "measurements" or not sensors:
             default = made.pop(which, None)
@@ -186,7 +189,23 @@ def _model(path: Path, given: Mapping[str, Any]) -> Model:
     made.update({"time_unit": unit} if unit else {})
     model = Model.of(**made, gaps=_gaps(given.get("gaps", {})), name=name)
     model.sensors, model.builder, model.recording = tuple(sensors), given_to_builder, recording(given.get("recording", {}))
-    return model
+    return with_columns(model, texts, given.get("columns", {}), quantities)
+
+
+def _numbers_apart(given: Mapping[str, Any]) -> tuple[dict[str, Any], list[dict[str, Any]]]:
+    """The file with 0 in the place of expressions; those of [model], then of each sensor"""
+    made, sensors = dict(given), given.get("sensors", [])
+    own, texts, parts = given.get("model", {}), {}, []
+    if own and "builder" not in own:
+        made["model"], texts = columns.taken(own)
+    for number, one in enumerate(sensors):
+        try:
+            parts.append(columns.taken(one))
+        except ModelError as problem:
+            raise SensorError(number, problem) from None
+    if sensors:
+        made["sensors"] = [numbers for numbers, _ in parts]
+    return made, [texts, *(own for _, own in parts)]
 
 
 def _count_of_states(made: Mapping[str, Any]) -> int:
@@ -217,7 +236,7 @@ def rebuilt(model: Model, given: Mapping[str, Any]) -> Model:
 
 def _sensors(given: Mapping[str, Any], made: dict[str, Any], states: int) -> list[Sensor]:
     """What sensors there are; `made` gets their H and R, one below the other, and their measurements"""
-    for section, key in (("model", "H"), ("model", "R"), ("model", "d"), ("measurements", "measurements")):
+    for section, key in (("model", "H"), ("model", "R"), ("model", "d"), ("model", "D"), ("measurements", "measurements")):
         if key in made or section == key and section in given:
             raise ModelError(key, "is each sensor's own, where there are [[sensors]]")
     parts = [_sensor(number, one, states) for number, one in enumerate(given["sensors"])]
@@ -230,10 +249,24 @@ def _sensors(given: Mapping[str, Any], made: dict[str, Any], states: int) -> lis
     made["H"], made["R"] = np.vstack([one.H for _, one in parts]), block_diagonal([one.R for _, one in parts])
     if any(one.d is not None for _, one in parts):
         made["d"] = np.concatenate([np.zeros(one.m) if one.d is None else one.d for _, one in parts])
+    made.update(_through(given["sensors"], [one for _, one in parts], made))
     made["measurements"] = [quantity for _, one in parts for quantity in one.measurements]
     return [Sensor(name, tuple(quantity.name for quantity in one.measurements), _delay(number, given["sensors"][number], made),
                    given["sensors"][number].get("measured", ""))
             for number, (name, one) in enumerate(parts)]
+
+
+def _through(given: Sequence[Mapping[str, Any]], parts: Sequence[Model], made: Mapping[str, Any]) -> dict[str, np.ndarray]:
+    """D of all sensors, if one has it"""
+    controls, rows = None if made.get("B") is None else _width(made["B"]), []
+    for number, (one, part) in enumerate(zip(given, parts)):
+        try:
+            rows.append(through(_array("D", one["D"]), part.m, controls) if "D" in one else None)
+        except ModelError as problem:
+            raise SensorError(number, problem) from None
+        controls = controls if rows[-1] is None else rows[-1].shape[1]
+    return {} if all(one is None for one in rows) else {
+        "D": np.vstack([np.zeros((part.m, controls or 0)) if one is None else one for one, part in zip(rows, parts)])}
 
 
 def _delay(number: int, given: Mapping[str, Any], made: Mapping[str, Any]) -> float:
@@ -353,22 +386,27 @@ def _gaps(given: Mapping[str, Any]) -> Gaps:
 def text_of(model: Model) -> str:
     """A model file that reads back to the same bits."""
     lines, parts = ["[model]", f"name = {_quoted(model.name)}"], _sensor_parts(model)
+    texts = getattr(model, "cells", {})
     if model.builder and not (model.continuous and model.continuous.jitter):
         unit = {"time_unit": model.continuous.unit} if model.continuous and model.continuous.unit != "s" else {}
         lines += [f"{key} = {_value(value)}" for key, value in {**unit, **model.builder}.items()]
     else:
         for key, value in _matrices(model).items():
-            if value is not None and not (parts and key in ("H", "R", "d")):
-                lines.append(f"{key} = {_numbers(value) if isinstance(value, np.ndarray) else _value(value)}")
+            if value is not None and not (parts and key in ("H", "R", "D", "d")):
+                lines.append(f"{key} = {_numbers(value, texts.get(key)) if isinstance(value, np.ndarray) else _value(value)}")
         lines += [f"x0 = {_list(model.x0)}", f"P0 = {_prior_text(model)}"]
+    columns_ = getattr(model, "columns", ())
     for which in ("states", "inputs") if parts else ("states", "measurements", "inputs"):
-        lines += _section("controls" if which == "inputs" else which, getattr(model, which))
+        own = getattr(model, which)
+        lines += _section("controls" if which == "inputs" else which, own[: len(own) - len(columns_)] if which == "inputs" else own)
+    lines += _section("columns", [one for one in columns_ if one.range is not None or one.unit or one.reading != AS_IT_IS])
     first = 0
     for (name, H, R, measured), sensor in zip(parts, model.sensors):
-        d, first = None if model.d is None else model.d[first : first + len(H)], first + len(H)
+        own = slice(first, first := first + len(H))
         _, _, names, *more = _section("measurements", measured)
-        lines += ["", "[[sensors]]", f"name = {_quoted(name)}", f"measurements{names[5:]}", f"H = {_rows(H)}", f"R = {_rows(R)}"]
-        lines += [] if d is None else [f"d = {_list(d)}"]
+        lines += ["", "[[sensors]]", f"name = {_quoted(name)}", f"measurements{names[5:]}"]
+        lines += [f"{key} = {_numbers(one, within(texts.get(key), own, key))}" for key, one in (
+            ("H", H), ("R", R), ("D", None if model.D is None else model.D[own]), ("d", None if model.d is None else model.d[own])) if one is not None]
         lines += [f"delay = {sensor.delay!r}"] if sensor.delay else []
         lines += [f"measured = {_quoted(sensor.measured)}"] if sensor.measured else []
         lines += more
@@ -385,7 +423,7 @@ def _sensor_parts(model: Model) -> list[tuple[str, np.ndarray, np.ndarray, tuple
     ends = np.cumsum([0, *(len(one.measurements) for one in model.sensors)]).tolist()
     parts = [(one.name, model.H[a:b], model.R[a:b, a:b], model.measurements[a:b])
              for one, a, b in zip(model.sensors, ends, ends[1:])]
-    return parts if parts and np.array_equal(block_diagonal([R for _, _, R, _ in parts]), model.R) else []
+    return parts if parts and np.array_equal(block_diagonal([R for _, _, R, _ in parts]), model.R, equal_nan=True) else []
 
 
 def _matrices(model: Model) -> dict[str, Any]:
@@ -393,9 +431,9 @@ def _matrices(model: Model) -> dict[str, Any]:
     if of is not None:
         pushes = of.B if of.B is None or model.c is None else of.B[:, :-1] if of.B.shape[1] > 1 else None
         return {"F": of.F, "Qc": of.Qc, "dt": of.dt, "time_unit": None if of.unit == "s" else of.unit, "jitter": of.jitter or None,
-                "B": pushes, "c": None if model.c is None else of.B[:, -1], "H": model.H, "R": model.R, "d": model.d}
+                "B": pushes, "c": None if model.c is None else of.B[:, -1], "H": model.H, "R": model.R, "D": model.D, "d": model.d}
     pushes = model.B if model.c is None else model.B[:, :-1] if model.l > 1 else None
-    return {"A": model.A, "B": pushes, "c": model.c, "H": model.H, "d": model.d,
+    return {"A": model.A, "B": pushes, "c": model.c, "H": model.H, "D": model.D, "d": model.d,
             **{key: getattr(model, key) for key in ("G" if model.G is not None else "Q", "R")}}
 
 
@@ -452,13 +490,15 @@ def _value(given: Any) -> str:
     return _quoted(given) if isinstance(given, str) else str(given).lower() if isinstance(given, bool) else repr(given)
 
 
-def _list(row: np.ndarray) -> str:
-    return "[" + ", ".join(repr(float(value)) for value in row) + "]"
+def _list(row: np.ndarray, cells: Optional[columns.Cells] = None, at: tuple[int, ...] = ()) -> str:
+    """cells: expressions, by their places; at: of the row"""
+    made = ((cells or {}).get((*at, k)) for k in range(len(row)))
+    return "[" + ", ".join(_quoted(one.text) if one else repr(float(value)) for one, value in zip(made, row)) + "]"
 
 
-def _numbers(array: np.ndarray) -> str:
-    return _rows(array) if array.ndim == 2 else _list(array)
+def _numbers(array: np.ndarray, cells: Optional[columns.Cells] = None) -> str:
+    return _rows(array, cells) if array.ndim == 2 else _list(array, cells)
 
 
-def _rows(matrix: np.ndarray) -> str:
-    return "[" + ", ".join(_list(row) for row in matrix) + "]"
+def _rows(matrix: np.ndarray, cells: Optional[columns.Cells] = None) -> str:
+    return "[" + ", ".join(_list(row, cells, (i,)) for i, row in enumerate(matrix)) + "]"

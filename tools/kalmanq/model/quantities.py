@@ -17,7 +17,7 @@ RECORDING = {"time": (str, "a text"), "time_format": (str, "a text"), "separator
 
 
 def quantities(which: str, given: Mapping[str, Any], size: int, default: Optional[list[str]]) -> list[Quantity]:
-    letter = {"states": "x", "measurements": "z", "controls": "u"}[which]
+    letter = {"states": "x", "measurements": "z", "controls": "u", "columns": "c"}[which]
     names = default or [f"{letter}{k + 1}" for k in range(size)]
     columns: dict[str, list[Any]] = {"names": names, "units": [""] * size, "ranges": [None] * size, "fractions": [None] * size,
                                      "columns": [""] * size, "factors": [1.0] * size, "offsets": [0.0] * size, "missing": [[]] * size,

@@ -73,7 +73,7 @@ def read_text(path: Path, text: str) -> NonlinearModel:
 def _model(path: Path, source: bytes, constants: Optional[Numbers] = None) -> NonlinearModel:
     key = ""
     try:
-        space = _executed(path, source, constants)
+        space = executed(path, source, constants)
         _refuse_near(space)
         made = {key: space[key] for key in (*ARRAYS, *FUNCTIONS, "dt") if key in space}
         if isinstance(space.get("sensors"), dict):
@@ -106,7 +106,7 @@ def free_of(model: NonlinearModel, names: Sequence[str]) -> Free:
         raise ModelError(names[0], "is free: only a model file has constants; a model of functions has Q, R, x0 and P0")
     path = Path(model.path or "")
     try:
-        return Free(model, names, lambda symbols: _executed(path, source_of(path), symbols))
+        return Free(model, names, lambda symbols: executed(path, source_of(path), symbols))
     except ModelError as problem:
         line = _line(source_of(path), problem.key) if names else 0
         raise ModelFileError(f"{path}: {f'line {line}: ' if line else ''}{problem}") from None
@@ -134,7 +134,7 @@ def source_of(path: Path) -> bytes:
         raise ModelFileError(f"{path}: is a folder: give the model file in it") from None
 
 
-def _executed(path: Path, source: bytes, constants: Union[Numbers, Symbols, None] = None) -> dict[str, Any]:
+def executed(path: Path, source: bytes, constants: Union[Numbers, Symbols, None] = None) -> dict[str, Any]:
     """What the file defines.  Its own folder is where it imports from; nothing is written beside it."""
     module = types.ModuleType(f"kalmanq_model_{path.stem}")
     module.__file__ = str(path)

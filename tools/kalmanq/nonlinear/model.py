@@ -118,6 +118,7 @@ class NonlinearModel:
                            x0=x0 if nominal is None else np.zeros(n), P0=P0, states=states, measurements=measurements, name=name)
         self.name, self.n, self.m = name, n, m
         self.path: Optional[Path] = None  # of its file
+        self.linear: Optional[Model] = None  # that it is of, where its functions are of columns
         self.recording: Mapping[str, Any] = {}  # what its file says of data files
         self.free: tuple[str, ...] = ()  # what its file says that a fit estimates
         self.constants: dict[str, float] = {}  # of its file, that were estimated
@@ -295,7 +296,7 @@ class NonlinearModel:
     def measured(self) -> Model:
         """A linear model with the noises of this one, whose measurements are h(x0) at first; ranges are of innovations, and it has none"""
         try:
-            at_first = self.expected(self.x0, self.at_row(0), np.zeros(self.l))
+            at_first = self.expected(self.x0, self.at_row(0), self.controls_at(self.at_row(0)))
         except KalmanqError:
             at_first = None
         return self.frame.changed(d=at_first, measurements=self.measurement_names)

@@ -60,15 +60,16 @@ def measured_states(model: Any) -> dict[int, list[tuple[int, float]]]:
     made: dict[int, list[tuple[int, float]]] = {}
     for c, row in enumerate(model.H if isinstance(model, Model) else ()):
         states = np.flatnonzero(row)
-        if len(states) == 1:
+        if len(states) == 1 and np.isfinite(row[states[0]]):
             made.setdefault(int(states[0]), []).append((c, float(row[states[0]])))
     return made
 
 
-def without_offsets(model: Any, z: np.ndarray) -> np.ndarray:
-    """H x of measurements H x + d"""
-    d = getattr(model, "d", None)
-    return z if d is None else z - d
+def without_offsets(run: Run, z: np.ndarray) -> np.ndarray:
+    """H x of measurements H x + D u + d"""
+    d = run.model.frame.d
+    z = z if d is None else z - d
+    return z if run.fed is None else z - run.fed
 
 
 def draw_run(run: Run, z: np.ndarray, ahead: Optional[tuple[np.ndarray, np.ndarray]] = None,
@@ -80,7 +81,7 @@ def draw_run(run: Run, z: np.ndarray, ahead: Optional[tuple[np.ndarray, np.ndarr
         n, m = run.model.n, 0 if isinstance(run.model, Model) else run.model.m
         figure, axes = plt.subplots(n + m, 1, figsize=(8.6, 1.2 + 2.1 * (n + m)), sharex=True, squeeze=False,
                                     layout="constrained")
-        shown, z = measured_states(run.model), without_offsets(run.model, z)
+        shown, z = measured_states(run.model), without_offsets(run, z)
         for i, axis in enumerate(axes[:n, 0]):
             _draw_state(axis, run, z, i, shown.get(i, []), ahead, along)
         for c, axis in enumerate(axes[n:, 0]):

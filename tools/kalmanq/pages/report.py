@@ -21,6 +21,7 @@ from kalmanq.firmware.costs import CORES
 from kalmanq.firmware.ranges import widened
 from kalmanq.firmware.reach import Record
 from kalmanq.model import Model, Quantity
+from kalmanq.model.column_model import row_needs
 from kalmanq.nonlinear import NonlinearModel, NonlinearSmoother
 from kalmanq.nonlinear.comparison import arithmetics
 from kalmanq.pages import charts, page, verdict
@@ -37,7 +38,7 @@ AnyModel = Union[Model, NonlinearModel]
 MATRICES = {
     "A": "A, from a row to the next", "B": "B, of the controls (1: the offset c)", "H": "H, from states to measurements",
     "G": "G, with the process noise G G'", "Q": "Q, covariance of the process noise",
-    "R": "R, covariance of the measurement noise", "d": "d, offsets of the measurements"}
+    "R": "R, covariance of the measurement noise", "D": "D, from controls to measurements", "d": "d, offsets of the measurements"}
 
 
 @dataclass(frozen=True)
@@ -84,7 +85,7 @@ def _linear_of(model: Model, z: np.ndarray, u: Optional[np.ndarray], arithmetic:
     """The run, arithmetics compared with double, and ranges that are too narrow"""
     run = compiled_run(model, arithmetic, z, u) if is_compiled else Smoother(model, arithmetic).run(z, u, times=times)
     _, compared = compare(model, z, u, {"compiled": compiled_run} if is_compiled else {}, times)
-    return run, compared, widened(model, [Record(z, controls_of(u, model, len(z)))])[1] if run.is_held else []
+    return run, compared, widened(model, [Record(z, controls_of(u, model, len(z)))])[1] if run.is_held and not row_needs(model) else []
 
 
 def _nonlinear_of(model: NonlinearModel, z: np.ndarray, u: Optional[np.ndarray], arithmetic: str,
@@ -105,7 +106,7 @@ def page_of(study: Study, model_path: Path, data_name: str) -> str:
     facts = [data_name, counted(study.rows, "row"), f"{100 * np.mean(np.isnan(study.z)):.3g} % missing",
              f"arithmetic {run.arithmetic}{', compiled' if study.is_compiled else ''}", sizes, f"log-likelihood {number(float(np.sum(run.log_likelihood)), 8)}"]
     sections = [_verdict(study), _states(study), _residuals(study), _nis(study), _autocorrelation(study),
-                _sigmas(study), _arithmetics(study), _costs(model, study.z) if isinstance(model, Model) else "", _model(model, model_path)]
+                _sigmas(study), _arithmetics(study), _costs(model, study.z) if isinstance(model, Model) and not row_needs(model) else "", _model(model, model_path)]
     return page.page(model.name, facts, [one for one in sections if one], f"kalmanq {versions()['kalmanq']}")
 
 
@@ -121,7 +122,7 @@ def _verdict(study: Study) -> str:
 
 
 def _states(study: Study) -> str:
-    run, shown, z = study.run, measured_states(study.model), without_offsets(study.model, study.z)
+    run, shown, z = study.run, measured_states(study.model), without_offsets(study.run, study.z)
     figures = []
     for i, state in enumerate(study.model.states):
         measured = [z[:, c] / factor for c, factor in shown.get(i, [])]
@@ -276,21 +277,22 @@ def _compiled(model: Model, z: np.ndarray) -> list[str]:
 
 
 def _model(model: AnyModel, path: Path) -> str:
-    names = {"x": model.states, "u": model.controls, "z": model.measurements}
-    sides = {"A": ("x", "x"), "B": ("x", "u"), "H": ("z", "x"), "G": ("x", ""), "Q": ("x", "x"), "R": ("z", "z"), "d": ("z", "")}
+    names = {"x": model.states, "u": model.controls, "z": model.measurements, "c": getattr(model, "columns", ())}
+    sides = {"A": ("x", "x"), "B": ("x", "u"), "H": ("z", "x"), "G": ("x", ""), "Q": ("x", "x"), "R": ("z", "z"), "D": ("z", "u"), "d": ("z", "")}
     made = [page.table("States, measurements and controls", ["name", "what", "unit", "range", "fraction bits"],
                        [_quantity(one, what) for what, which in (("state", "x"), ("measurement", "z"),
-                                                                 ("control", "u")) for one in names[which]],
+                                                                 ("control", "u"), ("column", "c")) for one in names[which]],
                        text_columns=(1, 2))]
     for name, (of_row, of_column) in sides.items():
         matrix = getattr(model, name, None)
         if matrix is None or (name == "Q" and model.G is not None):
             continue
         matrix = matrix if name != "d" else matrix[:, None]
+        texts = {(*at, 0)[:2]: one.text for at, one in getattr(model, "cells", {}).get(name, {}).items()}
         columns = [one.name for one in names[of_column]] if of_column in names else \
             ["d"] if name == "d" else [f"noise {k + 1}" for k in range(matrix.shape[1])]
         made.append(page.table(MATRICES[name], ["", *columns], [
-            [one.name, *(number(cell) for cell in row)] for one, row in zip(names[of_row], matrix)]))
+            [one.name, *(texts.get((i, k)) or number(cell) for k, cell in enumerate(row))] for i, (one, row) in enumerate(zip(names[of_row], matrix))]))
     made.append(_prior(model if isinstance(model, Model) else model.frame))
     return page.section("The model", page.folded("Matrices and parameters", *made),
                         page.folded(f"The model file, {path.name}", page.verbatim(

@@ -10,6 +10,7 @@ from numpy.typing import ArrayLike
 from kalmanq.data.rows import Varying, controls_of, present_of, rows_of
 from kalmanq.errors import KalmanqError, ModelError
 from kalmanq.model import Model, Quantity
+from kalmanq.model.column_model import refuse_rows
 
 NEGATIVE = 1e-9  # an eigenvalue of the joint correlations: no covariance
 
@@ -29,6 +30,7 @@ def decorrelated(model: Model, S: ArrayLike, z: ArrayLike, u: Optional[ArrayLike
     """
     if model.continuous is not None:
         raise KalmanqError("S: of a model of steps, A and Q: in continuous time a step has no noise of one instant")
+    refuse_rows(model, "S", "leave D out, and give z - D u" if model.D is not None else "it is of one model for all rows")
     made = _array(model, S)
     rows, controls = rows_of(z, model.measurements, "z"), controls_of(u, model, len(z))  # type: ignore[arg-type]
     given = np.nan_to_num(rows - (0.0 if model.d is None else model.d))

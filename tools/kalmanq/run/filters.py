@@ -10,9 +10,11 @@ from numpy.typing import ArrayLike
 
 from kalmanq.core import ffi, lib, require, warn_of
 from kalmanq.data.dates import step_from
-from kalmanq.data.rows import Rows, Varying, controls_of, refuse_back, require_one_origin, row_of
+from kalmanq.data.rows import Rows, Varying, controls_of, refuse_back, require_one_origin, row_of, rows_of
 from kalmanq.errors import KalmanqError
-from kalmanq.model import Model
+from kalmanq.model import ColumnModel, Model
+from kalmanq.model.column_model import refuse_rows
+from kalmanq.model.columns import OF_STEP
 from kalmanq.run.one_row import OneRow
 from kalmanq.run.parts import Parts
 from kalmanq.run.readings import Readable, Results
@@ -38,7 +40,7 @@ class Filter(Readable):
     """
 
     def __init__(self, model: Model, arithmetic: str = "f64", *, way: str = "", parts: Optional[Parts] = None):
-        super().__init__(model, parts or Parts(model, arithmetic, way))
+        super().__init__(model, parts or Parts(model.frame, arithmetic, way))
         self.begins = True  # the next row is the first one
         self.row = 0  # where the filter stands
         self.time: Optional[float] = None
@@ -68,23 +70,38 @@ class Filter(Readable):
         if dt is not None or self._next is not None:
             dt = self._step_of(dt)
             process = self._process(dt)
+        if isinstance(self.model, ColumnModel):
+            process = self._process_of(u, process)
+            u = None if u is None else row_of(u, len(self.model.inputs), "u")[0, : len(self.parts.model.inputs)]
         if u is not None or self.model.c is not None:
             pushed = self.parts.pushes(u)
         require(self._predict(self._handle, process, ffi.NULL if pushed is None else self._pointer(pushed)), "predict")
         self._moved(1, dt=dt)
 
-    def update(self, z: ArrayLike, robust: Optional[Robust] = None, watch: Optional[Any] = None) -> None:
-        """Takes m measurements; what is NaN is missing."""
-        if robust is None and watch is None and self._is_alone:
+    def update(self, z: ArrayLike, robust: Optional[Robust] = None, watch: Optional[Any] = None, u: Optional[ArrayLike] = None) -> None:
+        """Takes m measurements; what is NaN is missing.  u: of this row, where the model has D or columns"""
+        if robust is None and watch is None and self._is_alone and not self.has_rows:
             self._one = self._one or OneRow(self)
             if self._one.take(z):
                 self.begins = False
                 return
-        self._sequence(Rows(row_of(z, self.model.m, "z")), robust, watch, moves=False)
+        self._sequence(self._row_of(z, u), robust, watch, moves=False)
         self.begins = False
+
+    def _process_of(self, u: Optional[ArrayLike], own: Any) -> Any:
+        """Of a step whose columns are in u"""
+        if not self.model.cells.keys() & set(OF_STEP):
+            return own
+        rows = self._row_of(np.full(self.model.m, np.nan), u)
+        return self._steps.process_at(self._steps.processes(rows)[0])
+
+    def _row_of(self, z: ArrayLike, u: Optional[ArrayLike]) -> Rows:
+        given = row_of(z, self.model.m, "z")
+        return Rows.of(self.model, given, None if u is None else row_of(u, len(self.model.inputs), "u")) if self.has_rows else Rows(given)
 
     def step(self, z: ArrayLike, u: Optional[ArrayLike] = None, dt: Optional[float] = None) -> None:
         """predict, then update; refused as a whole."""
+        refuse_rows(self.model, "step", "predict(u) with the row before, update(z, u=...) with this one")
         self.parts.words(row_of(z, self.model.m, "z"), "measurements")
         self.predict(u, dt)
         self.update(z)
@@ -98,6 +115,8 @@ class Filter(Readable):
         if steps < 0:
             raise KalmanqError("steps: below 0")
         dt = self._step_of(dt)
+        if self.has_rows:
+            return self._forecast_of_rows(steps, u, dt)
         controls = controls_of(u, self.model, steps)
         words = None if controls is None else self.parts.words(controls, "controls")
         if self._next is not None and dt is None:  # the first step is not as those after it
@@ -111,6 +130,20 @@ class Filter(Readable):
         ahead._moved(steps, dt=dt)
         return ahead
 
+    def _forecast_of_rows(self, steps: int, u: Optional[ArrayLike], dt: Optional[float]) -> Filter:
+        given = [None] * steps if u is None else rows_of(u, self.model.inputs, "u")
+        if len(given) != steps:
+            raise KalmanqError(f"u has {len(given)} rows, not {steps}")
+        ahead = self.copy()
+        for row in given:
+            ahead.predict(row, dt)
+        return ahead
+
+    @property
+    def has_rows(self) -> bool:
+        """Has the model D, or numbers from columns?"""
+        return self.parts.model is not self.model
+
     def copy(self) -> Filter:
         """The same state; what is attached stays with this one."""
         made = Filter(self.model, self.arithmetic.name, parts=self.parts)
@@ -123,6 +156,7 @@ class Filter(Readable):
 
     def gain(self) -> np.ndarray:
         """n x m: the gain that the next update would use."""
+        refuse_rows(self.model, "gain", "a run has innovations and their sigmas")
         n, m, a = self.model.n, self.model.m, self.arithmetic
         made = np.zeros((n, m), a.number_of_any_size)
         require(self._call("gain", self.parts.sensor, self._pointer(made, self._any_size)), "gain")
@@ -131,6 +165,7 @@ class Filter(Readable):
 
     def measurement(self) -> tuple[np.ndarray, np.ndarray]:
         """z^ = H x + d (m) and its covariance S = H P H' + R (m x m)."""
+        refuse_rows(self.model, "measurement", "a run has innovations and their sigmas")
         m, a = self.model.m, self.arithmetic
         z, S = a.empty(m), np.zeros((m, m), a.number_of_any_size)
         require(self._call("measurement", self.parts.sensor, self._pointer(z), self._pointer(S, self._any_size)),
@@ -157,7 +192,7 @@ class Filter(Readable):
         """
         rows = Rows.of(self.model, z, u, times, varying, self.origin)
         run = self._sequence(rows, robust, watch, covariance=covariance)
-        run.index = rows.index
+        run.index, run.fed = rows.index, rows.fed
         warn_of(run.events, f"{self.model.name}, {self.arithmetic.name}")
         self.warn_of_wide()
         warn_of_coarse(self, self.arithmetic.name, rows.z)
@@ -166,7 +201,7 @@ class Filter(Readable):
     def _sequence(self, rows: Rows, robust: Optional[Robust] = None, watch: Optional[Any] = None, *, moves: bool = True,
                   covariance: bool = False) -> Run:
         a, T = self.arithmetic, len(rows)
-        words = self.parts.words(rows.z, "measurements")
+        words = self.parts.words(rows.net, "measurements")
         controls = None if rows.u is None else self.parts.words(rows.u, "controls")
         carried = self.parts.carried(controls, self._left, T) if moves else None
         out = Results(self, T, covariance)
@@ -177,7 +212,7 @@ class Filter(Readable):
         before = self._processes(rows) if moves and T else None
         sensors = self._steps.sensors(rows) if rows.matrices.keys() & {"H", "R"} else None
         q.processes, q.sensors = (ffi.NULL if one is None else ffi.cast("void *", one.ctypes.data) for one in (before, sensors))
-        q.is_upper = self._steps.is_upper and not np.any(np.tril(self.model.A, -1))
+        q.is_upper = self._steps.is_upper and not np.any(np.tril(self.parts.model.A, -1))
         q.widest = ffi.cast("double *", self._widest.ctypes.data) if a.is_fixed else ffi.NULL
         q.watch = ffi.NULL if watch is None else watch.of(self)
         kept = self._loss(q, robust)
@@ -339,7 +374,7 @@ class Smoother:
 
     def __init__(self, model: Model, arithmetic: str = "f64"):
         self.model = model
-        self.parts = Parts(model, arithmetic)
+        self.parts = Parts(model.frame, arithmetic)
         self.last: Optional[Filter] = None  # the filter at the end of the last run
 
     def run(self, z: ArrayLike, u: Optional[ArrayLike] = None, *, times: Optional[ArrayLike] = None,
@@ -367,9 +402,9 @@ def refuse_jump(robust: Optional[Robust]) -> None:
 class _Recording(Filter):
     """A filter with a history of so many rows and, where the start is unknown, what keeps its first rows."""
 
-    def __init__(self, model: Model, parts: Parts, rows: Rows):
+    def __init__(self, model: Model, parts: Parts, rows: Rows, count: int = 0):
         super().__init__(model, parts.arithmetic.name, parts=parts)
-        n, m, count = model.n, model.m, max(len(rows), 1)
+        n, m, count = model.n, model.m, max(count, len(rows), 1)
         self._steps.keeps = True
         self.is_unknown = bool(np.any(model.unknown))
         if self.is_unknown:

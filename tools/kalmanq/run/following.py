@@ -11,6 +11,7 @@ from kalmanq.core import require
 from kalmanq.data.rows import Rows, row_of
 from kalmanq.errors import KalmanqError
 from kalmanq.model import Model
+from kalmanq.model.column_model import refuse_rows
 from kalmanq.run.filters import Filter
 from kalmanq.run.parts import Parts
 from kalmanq.run.readings import Results
@@ -109,6 +110,7 @@ class FrozenGainFilter(Filter):
 
     def step(self, z: ArrayLike, u: Optional[ArrayLike] = None) -> None:
         """predict and update, which may rest on the gain."""
+        refuse_rows(self.model, "step", "give its rows to run")
         given = row_of(z, self.model.m, "z")
         self.parts.words(given, "measurements")  # what is refused changes nothing
         controls = self.parts.pushes(u)

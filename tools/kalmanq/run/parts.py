@@ -12,6 +12,7 @@ from kalmanq.core import Arithmetic, arithmetic_of, ffi, lib, require
 from kalmanq.data.rows import controls_of, row_of
 from kalmanq.errors import KalmanqError, ModelError, counted
 from kalmanq.model import Model, Quantity
+from kalmanq.model.column_model import refuse_rows
 
 
 WAYS = {
@@ -32,6 +33,7 @@ class Parts:
     """
 
     def __init__(self, model: Model, arithmetic: str, way: str = ""):
+        refuse_rows(model, "a constant filter", "give its rows to Filter.run or Smoother.run")
         self.model = model
         self.arithmetic = arithmetic_of(arithmetic)
         self.kept: list[Any] = []  # what C refers to

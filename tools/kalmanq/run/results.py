@@ -31,6 +31,7 @@ class Run:
     weights                T: of Q in the step to each row, by which a reweighted smoother smoothed
     events                 the core's events, ORed; `event_names` in words
     index                  the index of the data, if it had one
+    fed                    T x m: D u of each row, of a model that has D, or d from columns
     """
 
     model: Model
@@ -58,6 +59,7 @@ class Run:
     weights: Array = None
     events: int = 0
     index: Any = None
+    fed: Array = None
     words: dict[str, np.ndarray] = field(default_factory=dict, repr=False)  # as the chip has them
 
     def __len__(self) -> int:

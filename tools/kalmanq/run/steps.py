@@ -18,19 +18,20 @@ Addresses = np.ndarray  # of structs in C, one a row
 class Steps:
     """What a filter's rows have in the place of the model's own process and sensor, as C reads it.
 
-    keeps   all that was made stays: a history refers to it.  Otherwise what the last two calls have made does
+    keeps   all that was made stays: a history refers to it.  Otherwise of processes and of sensors what the last two calls have made does:
+            the last process of the one leads to the first row of the other
     """
 
     def __init__(self, parts: Parts, keeps: bool = False):
         self.parts, self.keeps = parts, keeps
         self.is_upper = True  # is all of A that was made?
         self._forget_over()
-        self._kept: list[Any] = []
+        self._kept: dict[str, list[Any]] = {"ABQ": [], "HR": []}
 
     def copy(self) -> Steps:
         """For a filter that goes on from the same row: what moves it to the next one stays"""
         made = Steps(self.parts)
-        made._kept = list(self._kept)
+        made._kept = {names: list(one) for names, one in self._kept.items()}
         return made
 
     def _forget_over(self) -> None:
@@ -86,7 +87,7 @@ class Steps:
         except KalmanqError as problem:
             at = None if problem.row is None else int(first[problem.row])
             raise KalmanqError(problem.text, problem.status, at) from None
-        self._kept = [*(self._kept if self.keeps else self._kept[-2:]), kept]
+        self._kept[names] = [*(self._kept[names] if self.keeps else self._kept[names][-1:]), kept]
         return made[np.cumsum(is_new) - 1]
 
     def _alike(self, name: str, rows: int) -> Optional[np.ndarray]:

@@ -15,7 +15,7 @@ from kalmanq.core import require
 from kalmanq.data.files import telling_where
 from kalmanq.data.rows import Rows
 from kalmanq.model import Model
-from kalmanq.run.filters import _Recording
+from kalmanq.run.filters import EARLY_MAX, _Recording
 from kalmanq.run.parts import Parts
 from kalmanq.run.results import Run
 from kalmanq.run.robust import Robust
@@ -35,10 +35,10 @@ class StreamedSmoother:
     """
 
     def __init__(self, model: Model, arithmetic: str, folder: Path, block: int, robust: Optional[Robust] = None):
-        self.model, self.parts, self.block, self.robust = model, Parts(model, arithmetic), block, robust
+        self.model, self.parts, self.block, self.robust = model, Parts(model.frame, arithmetic), block, robust
         self.filter: Optional[_Streamed] = None
         self._folder, self._stack = folder, ExitStack()
-        self._count, self._has_times = 0, False
+        self._count, self._inputs, self._has_times = 0, 0, False
 
     def __enter__(self) -> StreamedSmoother:
         self._rows, self._results, self._tape = (self._file() for _ in range(3))
@@ -52,16 +52,17 @@ class StreamedSmoother:
             return self._stack.enter_context(tempfile.TemporaryFile(dir=self._folder))
 
     def add(self, rows: Rows) -> None:
-        self._has_times = rows.times is not None
+        """rows: u as a file has it"""
+        self._has_times, self._inputs = rows.times is not None, 0 if rows.u is None else rows.u.shape[1]
         self._write(self._rows, np.column_stack([one for one in (rows.z, rows.u, rows.times) if one is not None]))
         self._count += len(rows)
 
     @property
     def _width(self) -> int:
-        return self.model.m + self.model.l + self._has_times
+        return self.model.m + self._inputs + self._has_times
 
     def _rows_of(self, made: np.ndarray) -> Rows:
-        m, l = self.model.m, self.model.l
+        m, l = self.model.m, self._inputs
         return Rows(made[:, :m], made[:, m : m + l] if l else None, made[:, m + l] if self._has_times else None)
 
     def rows(self) -> Iterator[tuple[int, Rows]]:
@@ -81,8 +82,9 @@ class StreamedSmoother:
         """Rows until the start is known are counted in them all"""
         self._rows.flush()
         whole = np.memmap(self._rows, np.float64, "r", shape=(self._count, self._width))
+        rows = self._rows_of(whole[:EARLY_MAX])
         with telling_where(self._folder):
-            return _Streamed(self.model, self.parts, self._rows_of(whole), self._tape)
+            return _Streamed(self.model, self.parts, Rows.of(self.model, rows.z, rows.u, rows.times), self._count, self._tape)
 
     def smoothed(self) -> Iterator[tuple[int, Rows, Run]]:
         if self.filter is None:
@@ -95,6 +97,7 @@ class StreamedSmoother:
             run = Run(self.model, self.parts.arithmetic.name, mean=mean, sigma=sigma, innovation=innovation,
                       innovation_sigma=spread, nis=nis[:, 0], log_likelihood=likelihood[:, 0], events=self.filter.events)
             self.filter.read(run, first)
+            run.fed = Rows.of(self.model, rows.z, rows.u, rows.times).fed if self.filter.has_rows else None
             yield first, rows, run
 
     def _write(self, file: IO[bytes], rows: np.ndarray) -> None:
@@ -111,9 +114,9 @@ class StreamedSmoother:
 class _Streamed(_Recording):
     """Its history is in a file: what is not at work is not in memory."""
 
-    def __init__(self, model: Model, parts: Parts, rows: Rows, file: IO[bytes]):
+    def __init__(self, model: Model, parts: Parts, rows: Rows, count: int, file: IO[bytes]):
         self.tape = _Tape(file)
-        super().__init__(model, parts, rows)
+        super().__init__(model, parts, rows, count)
 
     def _space(self, stem: str, length: int) -> np.ndarray:
         return self.tape.array(self.arithmetic.number, length) if stem == "history" else super()._space(stem, length)

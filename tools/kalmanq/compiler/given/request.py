@@ -12,6 +12,7 @@ from kalmanq.compiler.given.names import identifiers, named
 from kalmanq.errors import KalmanqError
 from kalmanq.firmware.steps_kept import latest_of
 from kalmanq.model import Model, Quantity
+from kalmanq.model.column_model import refuse_rows
 
 ARITHMETICS = ("f32", "f64", "q31")
 FLOATS = {"f32": np.float32, "f64": np.float64}
@@ -125,6 +126,7 @@ def due(every: Sequence[int], row: int) -> int:
 
 
 def request(model: Model, name: str, options: Options) -> Request:
+    refuse_rows(model, "C of a constant model", "kalmanq compile writes C of functions of its columns and controls")
     _refuse(model, options)
     made = _independent(model)
     start = model.P0 if not np.any(model.unknown) else _wide_start(model, made[0])
