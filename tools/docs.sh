@@ -8,9 +8,9 @@ root=$(cd "$(dirname "${BASH_SOURCE[0]}")/.." && pwd)
 kq_setup_many build tools
 command -v doxygen >/dev/null || kq_install doxygen
 site=$root/.deps/docs
-[ -d "$site/sphinx" ] || {
+[ -d "$site/sphinx_design" ] || {
     echo "== installing Sphinx"
-    "$KQ_TOOLS_PYTHON" -m pip install -q --disable-pip-version-check --target "$site" sphinx myst-parser breathe furo
+    "$KQ_TOOLS_PYTHON" -m pip install -q --disable-pip-version-check --target "$site" sphinx myst-parser breathe furo sphinx-design sphinx-copybutton
 }
 out=${1:-$root/build/docs/html}
 cd "$root"
@@ -32,4 +32,4 @@ PYTHONPATH=$site:tools "$KQ_TOOLS_PYTHON" -B tools/docs/make_pages.py tools/docs
 trap 'rm -rf "$root/tools/docs/made"' EXIT
 echo "== the site, by Sphinx"
 PYTHONPATH=$site:tools "$KQ_TOOLS_PYTHON" -B -m sphinx -q -j auto -W --keep-going -c tools/docs -d build/docs/doctrees . "$out"
-echo "done: $(find "$out" -name '*.html' | wc -l) pages, $out/tools/docs/index.html"
+echo "done: $(find "$out" -name '*.html' | wc -l) pages, $out/index.html"

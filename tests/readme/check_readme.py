@@ -37,7 +37,7 @@ def dead_links(page: pathlib.Path, text: str) -> list[str]:
         target = page.parent / name if name else page
         if target.parent.name == "made":  # when the site is built
             target, title = target.parents[1] / "make_pages.py", ""
-        if not target.exists() or (title and title not in titles(target)):
+        if not target.is_file() or (title and title not in titles(target)):
             dead.append(link)
     return dead
 

@@ -4,7 +4,6 @@ instructions; README.md a few lines of them."""
 
 from __future__ import annotations
 
-import re
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Callable, Iterable, Iterator, Mapping, Sequence
@@ -33,17 +32,7 @@ def rewritten(path: Path, rows: tuple[Row, ...], part: Part = section) -> str:
     if text.count(BEGIN) != 1 or text.count(END) != 1 or text.index(BEGIN) > text.index(END):
         raise FileError(path, f"needs the lines '{BEGIN}' and '{END}', once each")
     before, rest = text.split(BEGIN)
-    return with_lean_figures(f"{before}{BEGIN}\n{part(rows)}\n{END}{rest.split(END)[1]}", rows)
-
-
-LEAN_FIGURES = re.compile(r"(?<=the library's lean form takes )\d+ and \d+")
-LEAN_ROW = ("m4f", "f32", 4, 2, RUNTIME, GCC, LEAN)  # of the sentence
-
-
-def with_lean_figures(text: str, rows: Iterable[Row]) -> str:
-    """The sentence of a page that says bytes and instructions of the lean form, as the table has them."""
-    of = [f"{row.flash_program} and {row.instructions}" for row in rows if row.key == LEAN_ROW]
-    return LEAN_FIGURES.sub(of[0], text) if of else text
+    return f"{before}{BEGIN}\n{part(rows)}\n{END}{rest.split(END)[1]}"
 
 
 def markdown(titles: Sequence[str], lines: Iterable[Sequence[object]], text: int) -> str:
@@ -111,9 +100,9 @@ class Card:
                 str(worst), *map(part, (step, lean, smooth))]
 
     def short_cells(self) -> list[str]:
-        each = ((row.flash_program, row.instructions, row.ram_program, row.stack_worst)
-                for row in (self.step, self.of[GCC, LEAN]))
-        return [*self.named(), *(str(figure) for figures in each for figure in figures)]
+        """Of the lean sensor"""
+        lean = self.of[GCC, LEAN]
+        return [*self.named(), *map(str, (lean.flash_program, lean.ram_program, lean.stack_worst, lean.instructions))]
 
     def flash(self, what: str) -> str:
         """gcc's, then clang's"""
@@ -172,12 +161,9 @@ def kept() -> frozenset[tuple[object, ...]]:
 
 # ---- a few lines of the cards ----------------------------------------------------------------
 
-SUMMARY_CORES = (("m0", "q31"), ("m3", "q31"), ("m4f", "f32"), ("rv32", "q31"), ("avr", "f32"))
+SUMMARY_CORES = (("m0", "q31"), ("m4f", "f32"), ("avr", "f32"))
 SUMMARY_SIZES = ((4, 2),)
-SUMMARY_TITLES = (
-    "core", "", "n, m", "flash", "instructions", "RAM", "worst stack",
-    "lean: flash", "instructions", "RAM", "worst stack",
-)
+SUMMARY_TITLES = ("core", "arithmetic", "states, measurements", "flash", "RAM without stack", "worst stack", "instructions")
 
 
 def summary(rows: tuple[Row, ...]) -> str:

@@ -16,9 +16,9 @@ copyright = "the kalmanq authors"
 root_doc = "tools/docs/index"
 include_patterns = ["*.md", "include/*.md", "src/*.md", "port/*.md", "port/*/*.md", "tests/*.md", "tests/vectors/*.md", "tools/*.md", "tools/*/*.md", "tools/examples/boards/*.md",
                     "tools/examples/boards/*/*.md",
-                    "tools/docs/*.md", "tools/docs/*/*.md", "tools/docs/made/headers/*.md"]
+                    "tools/docs/*.md", "tools/docs/*/*.md", "tools/docs/made/*/*.md"]
 exclude_patterns = ["build", ".deps", "tools/docs/_*"]
-extensions = ["myst_parser", "breathe", "sphinx.ext.autodoc"]
+extensions = ["myst_parser", "breathe", "sphinx.ext.autodoc", "sphinx.ext.autosummary", "sphinx_copybutton", "sphinx_design"]
 myst_heading_anchors = 4
 myst_enable_extensions = ["colon_fence"]
 suppress_warnings = ["myst.xref_missing", "misc.highlighting_failure"]  # links to files of the source, which the test of pages looks at
@@ -27,19 +27,32 @@ breathe_default_project = "kalmanq"
 breathe_domain_by_extension = {"h": "c"}
 autodoc_member_order = "bysource"
 autodoc_default_options = {"members": True, "undoc-members": False}
+autodoc_type_aliases = {"ArrayLike": "ArrayLike"}
+autodoc_preserve_defaults = True
+autosummary_generate = False
+python_use_unqualified_type_names = True
+python_maximum_signature_line_length = 90
+toc_object_entries_show_parents = "hide"
 highlight_language = "text"
 smartquotes = False  # two hyphens begin an option
 html_theme = "furo"
 html_title = "kalmanq"
 html_theme_options = {"navigation_with_keys": True}
+html_static_path = html_css_files = ["site.css"]
 
 
 def as_text(app, what, name, obj, options, lines):
-    """Docstrings are text in columns, which stays as it is"""
-    text = list(lines)
-    while text and not text[-1].strip():
-        text.pop()
-    lines[:] = ["::", "", *(f"    {line}" for line in text), ""] if len(text) > 1 else [f"``{line}``" for line in text]
+    """A docstring begins with a sentence; text in columns stays as it is"""
+    text = "\n".join(lines).strip("\n").split("\n")
+    end = text.index("") if "" in text else len(text)
+    said = " ".join(text[:end]) if not any(line.startswith(" ") or "   " in line for line in text[:end]) else ""
+    code = [re.sub(r"([\\*_|])", r"\\\1", part) if k % 2 == 0 else f"\\ ``{part}``\\ " for k, part in enumerate(said.split("`"))]
+    rest = text[end:] if said else text
+    lines[:] = ["".join(code), "", *(["::", "", *(f"    {line}" for line in rest), ""] if any(rest) else [])]
+
+
+def aliases_by_name(app, what, name, obj, options, signature, answers):
+    return tuple(one and re.sub(r"TypeAliasForwardRef\('(\w+)'\)", r"\1", one) for one in (signature, answers))
 
 
 def parameters_first(app, doctree):
@@ -53,6 +66,45 @@ def parameters_first(app, doctree):
             content[first + 1:first + 1] = fields
 
 
+def twins_folded(app, doctree):
+    """A function whose comment is the one of a function above it is a line of that one"""
+    first = {}
+    for one in list(doctree.findall(addnodes.desc)):
+        lines = [line for line in one if isinstance(line, addnodes.desc_signature) and line["ids"]]
+        shared = re.fullmatch(r"(As|See) (kq_\w+)\(\)\.\s*", one[-1].astext())
+        above = first.get(f"c.{shared[2]}") if shared else None
+        if above:
+            for line in lines:
+                if shared[1] == "As" or line["ids"][0].endswith("_f64"):
+                    line["_toc_name"] = ""
+                above.insert(len(above) - 1, line)
+            at = one.parent.index(one) - 1
+            if isinstance(one.parent[at], addnodes.index):
+                entries = one.parent.pop(at)
+                above.parent.insert(above.parent.index(above), entries)
+            one.parent.remove(one)
+        first.update({line["ids"][0]: above or one for line in lines})
+
+
+def boards_below(app, name, source):
+    """The examples stand below their table, whose page has no list of them"""
+    if name == "tools/examples/boards/README":
+        source[0] += "\n```{toctree}\n:hidden:\n:glob:\n\n*/README\n```\n"
+
+
+def first_page(app, failure):
+    """At the root of the site"""
+    if not failure and app.builder.format == "html":
+        page = f"{root_doc}.html"
+        (Path(app.outdir) / "index.html").write_text(
+            f'<!doctype html><meta charset="utf-8"><title>kalmanq</title><link rel="canonical" href="{page}">'
+            f'<meta http-equiv="refresh" content="0; url={page}"><a href="{page}">kalmanq</a>\n', encoding="utf-8")
+
+
 def setup(app):
+    app.connect("autodoc-process-signature", aliases_by_name)
+    app.connect("source-read", boards_below)
+    app.connect("doctree-read", twins_folded, priority=100)  # before the list of what is on the page
+    app.connect("build-finished", first_page)
     app.connect("doctree-read", parameters_first)
     app.connect("autodoc-process-docstring", as_text)

@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""Pages of the site that are made: a page a header, and each command's help.  make_pages.py OUT"""
+"""Pages of the site that are made: a page a header, a page a name of the package, and each command's help.  make_pages.py OUT"""
 
 import re
 import sys
@@ -19,6 +19,21 @@ def headers() -> dict[str, str]:
     tree = "\n".join(f"headers/{name}" for name in names)
     pages["headers"] = ("# The C headers\n\nEvery name ends in `_f32`, `_f64` or `_q31`; the comment of the first is for all three.\n\n| header | it has |\n|---|---|\n"
                         + "\n".join(rows) + f"\n\n```{{toctree}}\n:hidden:\n\n{tree}\n```\n")
+    return pages
+
+
+def python() -> dict[str, str]:
+    """A page a name of the package, and the page that lists them"""
+    import kalmanq
+
+    pages = {}
+    for name in kalmanq.__all__:
+        of = getattr(kalmanq, name)
+        kind, options = ("class", "   :undoc-members:\n   :inherited-members: Exception\n") if isinstance(of, type) else ("function", "")
+        pages[f"python/{name}"] = f"# {name}\n\n```{{eval-rst}}\n.. auto{kind}:: kalmanq.{name}\n{options}```\n"
+    names, tree = "\n".join(f"   {name}" for name in kalmanq.__all__), "\n".join(f"python/{name}" for name in kalmanq.__all__)
+    pages["python"] = ("# The names of the Python package\n\n```{eval-rst}\n.. currentmodule:: kalmanq\n\n.. autosummary::\n   :nosignatures:\n\n"
+                       f"{names}\n```\n\n```{{toctree}}\n:hidden:\n\n{tree}\n```\n")
     return pages
 
 
@@ -48,9 +63,9 @@ def helped(name: str) -> str:
 def main() -> None:
     out = Path(sys.argv[1])
     out.mkdir(parents=True, exist_ok=True)
-    (out / "headers").mkdir(exist_ok=True)
-    pages = {**headers(), "commands": commands()}
+    pages = {**headers(), **python(), "commands": commands()}
     for name, text in pages.items():
+        (out / name).parent.mkdir(exist_ok=True)
         (out / f"{name}.md").write_text(text, encoding="utf-8")
     print(f"made {len(pages)} pages")
 

@@ -16,7 +16,7 @@ from equations import path_of
 from library import ROOT
 from products import PRODUCTS
 from test_commands import EXAMPLES
-from whole import MEASURED, first
+from whole import MEASURED, WHOLE, first
 
 from kalmanq import Model
 from kalmanq.compiler.given.request import Options
@@ -69,6 +69,18 @@ def is_counted(told: dict, folder: Path) -> None:
 @pytest.mark.parametrize("name, arithmetic", first(2, [LINEAR[0], LINEAR[-1], *LINEAR[1:-1]]))
 def test_what_is_told_is_what_the_tool_counts(name: str, arithmetic: str, tmp_path: Path) -> None:
     is_counted(written(file_of(product(name), tmp_path), tmp_path / "x", "--arith", arithmetic), tmp_path / "x")
+
+
+@WHOLE  # half a minute
+def test_the_readme_has_what_design_prints() -> None:
+    """Of the two ways to use the library, the same model"""
+    found = kalmanq("design", EXAMPLES / "track.toml", "--core", "m4f", "--arith", "f32", "--json")
+    assert found.returncode == 0, found.stderr
+    told = json.loads(found.stdout)
+    compiled, lean = told["compiled"][0], next(one for one in told["ways"] if (one["arithmetic"], one["way"]) == ("f32", "lean"))
+    said = re.search(r"(\d+) bytes of flash; (\d+) instructions a row, (\d+) once .* (\d+) bytes of flash; (\d+) instructions a row",
+                     (ROOT / "README.md").read_text(encoding="utf-8"))
+    assert said and [*map(int, said.groups())] == [*(compiled[one] for one in ("program", "two_calls", "two_calls_settled")), lean["flash"], lean["instructions"]]
 
 
 @pytest.mark.parametrize("name", first(1, ("bioreactor", "cell")))

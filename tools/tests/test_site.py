@@ -12,6 +12,8 @@ from pathlib import Path
 
 import pytest
 
+import kalmanq
+
 ROOT = Path(__file__).resolve().parents[2]
 BLOCKS = re.findall(r"^```sh\n(.*?)^```", (ROOT / "tools/docs/start.md").read_text(encoding="utf-8"), re.S | re.M)
 
@@ -35,8 +37,16 @@ def test_five_minutes(tmp_path):
     assert (done.stdout + done.stderr).count("walk: 0 wrong") == 2 + has_riscv and done.stdout.endswith(program.group(2)) and (tmp_path / "my.png").read_bytes()[1:4] == b"PNG"
 
 
-def test_made_pages_have_every_header_and_command():
+@pytest.mark.parametrize("word, page", [("EKF", "guides/nonlinear"), ("UKF", "guides/nonlinear"), ("unscented", "guides/nonlinear"),
+                                        ("Mahalanobis", "guides/outliers"), ("duplicate time", "reference/data_files")])
+def test_a_search_for_the_field_s_word_finds_the_page(word, page):
+    assert word in (ROOT / f"tools/docs/{page}.md").read_text(encoding="utf-8")
+
+
+def test_made_pages_have_every_header_name_and_command():
     made = runpy.run_path(str(ROOT / "tools/docs/make_pages.py"))
+    pages = made["python"]()
+    assert set(pages) == {"python", *(f"python/{name}" for name in kalmanq.__all__)} and ".. autofunction:: kalmanq.fit\n" in pages["python/fit"]
     headers = made["headers"]()
     names = [path.stem for path in (ROOT / "include/kalmanq").glob("*.h")]
     assert all(f"doxygenfile}} {name}.h" in headers[f"headers/{name}"] and f"\nheaders/{name}\n" in headers["headers"] for name in names)

@@ -234,7 +234,7 @@ class Cards(unittest.TestCase):
              "800", "400", "850", "1000", "1300", "7777", "16 + 2 kB", "16 + 1 kB", "32 + 8 kB"],
         )  # fmt: skip
         self.assertEqual(len(line.cells()), len(readme.TITLES))
-        self.assertEqual(line.short_cells()[3:], ["12000", "1000", "300", "800", "7000", "1300", "100", "400"])
+        self.assertEqual(line.short_cells()[3:], ["7000", "100", "400", "1300"])
         self.assertEqual(len(line.short_cells()), len(readme.SUMMARY_TITLES))
         self.assertEqual(list(readme.cards((ROW, update))), [])
 
@@ -252,13 +252,6 @@ class Cards(unittest.TestCase):
 
 
 class Readme(unittest.TestCase):
-    def test_the_lean_way_has_its_own_figures(self) -> None:
-        """On the page, beside those of the table: flash and instructions of one and the same program."""
-        row = next(row for row in table.read(ROOT / "tools" / "cost.csv").rows if row.key == readme.LEAN_ROW)
-        page = (ROOT / "README.md").read_text(encoding="utf-8")
-        self.assertIn(f"lean form takes {row.flash_program} and {row.instructions}.", page)
-        self.assertRegex(page, rf"(?m)^\| Cortex-M4F \| f32 \| 4, 2 \|.* {row.flash_program} \| {row.instructions} \|")
-
     def test_only_the_section_changes(self) -> None:
         with tempfile.TemporaryDirectory() as folder:
             path = Path(folder) / "README.md"
@@ -283,12 +276,12 @@ class Readme(unittest.TestCase):
 
     def test_the_short_table_has_the_figures_of_the_cards(self) -> None:
         rows = [
-            replace(ROW, what=what, flash_program=flash, instructions_worst=1)
+            replace(ROW, core="m0", what=what, flash_program=flash, instructions_worst=1)
             for what, flash in (("step", 12000), (LEAN, 7000), ("smooth", 1), ("update", 1))
         ]
         lines = readme.summary(tuple(rows)).splitlines()
         self.assertEqual(len(lines), 3)
-        self.assertIn("| Cortex-M3 | q31 | 4, 2 | 12000 | 1000 | 300 | 800 | 7000 | 1000 |", lines[2])
+        self.assertIn("| Cortex-M0 | q31 | 4, 2 | 7000 | 300 | 800 | 1000 |", lines[2])
 
     def test_every_function_has_a_line(self) -> None:
         named = {what for what, _, _ in readme.MODULE_ROWS}

@@ -43,7 +43,7 @@ def angles(columns: Columns, end: str) -> Columns:
 
 PICTURES = {
     "adc": Picture(1, "sample", (Panel("level, counts", ("level",), "level_true", "count"),)),
-    "altitude": Picture(0.02, "s", (Panel("altitude, m", ("altitude",), "altitude_true", "barometer"), Panel("climb, m/s", ("climb",), "climb_true"))),
+    "altitude": Picture(0.02, "time, s", (Panel("altitude, m", ("altitude",), "altitude_true", "barometer"), Panel("climb, m/s", ("climb",), "climb_true"))),
     "wheel": Picture(0.02, "s", (Panel("speed, m/s", ("speed",), "speed_true", "wheel"),)),
     "battery": Picture(1 / 6, "min", (Panel("charge", ("charge",), "charge_true"), Panel("error of the charge", ("charge",), "charge_true", error=True))),
     "attitude": Picture(0.01, "s", tuple(Panel(f"{name}, degrees", (name,), f"{name}_true") for name in ("roll", "pitch", "heading")), angles),

@@ -137,7 +137,7 @@ async function measureDistance() {
   if (set.loss !== "none" && set.parameter === null) return;
   await edited(second, "second");
   const { far } = await second.ask({ kind: "distance", asked: asked() });
-  const told = Object.entries(far).map(([name, one]) => `${name}: ${typeof one === "number" ? `${said(one, 2)} sigma` : "not to be had"}`);
+  const told = Object.entries(far).map(([name, one]) => `${name}: ${typeof one === "number" ? `${said(one, 2)} sigma` : "cannot run"}`);
   $("distance").textContent = `Farthest mean from f64. ${told.join("; ")}.`;
 }
 
