@@ -39,23 +39,10 @@ def arduino(to):
     shutil.copytree(ROOT / "src", to / "src")
     shutil.copytree(ROOT / "include/kalmanq", to / "src/kalmanq")
     write(to / "src/kalmanq.h", '/* For `#include <kalmanq.h>` in a sketch. */\n#include "kalmanq/kalmanq.h"')
-    shutil.copy(ROOT / "LICENSE", to)
-    sketch = (ROOT / "tests/package/first.c").read_text().split("/* program */")[0]
-    write(to / "examples/first/first.ino", sketch.replace("<kalmanq/kalmanq.h>", "<kalmanq.h>").replace(
-        "kq_sensor_init_f32", "kq_sensor_init_lean_f32") + """
-void setup()
-{
-    Serial.begin(9600);
-    if (start()) Serial.println("refused");
-}
-
-void loop()
-{
-    float z = analogRead(A0);
-    kq_status status = kq_step_f32(&level, &drift, NULL, &gauge, &z);
-    Serial.println(status ? -1 : kq_mean_f32(&level, 0));
-    delay(100);
-}""")
+    for name in ("LICENSE", "port/packages/arduino/README.md"):
+        shutil.copy(ROOT / name, to)
+    write(to / "keywords.txt", keywords())
+    sketches(to, "kalmanq.h")
     write(to / "library.properties", f"""
 name=kalmanq
 version={VERSION}
@@ -69,13 +56,31 @@ architectures=*
 includes=kalmanq.h""")
 
 
+def sketches(to, header):
+    """The examples of sensors, and the README's program"""
+    for path in sorted((ROOT / "port/packages/arduino/examples").glob("*/*.ino")):
+        write(to / "examples" / path.stem / path.name, path.read_text().replace("<kalmanq.h>", f"<{header}>"))
+    first = re.search(r"```cpp\n(.*?)```", (ROOT / "port/packages/arduino/README.md").read_text(), re.S)[1]
+    write(to / "examples/first/first.ino", f"/* A level that drifts, and a gauge with noise at A0. */\n{first}".replace("<kalmanq.h>", f"<{header}>"))
+
+
+def keywords():
+    """What Arduino's editor colours: types, functions and macros of the headers"""
+    text = "".join(path.read_text() for path in sorted((ROOT / "include/kalmanq").glob("*.h")))
+    kinds = (("KEYWORD1", r"^(?:\}|typedef .*\}?) (kq_\w+);"), ("KEYWORD2", r"^(?:KQ_NODISCARD )?[a-z]\w* \*?(kq_\w+)\("),
+             ("LITERAL1", r"^#define (KQ_(?!PRIVATE)\w+)"))
+    return "\n".join(f"{word}\t{kind}" for kind, pattern in kinds for word in sorted(set(re.findall(pattern, text, re.M))))
+
+
 def platformio(to):
     tree(to)
+    sketches(to, "kalmanq/kalmanq.h")
+    examples = [{"name": path.stem, "base": f"examples/{path.stem}", "files": [path.name]} for path in sorted(to.glob("examples/*/*.ino"))]
     write(to / "library.json", json.dumps({
         "name": "kalmanq", "version": VERSION, "description": DESCRIPTION, "license": "MIT",
         "keywords": ["kalman", "filter", "smoother", "fixed-point"],
         "repository": {"type": "git", "url": URL}, "authors": [{"name": AUTHORS, "maintainer": True}],
-        "headers": "kalmanq/kalmanq.h", "frameworks": "*", "platforms": "*",
+        "headers": "kalmanq/kalmanq.h", "examples": examples, "frameworks": "*", "platforms": "*",
         "build": {"includeDir": "include", "srcDir": "src", "flags": ["-fno-math-errno", "-ffp-contract=off", "-lm"]}}, indent=2))
 
 

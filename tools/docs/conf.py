@@ -18,7 +18,7 @@ include_patterns = ["*.md", "include/*.md", "src/*.md", "port/*.md", "port/*/*.m
                     "tools/examples/boards/*/*.md",
                     "tools/docs/*.md", "tools/docs/*/*.md", "tools/docs/made/*/*.md"]
 exclude_patterns = ["build", ".deps", "tools/docs/_*"]
-extensions = ["myst_parser", "breathe", "sphinx.ext.autodoc", "sphinx.ext.autosummary", "sphinx_copybutton", "sphinx_design"]
+extensions = ["myst_parser", "breathe", "sphinx.ext.autodoc", "sphinx.ext.autosummary", "sphinx.ext.napoleon", "sphinx_copybutton", "sphinx_design"]
 myst_heading_anchors = 4
 myst_enable_extensions = ["colon_fence"]
 suppress_warnings = ["myst.xref_missing", "misc.highlighting_failure"]  # links to files of the source, which the test of pages looks at

@@ -18,6 +18,11 @@ if TYPE_CHECKING:  # for type checkers; at run time a name is imported when it i
         Estimate as Estimate, Estimation as Estimation, Fit as Fit, fit as fit, gradient as gradient,
         likelihood as likelihood)
     from kalmanq.model import Gaps as Gaps, Model as Model, Quantity as Quantity
+    from kalmanq.model.textbook import (
+        ar as ar, arma as arma, clock as clock, constant_acceleration as constant_acceleration, constant_velocity as constant_velocity,
+        factor as factor, gauss_markov as gauss_markov, gaussian_process as gaussian_process, harmonic as harmonic, level as level,
+        ma as ma, oscillator as oscillator, random_walk as random_walk, regression as regression, season as season, trend as trend,
+        trend_harmonic as trend_harmonic, trend_season as trend_season)
     from kalmanq.nonlinear import (
         NonlinearFilter as NonlinearFilter, NonlinearModel as NonlinearModel, NonlinearSmoother as NonlinearSmoother)
     from kalmanq.run.correlated import decorrelated as decorrelated
@@ -37,6 +42,8 @@ _PLACES = {
     "errors": "KalmanqError KalmanqWarning ModelError",
     "fitting": "Estimate Estimation Fit fit gradient likelihood",
     "model": "Gaps Model Quantity",
+    "model.textbook": "ar arma clock constant_acceleration constant_velocity factor gauss_markov gaussian_process harmonic "
+                      "level ma oscillator random_walk regression season trend trend_harmonic trend_season",
     "nonlinear": "NonlinearFilter NonlinearModel NonlinearSmoother",
     "run.correlated": "decorrelated",
     "run.filters": "AdaptiveFilter Filter LagSmoother Smoother run_many",
@@ -61,7 +68,9 @@ def __getattr__(name: str) -> Any:
     except ModuleNotFoundError as problem:
         if problem.name != f"kalmanq.{name}":
             raise
-        raise AttributeError(f"module 'kalmanq' has no attribute {name!r}") from None
+        classes = import_module("kalmanq.model.spellings").CLASSES
+        said = f": take kalmanq.{classes[name]}" if name in classes else ""
+        raise AttributeError(f"module 'kalmanq' has no attribute {name!r}{said}") from None
 
 
 def __dir__() -> list[str]:

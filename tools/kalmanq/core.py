@@ -215,5 +215,6 @@ ARITHMETICS = {
 def arithmetic_of(name: str) -> Arithmetic:
     try:
         return ARITHMETICS[name]
-    except KeyError:
-        raise KalmanqError(f"there is no arithmetic {name!r}: f32, f64 or q31") from None
+    except (KeyError, TypeError):
+        said = repr(name) if isinstance(name, str) else f"of {type(name).__name__}"
+        raise KalmanqError(f"there is no arithmetic {said}: f32, f64 or q31") from None

@@ -19,12 +19,24 @@ from kalmanq.model.arrays import by_name, numbers_of
 
 @dataclass(frozen=True)
 class Varying:
-    """Matrices that are others at each row; what is None is the model's.
+    """Matrices that are others at each row; what is None is the model's.  One axis less where a matrix has one row or one column.
 
-    A, B, Q  T x n x n, T x n x l (an offset c its last column), T x n x n or T x n variances: of the step from row t to row t + 1; the last one leads
-             to the first row of the next call
-    H, R, D  T x m x n, T x m x m or T x m variances, T x m x l without an offset: of the measurements of row t
-    One axis less where a matrix has one row or one column.
+    Parameters
+    ----------
+    A, B, Q : T x n x n, T x n x l (an offset c its last column), T x n x n or T x n variances: of the step from row t to row t + 1;
+        the last one leads to the first row of the next call
+    H, R, D : T x m x n, T x m x m or T x m variances, T x m x l without an offset: of the measurements of row t
+
+    Raises
+    ------
+    KalmanqError
+        from `run`: a shape that does not fit, an entry that is not finite
+
+    Examples
+    --------
+    >>> f = kalmanq.Filter(kalmanq.Model([1], H=[1], R=1, Q=1, P0=1))
+    >>> f.run([1.0, 1.0], varying=kalmanq.Varying(R=[1, 1e6])).mean.round(3).ravel()    # the second one says little
+    array([0.5, 0.5])
     """
 
     A: Optional[ArrayLike] = None

@@ -20,11 +20,20 @@ NEAR = 1e-2  # the largest change of an iteration from where an extrapolation is
 
 @dataclass
 class Estimate:
-    """model           with what was estimated
-    log_likelihood  of it
-    course          the log-likelihood before each iteration, and at last
-    converged       is what is left of the log-likelihood, extrapolated, within the tolerance?
-    distance        what is left of it, extrapolated; NaN where that is not known
+    """What EM has found.
+
+    Attributes
+    ----------
+    model, log_likelihood : with what was estimated
+    course : the log-likelihood before each iteration, and at last
+    converged : is what is left of the log-likelihood, extrapolated, within the tolerance?
+    distance : what is left of it, extrapolated; NaN where that is not known
+
+    Examples
+    --------
+    >>> made = kalmanq.Estimation(kalmanq.Model([1], H=[1], R=1, Q=1, P0=1), [[1.0, 3.0, 2.0, 4.0]], ["R"]).run(3)
+    >>> len(made.course), made.converged
+    (4, False)
     """
 
     model: Model
@@ -37,10 +46,26 @@ class Estimate:
 class Estimation:
     """EM of a model from one record, or several (Shumway and Stoffer 1982).
 
-    free    of A, H, Q, R, x0, P0, by name
-    forms   of Q and R: "full", "diagonal", "multiple" (of what it is)
-    held    entries of A (n x n) and H (m x n) that stay, masks by name
-    u       for each record
+    Parameters
+    ----------
+    model : Model, where it begins
+    z : records, each T x m; NaN: missing
+    free : of A, H, Q, R, x0, P0, by name
+    u : for each record T x l, or None
+    Q_form, R_form : "full", "diagonal", "multiple" (of what it is)
+    held : entries of A (n x n) and H (m x n) that stay, masks by name
+    arithmetic : "f64" or "f32"
+
+    Raises
+    ------
+    KalmanqError
+        what EM cannot estimate, and what the core refuses
+
+    Examples
+    --------
+    >>> made = kalmanq.Estimation(kalmanq.Model([1], H=[1], R=1, Q=1, P0=1), [[1.0, 3.0, 2.0, 4.0]], ["R"]).run(100)
+    >>> bool(made.course[-1] > made.course[0])
+    True
     """
 
     def __init__(self, model: Model, z: Sequence[ArrayLike], free: Sequence[str] = ("Q", "R"), *,

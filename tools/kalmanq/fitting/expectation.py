@@ -11,6 +11,7 @@ from kalmanq.core import ffi, lib, require
 from kalmanq.data.rows import Rows, Varying, present_of, rows_of
 from kalmanq.errors import KalmanqError
 from kalmanq.model import ColumnModel, Model
+from kalmanq.model.spellings import require_model
 from kalmanq.nonlinear import NonlinearModel
 from kalmanq.nonlinear.filters import rows_at
 from kalmanq.run.filters import Smoother
@@ -30,6 +31,8 @@ class Records:
 
     def __init__(self, model: Union[Model, NonlinearModel], z: Sequence[ArrayLike], u: Optional[Sequence[Optional[ArrayLike]]] = None,
                  times: Optional[Sequence[Optional[ArrayLike]]] = None, varying: Optional[Sequence[Varying]] = None):
+        if not isinstance(model, NonlinearModel):
+            require_model(model, Model, "")
         if hasattr(z, "index") and not isinstance(z, (list, tuple)) or isinstance(z, np.ndarray) and z.ndim == 1:
             raise KalmanqError("z: one record: give a list of them, [z]")
         for name, one in (("u", u), ("times", times)):

@@ -26,19 +26,28 @@ SAME_TOP = 1e-3  # of log-likelihood, between starts that ended at one maximum
 
 @dataclass
 class Fit:
-    """model            with what was estimated; the best that was found where there is no optimum
-    log_likelihood   of it; the exact one where the start is unknown
-    standard_errors  of the entries of each free parameter, in arrays of their shapes; NaN where there is none:
-                     of what is held, at a boundary or not determined
-    boundary         variances whose best value is 0, or so small that 0 is as good, such as "Q[1,1]": a limit, without
-                     a standard error
-    undetermined     combinations that the records do not determine, such as "H[0,0] +1 %, Q[0,0] -2 %"
-    evaluations      E-steps in all, those of the standard errors and of further starts too
-    em_evaluations   of the course, those of EM
-    course           the log-likelihood at each evaluation of the search, of the best start
-    converged        is this a maximum, with every parameter determined, and no more than `tolerance` below its top?
-    distance         of the log-likelihood from the maximum, extrapolated; NaN where that is not known
-    message          one line: how it ended
+    """What `fit` has found.
+
+    Attributes
+    ----------
+    model, log_likelihood : with what was estimated, the best that was found where there is no optimum; exact where the start is unknown
+    standard_errors : of the entries of each free parameter, in arrays of their shapes; NaN where there is none:
+        of what is held, at a boundary or not determined
+    boundary : variances whose best value is 0, or so small that 0 is as good, such as "Q[1,1]": a limit, without a standard error
+    undetermined : combinations that the records do not determine, such as "H[0,0] +1 %, Q[0,0] -2 %"
+    evaluations : E-steps in all, those of the standard errors and of further starts too
+    em_evaluations : of the course, those of EM
+    course : the log-likelihood at each evaluation of the search, of the best start
+    converged : is this a maximum, with every parameter determined, and no more than `tolerance` below its top?
+    distance : of the log-likelihood from the maximum, extrapolated; NaN where that is not known
+    message : one line: how it ended
+
+    Examples
+    --------
+    >>> model = kalmanq.Model([1], H=[1], R=1, Q=1, P0=1)
+    >>> found = kalmanq.fit(model, [np.random.default_rng(0).normal(size=300).cumsum()], ["Q"])
+    >>> found.converged, round(float(found.standard_errors["Q"][0, 0]), 1)
+    (True, 0.1)
     """
 
     model: Union[Model, NonlinearModel]
@@ -76,28 +85,45 @@ def fit(model: Union[Model, NonlinearModel], records: Sequence[ArrayLike], free:
         report: Optional[Callable[[int, float], None]] = None) -> Fit:
     """Parameters under which `records` are most likely.
 
-    model       where the search begins; a start that is unknown in it stays so, and is exact
-    records     each T x m; NaN: missing
-    free        of A, H, Q, R, x0, P0, by name; of a model in continuous time of F, Qc, H, R, x0, P0, or of its builder's parameters,
-                Q and R among them (its sigma or density, and its noise).  H and Q are determined only as H^2 Q, but for what a known P0 tells:
-                leave one out, or hold an entry.  Of a nonlinear model: of Q, R, x0, P0, and names of constants of its
-                file, which are free in all that the file makes of them (its likelihood is C, with exact slopes)
-    u           for each record T x l, or None
-    times       for each record T, or None, of a model in continuous time or a nonlinear one, as Filter.run has them.  Where its steps are not all dt, Q is Qc; standard_errors has "Qc"
-    method      "em" (Shumway and Stoffer 1982), "ml" (BFGS over the likelihood, with Fisher's gradient, Segal and
-                Weinstein 1989), or "both": a few iterations of EM, then ML
-    Q_form      "full", "diagonal", or "multiple": of what it is.  Q of a model with G is G Q' G', of Q' this form
-    R_form      the same of R
-    held        masks, n x n or m x n, by name (A, H, Q, R): where true, that entry stays as it is
-    starts      how often ML begins: once at `model`, then at random from `seed`; the best counts
-    iterations  E-steps that a start may take; `tolerance` of log-likelihood that may be left
-    arithmetic  "f64"; EM has "f32", too
-    report      is told the number of each evaluation and its log-likelihood
+    Parameters
+    ----------
+    model : Model or NonlinearModel, where the search begins; a start that is unknown in it stays so, and is exact
+    records : each T x m; NaN: missing
+    free : of A, H, Q, R, x0, P0, by name; of a model in continuous time of F, Qc, H, R, x0, P0, or of its builder's parameters,
+        Q and R among them (its sigma or density, and its noise).  H and Q are determined only as H^2 Q, but for what a known P0 tells:
+        leave one out, or hold an entry.  Of a nonlinear model: of Q, R, x0, P0, and names of constants of its
+        file, which are free in all that the file makes of them (its likelihood is C, with exact slopes)
+    u : for each record T x l, or None
+    times : for each record T, or None, of a model in continuous time or a nonlinear one, as Filter.run has them.  Where its steps are
+        not all dt, Q is Qc; standard_errors has "Qc"
+    method : "em" (Shumway and Stoffer 1982), "ml" (BFGS over the likelihood, with Fisher's gradient, Segal and
+        Weinstein 1989), or "both": a few iterations of EM, then ML
+    Q_form, R_form : "full", "diagonal", or "multiple": of what it is.  Q of a model with G is G Q' G', of Q' this form
+    held : masks, n x n or m x n, by name (A, H, Q, R): where true, that entry stays as it is
+    starts, seed : how often ML begins: once at `model`, then at random from `seed`; the best counts
+    iterations, tolerance : E-steps that a start may take; what may be left of the log-likelihood
+    arithmetic : "f64"; EM has "f32", too
+    report : is told the number of each evaluation and its log-likelihood
 
-    Standard errors are the roots of the diagonal of J^-1, J the observed information from differences of the
-    gradient (Harvey 1989, section 3.4).
-    Too few records, no maximum, or a likelihood that is not finite: `converged` is False and `message` says why.
-    KalmanqError: what is asked for cannot be.
+    Returns
+    -------
+    Fit
+        Its standard errors are the roots of the diagonal of J^-1, J the observed information from differences of the
+        gradient (Harvey 1989, section 3.4).  Too few records, no maximum, or a likelihood that is not finite: `converged` is False
+        and `message` says why
+
+    Raises
+    ------
+    KalmanqError
+        what is asked for cannot be
+
+    Examples
+    --------
+    >>> model = kalmanq.Model([1], H=[1], R=1, Q=1, P0=1)
+    >>> z = np.random.default_rng(0).normal(size=300).cumsum() + np.random.default_rng(1).normal(size=300)
+    >>> found = kalmanq.fit(model, [z], ["Q", "R"])
+    >>> found.converged, found.model.R.round(0)
+    (True, array([[1.]]))
     """
     if method not in METHODS:
         raise KalmanqError(f"{method!r} is no method: {', '.join(METHODS)}")

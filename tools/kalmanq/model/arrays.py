@@ -3,21 +3,23 @@
 from __future__ import annotations
 
 from functools import wraps
-from typing import Any, Callable, Sequence, TypeVar, cast
+from typing import Any, Callable, Sequence, cast
 
 import numpy as np
 
-Call = TypeVar("Call", bound=Callable[..., Any])
+from kalmanq.model.spellings import Call, spelled
 
 
 def by_name(said: str, places: int = 1) -> Callable[[Call], Call]:
     """Of a call, beside its object: matrices after so many places have their names, as one of their size may be in another's place"""
     def of(call: Call) -> Call:
+        inner = spelled(said)(call)
+
         @wraps(call)
         def named(*given: Any, **more: Any) -> Any:
             if len(given) > places + 1:
                 raise TypeError(f"{said}: give the matrices by their names, in any order")
-            return call(*given, **more)
+            return inner(*given, **more)
         return cast(Call, named)
     return of
 

@@ -29,6 +29,10 @@ class Parameter:
     default: Any = _NOTHING
     is_prior: bool = False  # of a number or a vector
 
+    @property
+    def is_needed(self) -> bool:
+        return self.default is _NOTHING
+
     def value(self, given: Mapping[str, Any]) -> Any:
         if self.name not in given:
             if self.default is _NOTHING:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
-from typing import Any, Mapping, Optional, Sequence, Union
+from typing import TYPE_CHECKING, Any, Mapping, Optional, Sequence, Union
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -41,15 +41,27 @@ AS_IT_IS = Reading()
 
 @dataclass(frozen=True)
 class Quantity:
-    """A state, a measurement or a control.
+    """A state, a measurement or a control: what it is called, and what fixed point has to know.
 
-    name      what its columns are called
-    unit      for tables and pictures
-    range     the largest |value| that it takes; fixed point needs it.  Or the least and the largest value: range is the larger |end|
-    fraction  n of Qm.n, value = word 2^-n; None: the most that the range leaves room for
-    constant  a control that is always 1, which nobody gives: its column of B is an offset
-    ends      the least and the largest value, where they were given
-    reading   how data files say it
+    Parameters
+    ----------
+    name : what its columns are called
+    unit : for tables and pictures; that of the mean and the sigma, squared of R, Q and P0
+    range : the largest absolute value, or the least and the largest; fixed point needs it
+    fraction : n of Qm.n, value = raw value 2^-n; None: the most that the range leaves room for
+    constant : a control that is always 1, which nobody gives: its column of B is an offset
+    ends : the least and the largest value, where `range` was both; `range` is then the larger absolute value
+    reading : how data files say it: `Reading`
+
+    Raises
+    ------
+    ModelError
+        a range whose ends do not rise
+
+    Examples
+    --------
+    >>> kalmanq.Quantity("height", "m", range=(-10, 500)).range
+    500.0
     """
 
     name: str
@@ -59,6 +71,10 @@ class Quantity:
     constant: bool = False
     ends: Optional[tuple[float, float]] = None
     reading: Reading = AS_IT_IS
+
+    if TYPE_CHECKING:
+        def __init__(self, name: str, unit: str = "", range: Union[float, tuple[float, float], None] = None, fraction: Optional[int] = None,
+                     constant: bool = False, ends: Optional[tuple[float, float]] = None, reading: Reading = AS_IT_IS) -> None: ...
 
     def __post_init__(self) -> None:
         if isinstance(self.range, (tuple, list)):
@@ -82,8 +98,18 @@ class Quantity:
 
 @dataclass(frozen=True)
 class Gaps:
-    """Which samples may be missing: at most max_gap rows in a row, at least min_run between two gaps (None: any
-    number)."""
+    """Which samples may be missing; `kalmanq check` and `design` take a model at its word.
+
+    Parameters
+    ----------
+    max_gap : at most so many rows in a row
+    min_run : at least so many between two gaps; None: any number
+
+    Examples
+    --------
+    >>> kalmanq.Gaps(max_gap=3, min_run=10).max_gap
+    3
+    """
 
     max_gap: int = 0
     min_run: Optional[int] = None
@@ -99,31 +125,36 @@ class Sensor:
     measured: str = ""  # a column with the time that it measured at: no more than `delay` before that of the row
 
 
+_FIXED = ("A", "H", "R", "Q", "G", "B", "d", "x0", "P0", "unknown")  # of which others are worked out
 Quantities = Optional[Sequence[Union[Quantity, str]]]
 
 
 class Model:
-    """A linear state-space model.
+    """A linear state-space model.  Its arrays are read-only float64; `n`, `m`, `l` are sizes; `changed(R=...)` answers another one.
 
         x[t+1] = A x[t] + B u[t] + c + w[t],  w ~ N(0, Q)        z[t] = H x[t] + D u[t] + d + v[t],  v ~ N(0, R)
 
-    A        n x n
-    H        m x n; n numbers where m = 1
-    R        m x m; m variances where the noises are independent; a number where m = 1
-    Q        n x n, or n variances; or in its place
-    G        n x r, with Q = G G'; n numbers where r = 1: exact where Q is singular
-    B        n x l, or None: no control
-    D        m x l, or None: what a measurement has of the controls of its row; flat where it is a row or a column
-    c, d     n and m offsets, or None: 0.  c is the last column of `B` then, of a control that is always 1 (`ONE`)
-    x0       n, mean before the first measurement; None: 0
-    P0       n x n, or n variances, before the first measurement; None: nothing is known of any state
-    unknown  the states, by name or number, of which nothing is known at first; "all"
+    Parameters
+    ----------
+    A : n x n
+    H : m x n; n numbers where m = 1
+    R : m x m, or m variances where the noises are independent; a number where m = 1
+    Q : n x n, or n variances; or in its place
+    G : n x r, with Q = G G', exact where Q is singular; n numbers where r = 1
+    B, D : n x l and m x l, or None: no control; D is what a measurement has of the controls of its row
+    c, d : n and m numbers; None: no offset.  c is the last column of `B` then, of a control that is always 1
+    x0 : n, mean before the first measurement; None: 0
+    P0 : n x n, or n variances, before the first measurement; None: nothing is known of any state
+    unknown : the states, by name or number, of which nothing is known at first; "all"
+    states, measurements, controls : names, or `Quantity` with unit and range (which q31 needs)
+    gaps, name : which samples may be missing (`Gaps`); what messages and pictures call it
 
-    Model.of_continuous(F, H=..., R=..., Qc=..., dt=...) makes a model of x' = F x + B u + noise.  `continuous` then has it, otherwise None.
-    `sensors`: of a model file that names them; `recording`: what it says of data files; `builder`: what its file gives to one, and `constants` what a fit has estimated of that.
+    ModelError names what does not fit.  Of x' = F x + B u + noise: `Model.of_continuous(F, H=..., R=..., Qc=..., dt=...)`.
 
-    All arrays become read-only arrays of float64.  `n`, `m`, `l` are the sizes.
-    All but A have their names in the call.  ModelError names what does not fit.
+    Examples
+    --------
+    >>> kalmanq.Model([[1, 0.1], [0, 1]], H=[1, 0], R=0.04, G=[0.005, 0.1], P0=[100, 10], states=["position", "velocity"])
+    Model('model', n=2, m=1, l=0)
     """
 
     @by_name("Model(A, H=..., R=..., Q=...)")
@@ -135,11 +166,11 @@ class Model:
                  gaps: Gaps = Gaps(), name: str = "model"):
         self.name = name
         self.gaps = gaps
-        self.continuous: Optional[Continuous] = None
-        self.sensors: tuple[Sensor, ...] = ()
-        self.builder: Optional[Mapping[str, Any]] = None
-        self.recording: Mapping[str, Any] = {}
-        self.constants: dict[str, float] = {}
+        self.continuous: Optional[Continuous] = None  # of `of_continuous`
+        self.sensors: tuple[Sensor, ...] = ()  # of a model file that names them
+        self.builder: Optional[Mapping[str, Any]] = None  # what its builder was given
+        self.recording: Mapping[str, Any] = {}  # what its file says of data files
+        self.constants: dict[str, float] = {}  # what a fit has estimated of that
         self.A = _square("A", A)
         self.n = len(self.A)
         self.H = _rows("H", H, self.n)
@@ -267,6 +298,12 @@ class Model:
             offsets = {} if other.d is None else {"d": other.d.tolist()}
             other.builder = {**{key: one for key, one in other.builder.items() if key != "d"}, **offsets}
         return other
+
+    if not TYPE_CHECKING:
+        def __setattr__(self, name: str, value: Any) -> None:
+            if name in _FIXED and name in self.__dict__:
+                raise AttributeError(f"{name}: a model stays as it is: model.changed({name}=...) answers another one")
+            super().__setattr__(name, value)
 
     def __repr__(self) -> str:
         return f"Model({self.name!r}, n={self.n}, m={self.m}, l={len(self.inputs)})"

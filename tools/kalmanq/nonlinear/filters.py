@@ -12,6 +12,7 @@ from kalmanq.core import NOT_A_VALUE, require, warn_of
 from kalmanq.data.dates import step_from
 from kalmanq.data.rows import Rows, index_of, refuse_back, require_one_origin, rising, row_of, rows_of, times_in
 from kalmanq.errors import KalmanqError
+from kalmanq.model.spellings import require_model, spelled
 from kalmanq.nonlinear import methods
 from kalmanq.nonlinear.calls import Instant
 from kalmanq.nonlinear.model import NOTHING, NonlinearModel, Sensor
@@ -27,20 +28,32 @@ ITERATIONS = 4
 class NonlinearFilter(Readable):
     """A filter of a nonlinear model in one arithmetic, before the first measurement.
 
-        f = NonlinearFilter(model, "f32", "cubature")
-        f.update(z, u); f.predict(u); ...      one row at a time; f.predict(u, dt=0.3): of rows at their times
-        run = f.run(z, u, times=t)             or a sequence, which may be called again for more
+    Parameters
+    ----------
+    model : NonlinearModel; its functions are called in float64, the core takes what they answer as the arithmetic's numbers
+    arithmetic : "f64", "f32" or "q31" (extended and iterated): bit for bit what the chip makes of them
+    method : "extended": Jacobians at the mean; "iterated": h linearised where the update comes out, too;
+        "cubature", "central": sigma points; "posterior": sigma points of where the update comes out
+    iterations : of "iterated" and "posterior", for each update
+    parts : `parts` of another filter of this model and arithmetic, to be shared
 
-    method      "extended": Jacobians at the mean; "iterated": h linearised where the update comes out, too;
-                "cubature", "central": sigma points; "posterior": sigma points of where the update comes out
-                (q31: extended and iterated)
-    iterations  of "iterated" and "posterior", for each update
-    What is NaN in z is missing.  The functions of the model are called in float64; the C core is given what they
-    answer as the arithmetic's numbers, and what it makes of them is what the chip makes of them, to the bit.
+    Raises
+    ------
+    KalmanqError
+        another method, a function without a number, what the core refuses; of a sequence with its row
+
+    Examples
+    --------
+    >>> f = kalmanq.NonlinearFilter(kalmanq.NonlinearModel(lambda x: x, lambda x: [x[0] ** 2], Q=0.01, R=0.1, x0=[2.0], P0=[1.0]), method="cubature")
+    >>> f.update(4.0); f.predict()          # one row at a time; f.predict(u, dt=0.3): of rows at their times
+    >>> f.run([4.0, np.nan]).mean.round(1).ravel()    # or a sequence, which may be called again for more
+    array([1.9, 1.9])
     """
 
+    @spelled("NonlinearFilter(model, arithmetic, method)")
     def __init__(self, model: NonlinearModel, arithmetic: str = "f64", method: str = "extended",
                  iterations: int = ITERATIONS, *, parts: Optional[Parts] = None):
+        require_model(model, NonlinearModel, "Filter and Smoother take it")
         if model.has_errors:
             raise KalmanqError("a model of error states is run by its C: kalmanq run --compiled")
         super().__init__(model, parts or parts_of(model, arithmetic))
@@ -96,16 +109,24 @@ class NonlinearFilter(Readable):
         """Takes m measurements; what is NaN is missing.  u: l controls of this row."""
         self._take(row_of(z, self.model.m, "z")[0], self._controls(u), robust)
 
+    @spelled("run(z, u)")
     def run(self, z: ArrayLike, u: Optional[ArrayLike] = None, *, times: Optional[ArrayLike] = None,
             robust: Optional[Robust] = None, covariance: bool = False) -> Run:
         """A sequence: the first row ever is taken at the prior's instant, a predict comes before each other one.
 
-        z   T x m, or T where m = 1; NaN: missing.  Or a DataFrame with a column for each measurement.
-        u   T x l: row t is given to h at row t, and to f from row t to row t + 1
-        times   T: when each row is, in seconds, or dates or durations; t is that then (seconds since the first date), and dt the time to
-                the next row.  None: what the index of a table says, where functions read t or dt
-        robust  of the innovation, linearised as the method has it; each sensor has a gate of its own
-        A KalmanqError says at which row it stopped.
+        Parameters
+        ----------
+        z : T x m, or T where m = 1; NaN: missing.  Or a DataFrame with a column for each measurement
+        u : T x l: row t is given to h at row t, and to f from row t to row t + 1
+        times : T: when each row is, in seconds, or dates or durations; t is that then (seconds since the first date), and dt the time to
+            the next row.  None: what the index of a table says, where functions read t or dt
+        robust : of the innovation, linearised as the method has it; each sensor has a gate of its own
+        covariance : those of all rows, too
+
+        Raises
+        ------
+        KalmanqError
+            says at which row it stopped
         """
         given = rows_at(self.model, z, u, times, self.origin)
         rows, controls = given.z, given.u

@@ -17,6 +17,7 @@ from kalmanq.formulas.tracing import Untraced
 from kalmanq.model import Model, Quantities
 from kalmanq.model import Sensor as LateSensor
 from kalmanq.model.arrays import numbers_of
+from kalmanq.model.spellings import spelled
 from kalmanq.nonlinear.angles import turns_of, wrapped
 from kalmanq.nonlinear.calls import OF_ROW, OF_STEP, STEP, Given, Instant, Stacked
 from kalmanq.nonlinear.formulas import Formulas, Jacobian
@@ -52,35 +53,31 @@ class Sensor:
 
 
 class NonlinearModel:
-    """A state-space model of functions.
+    """A model of functions, x[t+1] = f(x[t], t, u[t]) + w[t], w ~ N(0, Q), and z[t] = h(x[t], t, u[t]) + v[t], v ~ N(0, R).
 
-        x[t+1] = f(x[t], t, u[t]) + w[t],  w ~ N(0, Q)        z[t] = h(x[t], t, u[t]) + v[t],  v ~ N(0, R)
-
-    f          n numbers of x (n), t (the row, from 0; seconds where rows have times) and u (l controls); a function may take fewer
-               of these, and f, increment, A, Q and G the step `dt`, too, by its name
-    h          m numbers of the same
-    increment  f(x) - x, in the place of f or beside it: of x' = x + v dt it is v dt, whose bits f(x) - x has lost
-    innovation z - h(x) of z, x, t, u, where it is not that difference; angles are wrapped afterwards
-    A, H       Jacobians of f and h, n x n and m x n; what is not given is derived from the formulas of f and h
-    x0, P0     mean and covariance before the first measurement; P0 may be n variances
-    Q, R       covariances, or variances; G in the place of Q, with Q = G G'.  Each may be a function of x, t, u, worked out at the
-               mean before the step, or before the update of its sensor
-    dt         seconds of a step, where rows have no times: of functions that take it
-    sensors    in the place of h and R where there are several: {name: (h, R) or (h, R, H), ...}.  Their measurements follow one another;
-               an update takes the sensors in this order, each at what the one before has left
-    delays     {name of a sensor: how late it tells}: in seconds where a function takes t or dt, otherwise in rows
-    angles     the measurements, by name or number, that are angles: their innovations are wrapped, by their unit (none: rad)
-    controls   names of the controls; their columns are u
-    A measurement's range, for fixed point, is that of its innovation (extended.h).
-    simulated_controls   l numbers of t: u where measurements are simulated
-
-    Error states: the filter's states are small errors of `nominal` numbers, as of a quaternion.
-    nominal    names of these numbers, x0 has their first values; f, h, A and H are of them, A and H by the errors
-    plus       plus(x, d): the nominal numbers with the errors d; minus(a, b): the errors of b that make a of it
-
+    Parameters
+    ----------
+    f, h : n and m numbers of x (n), t (the row, from 0; seconds where rows have times), u (l), or fewer of these; f, A, Q, G of `dt`, too
+    increment : f(x) - x, in the place of f or beside it: of x' = x + v dt it is v dt, whose bits f(x) - x has lost
+    innovation : z - h(x) of z, x, t, u, where it is not that difference
+    A, H : Jacobians of f and h, n x n and m x n; what is not given is derived from the formulas of f and h
+    x0, P0 : n; n x n or n variances, before the first measurement
+    Q, R, G : covariances or variances, Q = G G'; or functions of x, t, u at the mean before the step, or the sensor's update
+    dt : seconds of a step, where rows have no times: of functions that take it
+    sensors, delays : {name: (h, R) or (h, R, H)} in the place of h, R, H: taken in turn; {name: how late}, in rows, or seconds if timed
+    states, measurements, controls, name : as in Model; a measurement's range, for fixed point, is that of its innovation
+    angles : the measurements, by name or number, whose innovations are wrapped, by their unit (none: rad)
+    simulated_controls : l numbers of t: u where measurements are simulated
+    nominal, plus, minus : error states, as of a quaternion: names of the numbers that x0, f, h have; plus(x, d): these with the errors d;
+        minus(a, b): the errors of b that make a of it; A and H are by the errors
     ModelError names what does not fit.  `frame` is the linear model of the same noises, prior and names.
+    Examples
+    --------
+    >>> kalmanq.NonlinearModel(lambda x: x, lambda x: [x[0] ** 2], Q=0.01, R=0.1, x0=[2.0], P0=[1.0])
+    NonlinearModel('model', n=1, m=1, l=0)
     """
 
+    @spelled("NonlinearModel(f, h, x0=..., P0=..., Q=..., R=...)")
     def __init__(self, f: Optional[Function] = None, h: Optional[Function] = None, *, x0: ArrayLike, P0: ArrayLike,
                  R: Noise = None, Q: Noise = None, G: Noise = None, dt: Optional[float] = None,
                  increment: Optional[Function] = None, innovation: Optional[Function] = None,

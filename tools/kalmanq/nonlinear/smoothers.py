@@ -10,6 +10,7 @@ from numpy.typing import ArrayLike
 
 from kalmanq.core import ffi, lib, require, warn_of
 from kalmanq.errors import KalmanqError, KalmanqWarning
+from kalmanq.model.spellings import OfModel, require_model, spelled
 from kalmanq.nonlinear import methods
 from kalmanq.nonlinear.filters import ITERATIONS, NonlinearFilter, parts_of, refuse_method, rows_at
 from kalmanq.nonlinear.model import NonlinearModel
@@ -27,21 +28,36 @@ HALVINGS = 4
 POINTS_MAY_RISE = 1.0
 
 
-class NonlinearSmoother:
+class NonlinearSmoother(OfModel):
     """Of a recorded run: mean and covariance of every row given all rows.
 
-        smoother = NonlinearSmoother(model, "f64", "extended", passes=6)
-        run = smoother.run(z, u)            run.smoothed, run.smoothed_sigma
+    Parameters
+    ----------
+    model : NonlinearModel
+    arithmetic, method, iterations : as of NonlinearFilter
+    passes : 1: the Rauch-Tung-Striebel smoother of the filter's linearisations.  More: each further pass linearises
+        f and h at the smoothed states of the last one, by Jacobians ("extended", "iterated") or by sigma points
+        of the smoothed densities (sigma_points.h, with its step rule).  Noises that are functions stay as in the first
 
-    passes  1: the Rauch-Tung-Striebel smoother of the filter's linearisations.  More: each further pass linearises
-            f and h at the smoothed states of the last one, by Jacobians ("extended", "iterated") or by sigma points
-            of the smoothed densities (sigma_points.h, with its step rule).  Noises that are functions stay as in the first.
     After a run: `passes_done`, `is_settled` (no mean moved by more than 0.01 sigma), `objectives` (one for each pass),
     `halvings`.  What the run says of the filter is that of the first pass.
+
+    Raises
+    ------
+    KalmanqError
+        passes below 1, and what a NonlinearFilter refuses
+
+    Examples
+    --------
+    >>> run = kalmanq.NonlinearSmoother(kalmanq.NonlinearModel(lambda x: x, lambda x: [x[0] ** 2], Q=0.01, R=0.1, x0=[2.0], P0=[1.0]), passes=6).run([4.0, 4.1, 4.0])
+    >>> run.smoothed.round(2).ravel()
+    array([2.01, 2.01, 2.01])
     """
 
+    @spelled("NonlinearSmoother(model, arithmetic, method)")
     def __init__(self, model: NonlinearModel, arithmetic: str = "f64", method: str = "extended",
                  iterations: int = ITERATIONS, passes: int = 1):
+        require_model(model, NonlinearModel, "Filter and Smoother take it")
         refuse_method(method, iterations, arithmetic)
         if passes < 1:
             raise KalmanqError("passes: below 1")
@@ -51,6 +67,7 @@ class NonlinearSmoother:
         self.passes_done, self.halvings, self.is_settled = 0, 0, False
         self.objectives: list[float] = []
 
+    @spelled("run(z, u)")
     def run(self, z: ArrayLike, u: Optional[ArrayLike] = None, *, times: Optional[ArrayLike] = None,
             robust: Optional[Robust] = None, covariance: bool = False) -> Run:
         """As NonlinearFilter.run.  `covariance`: those of all rows, too.

@@ -16,17 +16,28 @@ NEGATIVE = 1e-9  # an eigenvalue of the joint correlations: no covariance
 
 
 def decorrelated(model: Model, S: ArrayLike, z: ArrayLike, u: Optional[ArrayLike] = None) -> tuple[Model, np.ndarray, Optional[Varying]]:
-    """An equal model whose noises are independent, and what its filters and smoothers are given with z:
-
-        equal, controls, varying = kalmanq.decorrelated(model, S, z, u)
-        run = kalmanq.Smoother(equal).run(z, controls, varying=varying)
+    """An equal model whose noises are independent, its controls, and what varies, of E w[t] v[t]' = S.
 
     A* = A - K H, B* = [B, K], Q* = Q - K S' with K = S R^-1, and the measurements are controls of the step after them.
     What is missing tells nothing of w, so the step after such a row has other matrices (varying).
 
-    model  of steps
-    S      n x m; Q, S and R together are positive semidefinite
-    z, u   T x m (NaN: missing) and T x l, as Filter.run has them
+    Parameters
+    ----------
+    model : Model of steps
+    S : n x m; Q, S and R together are positive semidefinite
+    z, u : T x m (NaN: missing) and T x l, as Filter.run has them
+
+    Raises
+    ------
+    KalmanqError
+        a model in continuous time, an S that is no covariance of w and v
+
+    Examples
+    --------
+    >>> z = [1.0, 2.0, 3.0]
+    >>> equal, controls, varying = kalmanq.decorrelated(kalmanq.Model([1], H=[1], R=1, Q=1, P0=1), [[0.5]], z)
+    >>> kalmanq.Smoother(equal).run(z, controls, varying=varying).smoothed.shape
+    (3, 1)
     """
     if model.continuous is not None:
         raise KalmanqError("S: of a model of steps, A and Q: in continuous time a step has no noise of one instant")

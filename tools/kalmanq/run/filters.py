@@ -15,6 +15,7 @@ from kalmanq.errors import KalmanqError
 from kalmanq.model import ColumnModel, Model
 from kalmanq.model.column_model import refuse_rows
 from kalmanq.model.columns import OF_STEP
+from kalmanq.model.spellings import OfModel, spelled
 from kalmanq.run.one_row import OneRow
 from kalmanq.run.parts import Parts
 from kalmanq.run.readings import Readable, Results
@@ -27,18 +28,30 @@ from kalmanq.run.steps import Steps
 class Filter(Readable):
     """A filter of a model in one arithmetic, before the first measurement.
 
-        f = Filter(model, "q31")
-        f.update(z); f.predict(u); ...      one row at a time
-        run = f.run(z, u)                   or a sequence in one call, which may be called again for more
+    Parameters
+    ----------
+    model : Model
+    arithmetic : "f64", "f32" or "q31": bit for bit what the chip computes
+    way : of f32 and q31, "lean", "tables", "init" or "sizes": as in the C file that `design` writes in that way
+    parts : `parts` of another filter of this model and arithmetic, to be shared
 
-    way   of f32 and q31, "lean", "tables", "init" or "sizes": the numbers are those of the chip with the C file that
-          `design` writes in that way
+    Readings are float64 in the units of the states: `mean`, `sigma` (n), `covariance` (n x n), `nis`, `taken`, `log_likelihood`, `events`,
+    `memory`; `time`: of the last row, where rows have times; it counts from `origin` where these are dates.
 
-    What is NaN in z is missing.  Readings are float64: `mean` (n), `sigma` (n), `covariance` (n x n),
-    `nis`, `taken`, `log_likelihood`, `events`; `time`: of the last row, where rows have times; it counts from `origin`
-    where these are dates.
+    Raises
+    ------
+    KalmanqError
+        what the core refuses, in a line
+
+    Examples
+    --------
+    >>> f = kalmanq.Filter(kalmanq.Model([1], H=[1], R=1, Q=1, P0=1), "f32")
+    >>> f.update(2.0); f.predict(); f.update(np.nan)    # one row at a time; NaN: missing
+    >>> f.mean, f.run([3.0, 4.0]).mean.shape            # or a sequence in one call, which may be called again for more
+    (array([1.]), (2, 1))
     """
 
+    @spelled("Filter(model, arithmetic)")
     def __init__(self, model: Model, arithmetic: str = "f64", *, way: str = "", parts: Optional[Parts] = None):
         super().__init__(model, parts or Parts(model.frame, arithmetic, way))
         self.begins = True  # the next row is the first one
@@ -176,19 +189,28 @@ class Filter(Readable):
 
     # ------------------------------------------------------------------ sequences
 
+    @spelled("run(z, u)")
     def run(self, z: ArrayLike, u: Optional[ArrayLike] = None, *, times: Optional[ArrayLike] = None,
             varying: Optional[Varying] = None, robust: Optional[Robust] = None, watch: Optional[Any] = None,
             covariance: bool = False) -> Run:
         """A sequence in one call of C, without Python's lock.
 
-        z        T x m, or T where m = 1; NaN: missing.  The first row ever is taken at the prior's instant; a
-                 predict comes before each other one.  Or a DataFrame with a column for each measurement.
-        u        T x l: row t moves the state from row t to row t + 1
-        times    T: of a model in continuous time, when each row is: numbers in the unit of its dt, dates or durations of NumPy, Python
-                 or pandas.  None: what the index of a table says, if it has dates, durations or fractions of numbers
-        varying  matrices that are others at each row
-        watch    a Consistency, which sees every update
-        A KalmanqError says at which row it stopped; the state is then that before it.
+        Parameters
+        ----------
+        z : T x m, or T where m = 1; NaN: missing.  Or a DataFrame with a column for each measurement.  The first row ever is taken at the
+            prior's instant; a predict comes before each other one
+        u : T x l: row t moves the state from row t to row t + 1
+        times : T: of a model in continuous time, when each row is: numbers in the unit of its dt, dates or durations of NumPy, Python
+            or pandas.  None: what the index of a table says, if it has dates, durations or fractions of numbers
+        varying : `Varying`, matrices that are others at each row
+        robust : `Robust`, how outliers are taken
+        watch : a `Consistency`, which sees every update
+        covariance : those of all rows, too
+
+        Raises
+        ------
+        KalmanqError
+            says at which row it stopped; the state is then the one before it
         """
         rows = Rows.of(self.model, z, u, times, varying, self.origin)
         run = self._sequence(rows, robust, watch, covariance=covariance)
@@ -292,12 +314,30 @@ class Filter(Readable):
 
 
 class LagSmoother(Filter):
-    """A filter with a fixed-lag smoother: `run` has `lagged`, the state of `lag` rows before, too."""
+    """A filter with a fixed-lag smoother: `run` has `lagged`, `lagged_sigma` (T x n), the state of `lag` rows before, too.
+
+    Parameters
+    ----------
+    model : Model
+    lag : rows, 0 or more; NaN in the first `lag` rows
+    arithmetic : "f64", "f32" or "q31"
+
+    Raises
+    ------
+    KalmanqError
+        a lag below 0, and what a Filter refuses
+
+    Examples
+    --------
+    >>> run = kalmanq.LagSmoother(kalmanq.Model([1], H=[1], R=1, Q=1, P0=1), lag=1).run([1.0, 2.0, 3.0])
+    >>> run.lagged.shape, bool(run.lagged_sigma[2, 0] < run.sigma[1, 0])    # row 1, given row 2, too
+    ((3, 1), True)
+    """
 
     def __init__(self, model: Model, lag: int, arithmetic: str = "f64"):
         super().__init__(model, arithmetic)
-        if lag < 0:
-            raise KalmanqError("lag: below 0")
+        if not isinstance(lag, (int, np.integer)) or lag < 0:
+            raise KalmanqError(f"lag: {lag!r} is not a whole number from 0")
         self.lag = lag
         self._lag = self._object("lag", model.n, model.m, lag, sizes=(model.n, model.m, lag))
         self._follows = False
@@ -315,13 +355,29 @@ class LagSmoother(Filter):
 
 
 class AdaptiveFilter(Filter):
-    """A filter that learns the sizes of Q and R on its way (adaptation.h): `run` has `scales`, too.
+    """A filter that learns the sizes of Q and R on its way (adaptation.h): `run` has `scales` (T x 2: of Q and R), too.
 
-    scales        "both", "process" or "sensor"; the other one stays 1
-    memory        M, in updates: 10 .. 100000
-    step          0 < step <= 1
-    limits        of both scales
-    sensor_limits of R's, where they are others
+    Parameters
+    ----------
+    model : Model of steps that are all alike
+    arithmetic : "f64", "f32" or "q31"
+    scales : "both", "process" or "sensor"; the other one stays 1
+    memory : M, in updates: 10 .. 100000
+    step : 0 < step <= 1
+    limits : of both scales, the least and the largest
+    sensor_limits : of R's scale, where they are others
+
+    Raises
+    ------
+    KalmanqError
+        other scales, limits or memories, and rows whose steps or matrices vary
+
+    Examples
+    --------
+    >>> f = kalmanq.AdaptiveFilter(kalmanq.Model([1], H=[1], R=1, Q=1, P0=1), scales="sensor", memory=50)
+    >>> run = f.run(10 * np.random.default_rng(1).normal(size=500))    # of sigma 10, where the model says 1
+    >>> bool(f.scales[1] > 20), run.scales.shape
+    (True, (500, 2))
     """
 
     def __init__(self, model: Model, arithmetic: str = "f64", *, scales: str = "both", memory: int = 500,
@@ -366,23 +422,44 @@ class AdaptiveFilter(Filter):
         return a.numbers(made)
 
 
-class Smoother:
+class Smoother(OfModel):
     """Of a recorded run: mean and covariance of every row given all rows.
 
-        run = Smoother(model, "f32").run(z, u)      run.smoothed, run.smoothed_sigma
+    Parameters
+    ----------
+    model : Model
+    arithmetic : "f64", "f32" or "q31"
+
+    Raises
+    ------
+    KalmanqError
+        what the core refuses, in a line
+
+    Examples
+    --------
+    >>> run = kalmanq.Smoother(kalmanq.Model([1], H=[1], R=1, Q=1, P0=1), "f32").run([1.0, np.nan, 3.0])
+    >>> run.smoothed.ravel(), run.smoothed_sigma.shape
+    (array([0.85714287, 1.57142866, 2.28571439]), (3, 1))
     """
 
+    @spelled("Smoother(model, arithmetic)")
     def __init__(self, model: Model, arithmetic: str = "f64"):
         self.model = model
         self.parts = Parts(model.frame, arithmetic)
         self.last: Optional[Filter] = None  # the filter at the end of the last run
 
+    @spelled("run(z, u)")
     def run(self, z: ArrayLike, u: Optional[ArrayLike] = None, *, times: Optional[ArrayLike] = None,
             varying: Optional[Varying] = None, robust: Optional[Robust] = None, covariance: bool = False,
             means_only: bool = False) -> Run:
-        """As Filter.run; memory for all rows is taken first.  `covariance`: those of all rows, too.
+        """As Filter.run; memory for all rows is taken first.
 
-        robust  gate, huber, student: against outliers.  Of states that jump: ReweightedSmoother
+        Parameters
+        ----------
+        z, u, times, varying : as of Filter.run
+        robust : gate, huber, student: against outliers.  Of states that jump: ReweightedSmoother
+        covariance : those of all rows, too
+        means_only : no smoothed sigma, in less time
         """
         refuse_jump(robust)
         rows = Rows.of(self.model, z, u, times, varying)
@@ -444,6 +521,19 @@ def rows_to_know(model: Model, parts: Parts, rows: Rows) -> int:
 
 
 def run_many(sequences: Sequence[Any], run: Callable[[Any], Run], workers: Optional[int] = None) -> list[Run]:
-    """`run` of each sequence, on several cores: C runs without Python's lock."""
+    """`run` of each sequence, on several cores: C runs without Python's lock.  In the order of the sequences.
+
+    Parameters
+    ----------
+    sequences : what `run` takes, each of a length of its own
+    run : function of one of them; a filter of its own in it
+    workers : threads; None: as Python has it
+
+    Examples
+    --------
+    >>> model = kalmanq.Model([1], H=[1], R=1, Q=1, P0=1)
+    >>> [len(one) for one in kalmanq.run_many([[1.0], [2.0, 3.0]], lambda z: kalmanq.Filter(model).run(z))]
+    [1, 2]
+    """
     with ThreadPoolExecutor(workers) as pool:
         return list(pool.map(run, sequences))

@@ -20,18 +20,31 @@ from kalmanq.run.robust import Robust
 
 
 class InstantSmoother(Filter):
-    """A filter with a fixed-point smoother: `run` has `instant`, the state of one row given all rows so far, too.
+    """A filter with a fixed-point smoother: `run` has `instant`, `instant_sigma` (T x n), the state of one row given all rows so far, too.
 
-        run = InstantSmoother(model, row=0).run(z)        run.instant[-1], run.instant_sigma[-1]
+    Parameters
+    ----------
+    model : Model
+    row : counted from the first one ever; what is known of it must be all of the state by then.  It is begun by the `run` or
+        `update` that takes that row
+    arithmetic : "f64", "f32" or "q31"
 
-    row   counted from the first one ever; what is known of it must be all of the state by then.  It is begun by
-          the `run` or `update` that takes that row
+    Raises
+    ------
+    KalmanqError
+        a row below 0, and what a Filter refuses
+
+    Examples
+    --------
+    >>> run = kalmanq.InstantSmoother(kalmanq.Model([1], H=[1], R=1, Q=1, P0=1), row=0).run([1.0, 2.0, 3.0])
+    >>> run.instant.ravel()    # row 0, given rows 0, 0 and 1, 0 to 2
+    array([0.5       , 0.8       , 0.92307692])
     """
 
     def __init__(self, model: Model, row: int = 0, arithmetic: str = "f64"):
         super().__init__(model, arithmetic)
-        if row < 0:
-            raise KalmanqError("row: below 0")
+        if not isinstance(row, (int, np.integer)) or row < 0:
+            raise KalmanqError(f"row: {row!r} is not a whole number from 0")
         self.instant_row = row
         self._instant = self._object("instant", model.n, model.m, sizes=(model.n, model.m))
         self._follows = False
@@ -80,10 +93,25 @@ class InstantSmoother(Filter):
 class FrozenGainFilter(Filter):
     """A filter that leaves its covariance alone once that has settled, and begins again after a gap (steady.h).
 
-        run = FrozenGainFilter(model, "q31", bits=10).run(z)        run.settled
+    Parameters
+    ----------
+    model : Model
+    arithmetic : "f64", "f32" or "q31"
+    bits : it has settled when a row changes no row of the covariance's root by more than 2^-bits of its norm
+    parts : `parts` of another filter of this model and arithmetic, to be shared
 
-    bits  it has settled when a row changes no row of the covariance's root by more than 2^-bits of its norm
     While it is settled, `nis` and `log_likelihood` are those of the last row before.  Rows come by `run` or `step`.
+
+    Raises
+    ------
+    KalmanqError
+        robust or watched updates, and what a Filter refuses
+
+    Examples
+    --------
+    >>> run = kalmanq.FrozenGainFilter(kalmanq.Model([1], H=[1], R=1, Q=1, P0=1), "f32").run(np.ones(100))
+    >>> bool(run.settled[-1]), bool(run.settled[0])
+    (True, False)
     """
 
     def __init__(self, model: Model, arithmetic: str = "f64", bits: int = 10, *, parts: Optional[Parts] = None):

@@ -13,6 +13,7 @@ from kalmanq.data.rows import controls_of, row_of
 from kalmanq.errors import KalmanqError, ModelError, counted
 from kalmanq.model import Model, Quantity
 from kalmanq.model.column_model import refuse_rows
+from kalmanq.model.spellings import require_model
 
 
 WAYS = {
@@ -33,6 +34,7 @@ class Parts:
     """
 
     def __init__(self, model: Model, arithmetic: str, way: str = ""):
+        require_model(model, Model, "NonlinearFilter and NonlinearSmoother take it")
         refuse_rows(model, "a constant filter", "give its rows to Filter.run or Smoother.run")
         self.model = model
         self.arithmetic = arithmetic_of(arithmetic)

@@ -9,11 +9,12 @@ import numpy as np
 
 from kalmanq.core import ffi, lib, require
 from kalmanq.errors import KalmanqWarning
+from kalmanq.model.spellings import OfModel
 from kalmanq.run.parts import Parts
 from kalmanq.run.results import Run
 
 
-class Readable:
+class Readable(OfModel):
     """A filter of the C core with its memory.  Readings are float64."""
 
     def __init__(self, model: Any, parts: Parts):

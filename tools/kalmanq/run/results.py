@@ -8,30 +8,49 @@ from typing import Any, Optional
 import numpy as np
 
 from kalmanq.core import ASKED_FOR, EVENTS, lib, names_of
+from kalmanq.errors import counted
 from kalmanq.model import Model
+from kalmanq.model.spellings import Spelled
 
 Array = Any  # an np.ndarray; None where it was not asked for
 
 
-@dataclass
-class Run:
-    """Of T rows, n states, m measurements.  What was not asked for is None; what is unknown is NaN.
+_OF_STATES = ("mean", "sigma", "smoothed", "smoothed_sigma", "lagged", "lagged_sigma", "instant", "instant_sigma")
+_COVARIANCES = ("covariance", "smoothed_covariance", "instant_covariance")
+_OF_MEASUREMENTS = ("innovation", "innovation_sigma")
+_OF_ROWS = ("nis", "taken", "log_likelihood", "settled", "weights")
 
-    mean, sigma            T x n, after the update
-    covariance             T x n x n
-    innovation             T x m, z - H x before the update; innovation_sigma: its standard deviation
-                           (a Student-t step shows none)
-    nis                    T, e' S^-1 e; NaN where nothing was taken; `taken`: degrees of freedom
-    log_likelihood         T, each row's term; 0 where nothing was taken
-    smoothed, smoothed_sigma, smoothed_covariance    given all rows
-    lagged, lagged_sigma   of `lag` rows before, given all rows so far; NaN in the first `lag` rows
-    instant, instant_sigma, instant_covariance             of the row `instant_row`, given all rows so far; NaN before it
-    settled                T, of a freeze: did the row move the mean alone?
-    scales                 T x 2: of Q and R, of an adaptation
-    weights                T: of Q in the step to each row, by which a reweighted smoother smoothed
-    events                 the core's events, ORed; `event_names` in words
-    index                  the index of the data, if it had one
-    fed                    T x m: D u of each row, of a model that has D, or d from columns
+
+def _few(names: list[str]) -> str:
+    return ", ".join(names[:4] + ["..."] * (len(names) > 4))
+
+
+@dataclass
+class Run(Spelled):
+    """Of T rows, n states, m measurements, in their units.  What was not asked for is None; what is unknown is NaN.
+
+    Attributes
+    ----------
+    model, arithmetic, words : what it is of, and raw values as the chip has them
+    mean, sigma : T x n, after the update; covariance: T x n x n
+    innovation : T x m, z - H x before the update; innovation_sigma: its standard deviation (a Student-t step shows none)
+    nis : T, e' S^-1 e; NaN where nothing was taken; `taken`: degrees of freedom
+    log_likelihood : T, each row's term; 0 where nothing was taken
+    smoothed, smoothed_sigma, smoothed_covariance : given all rows
+    lagged, lagged_sigma : of `lag` rows before, given all rows so far; NaN in the first `lag` rows
+    instant, instant_sigma, instant_covariance : of the row `instant_row`, given all rows so far; NaN before it
+    settled : T, of a freeze: did the row move the mean alone?
+    scales : T x 2: of Q and R, of an adaptation
+    weights : T: of Q in the step to each row, by which a reweighted smoother smoothed
+    fed : T x m: D u of each row, of a model that has D, or d from columns
+    events : the core's events, ORed; `event_names` in words; `faults`: those that nobody asked for
+    index : the index of the data, if it had one: `to_frame()` is a DataFrame
+
+    Examples
+    --------
+    >>> run = kalmanq.Filter(kalmanq.Model([1], H=[1], R=1, Q=1, P0=1)).run([1.0, np.nan, 2.0])
+    >>> run.mean.shape, run.innovation.shape, run.nis.shape, len(run), run.event_names
+    ((3, 1), (3, 1), (3,), 3, [])
     """
 
     model: Model
@@ -61,6 +80,22 @@ class Run:
     index: Any = None
     fed: Array = None
     words: dict[str, np.ndarray] = field(default_factory=dict, repr=False)  # as the chip has them
+
+    def __repr__(self) -> str:
+        """In 10 lines at most: what is there, with shapes, and the last row"""
+        T, n, m = len(self), self.model.n, self.model.m
+        lines = [f"Run of {self.model.name}, {self.arithmetic}: {counted(T, 'row')}, {counted(n, 'state')}, {counted(m, 'measurement')}"]
+        for shape, what, names in ((f"{T} x {n}", self.model.states, _OF_STATES), (f"{T} x {n} x {n}", (), _COVARIANCES),
+                                   (f"{T} x {m}", self.model.measurements, _OF_MEASUREMENTS), (f"{T}", (), _OF_ROWS), (f"{T} x 2", (), ("scales",))):
+            there = [name for name in names if getattr(self, name) is not None]
+            if there:
+                lines.append(f"  {shape:<12} {', '.join(there)}{f' of {_few([one.label for one in what])}' if what else ''}")
+        if self.log_likelihood is not None:
+            lines.append(f"  log_likelihood.sum() = {np.sum(self.log_likelihood):.6g}")
+        if T:
+            sigma = [""] * n if self.sigma is None else [f" +- {one:.3g}" for one in self.sigma[-1]]
+            lines.append("  at the end   " + _few([f"{s.name} = {x:.6g}{e}{s.unit and ' ' + s.unit}" for s, x, e in zip(self.model.states, self.mean[-1], sigma)]))
+        return "\n".join([*lines, f"  events       {', '.join(self.event_names) or 'none'}"])
 
     def __len__(self) -> int:
         return len(self.mean)

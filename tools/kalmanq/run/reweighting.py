@@ -12,25 +12,42 @@ from kalmanq.core import require
 from kalmanq.data.rows import Rows, require_steps
 from kalmanq.errors import KalmanqError
 from kalmanq.model import Model
+from kalmanq.model.spellings import OfModel, require_model, spelled
 from kalmanq.run.filters import Filter, _Recording
 from kalmanq.run.parts import Parts
 from kalmanq.run.readings import Results
 from kalmanq.run.results import Run
 
 
-class ReweightedSmoother:
-    """A smoother with Student-t process noise: fixed-interval passes, each with the weights of the one before.
+class ReweightedSmoother(OfModel):
+    """A smoother with Student-t process noise, for states that jump: fixed-interval passes, each with the weights of the one before.
 
-        run = ReweightedSmoother(model).run(z)      run.smoothed, run.smoothed_sigma, run.weights
+    Parameters
+    ----------
+    model : Model of steps, whose start is known
+    arithmetic : "f64", "f32" or "q31"
+    nu : degrees of freedom, above 0: the fewer, the more often it jumps
+    passes : 1 or more; from a first weight of 16, more than five do not gain
+    first : the weight of Q at every step of the first pass: from 1, large jumps are found slowly
 
-    nu       degrees of freedom, above 0: the fewer, the more often it jumps
-    passes   1 or more; from a first weight of 16, more than five do not gain
-    first    the weight of Q at every step of the first pass: from 1, large jumps are found slowly
-    What a run says of the filter (mean, sigma, log-likelihood) is the plain filter's; outliers become jumps.
+    What a run says of the filter (mean, sigma, log-likelihood) is the plain filter's; outliers become jumps.  `weights` (T): of Q.
+
+    Raises
+    ------
+    KalmanqError
+        an unknown start, passes below 1, and what a Smoother refuses
+
+    Examples
+    --------
+    >>> model = kalmanq.Model([1], H=[1], R=1, Q=0.01, P0=1)
+    >>> run = kalmanq.ReweightedSmoother(model).run([0.0] * 20 + [9.0] * 20)
+    >>> int(run.weights[1:].argmax()) + 1, run.smoothed[[19, 20]].round().ravel()
+    (20, array([0., 9.]))
     """
 
     def __init__(self, model: Model, arithmetic: str = "f64", *, nu: float = 2.0, passes: int = 5,
                  first: float = 16.0):
+        require_model(model, Model, "NonlinearSmoother takes it")
         if np.any(model.unknown):
             raise KalmanqError("a reweighted smoother needs a known start: give P0 for every state")
         if passes < 1:
@@ -39,6 +56,7 @@ class ReweightedSmoother:
         self.nu, self.passes, self.first = nu, passes, first
         self.last: Optional[Filter] = None  # the plain filter at the end of the last run
 
+    @spelled("run(z, u)")
     def run(self, z: ArrayLike, u: Optional[ArrayLike] = None, *, times: Optional[ArrayLike] = None, covariance: bool = False) -> Run:
         """As Smoother.run, of steps that are all alike."""
         rows = Rows.of(self.model, z, u, times)

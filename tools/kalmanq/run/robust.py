@@ -50,14 +50,27 @@ ALONE = tuple(name for name, one in LOSSES.items() if one.is_alone)
 class Robust:
     """An update for noise that is not Gaussian: a loss of robust.h, which says which to take.
 
-    way        "gate": a row that is too far off, for as many components as it has, is not taken;
-               "huber", "student": it counts less;
-               "jump": the covariance is raised
-    parameter  gate: the probability that a good measurement passes (0.9, 0.95, 0.99, 0.999, 0.9999), or above 1 how many
-               sigma a single one may be off, with that limit's probability for rows of several;
-               k of Huber, nu of Student, g of jump; None: what is usual
-    run        gate: after so many rejections in a row one is taken; 65535: never
+    Parameters
+    ----------
+    way : "gate": a row that is too far off, for as many components as it has, is not taken;
+        "huber", "student": it counts less; "jump": the covariance is raised
+    parameter : gate: the probability that a good measurement passes (0.9, 0.95, 0.99, 0.999, 0.9999), or above 1 how many sigma a
+        single one may be off, with that limit's probability for rows of several;
+        k of Huber in sigma, nu of Student, g of jump; None: what is usual
+    run : gate: after so many rejections in a row one is taken; 65535: never
+
     While something of an unknown start is still unknown, measurements are taken as they are.
+
+    Raises
+    ------
+    KalmanqError
+        another way, or a parameter that it does not have
+
+    Examples
+    --------
+    >>> z = [0.0] * 9 + [99.0]
+    >>> float(kalmanq.Filter(kalmanq.Model([1], H=[1], R=1, Q=1, P0=1)).run(z, robust=kalmanq.Robust("gate", 4)).mean[-1, 0])
+    0.0
     """
 
     way: str

@@ -12,6 +12,7 @@ from kalmanq.data.rows import index_of, row_of, rows_of
 from kalmanq.errors import KalmanqError
 from kalmanq.model import Model, Quantities, Quantity
 from kalmanq.model.arrays import by_name
+from kalmanq.model.spellings import require_model
 from kalmanq.run.filters import Filter
 from kalmanq.run.readings import Results
 from kalmanq.run.results import Run
@@ -20,15 +21,31 @@ from kalmanq.run.results import Run
 class Consistency:
     """Statistics of the last `window` updates (consistency.h): normalised innovation squared, mean and whiteness.
 
-        watch = Consistency(model, 100, "f32")
-        Filter(model, "f32").run(z, watch=watch)
-        nis, low, high = watch.nis()
+    Parameters
+    ----------
+    model : Model, of the filter that is watched
+    window : updates, in the order of their calls of `run` and `update`; those that took nothing do not count
+    arithmetic : that of the filter
 
-    It sees the updates of `run` and `update` in the order of their calls; those that took nothing do not count.
-    quantile   of the normal distribution, for two-sided bounds: 1.96 for 95 %, 2.576 for 99 %
+    `quantile` of its methods: of the normal distribution, for two-sided bounds: 1.96 for 95 %, 2.576 for 99 %.
+
+    Raises
+    ------
+    KalmanqError
+        a filter of another arithmetic or with other components
+
+    Examples
+    --------
+    >>> model = kalmanq.Model([1], H=[1], R=1, Q=1, P0=1)
+    >>> watch = kalmanq.Consistency(model, 100)
+    >>> run = kalmanq.Filter(model).run(np.random.default_rng(0).normal(size=100).cumsum(), watch=watch)
+    >>> nis, low, high = watch.nis()
+    >>> len(watch), bool(nis < low)     # 1 if the model is right: these measurements have no noise
+    (100, True)
     """
 
     def __init__(self, model: Model, window: int = 100, arithmetic: str = "f64"):
+        require_model(model, Model, "its frame is one")
         self.model, self.window, self.arithmetic = model, window, arithmetic_of(arithmetic)
         a = self.arithmetic
         self._handle = a.struct("consistency")
@@ -72,14 +89,23 @@ class Consistency:
 class LeastSquares:
     """Least squares of z = h x + v, v ~ N(0, r), from a prior, with or without forgetting (least_squares.h).
 
-        fit = LeastSquares(x0=[0, 0], P0=[1e4, 1e4])
-        run = fit.run(H=np.column_stack([np.ones(T), t]), z=z, r=0.04)        run.mean[-1], run.sigma[-1]
+    Parameters
+    ----------
+    x0 : n, mean of the prior
+    P0 : n x n, or n variances
+    arithmetic : "f64", "f32" or "q31"
+    forgetting : lambda: 0 < lambda <= 1, what is k rows old weighs lambda^k
+    states, measurement : names, units and ranges; fixed point needs them
 
-    x0           n, mean of the prior
-    P0           n x n, or n variances
-    forgetting   lambda: 0 < lambda <= 1, what is k rows old weighs lambda^k
-    states, measurement   names, units and ranges; fixed point needs them
-    `filter` is the filter that does it: mean, sigma, covariance, memory, events.
+    `filter` is the filter that does it: mean, sigma, covariance, memory, events.  KalmanqError: rows that do not fit.
+
+    Examples
+    --------
+    >>> t = np.arange(5.0)
+    >>> fit = kalmanq.LeastSquares(x0=[0, 0], P0=[1e4, 1e4])
+    >>> run = fit.run(H=np.column_stack([np.ones(5), t]), z=3 + 2 * t, r=0.04)
+    >>> run.mean[-1].round(3)
+    array([3., 2.])
     """
 
     @by_name("LeastSquares(x0=..., P0=..., arithmetic=...)", 0)

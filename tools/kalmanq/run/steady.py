@@ -12,6 +12,7 @@ from kalmanq.core import ffi, lib, require
 from kalmanq.data.rows import Rows, present_of, require_one_origin, require_steps, rows_of
 from kalmanq.errors import KalmanqError
 from kalmanq.model import Model
+from kalmanq.model.spellings import OfModel, spelled
 from kalmanq.run.parts import Parts
 from kalmanq.run.resolution import warn_of_coarse
 from kalmanq.run.results import Run
@@ -19,7 +20,13 @@ from kalmanq.run.results import Run
 
 @dataclass(frozen=True)
 class SteadyState:
-    """predicted, filtered: n x n, P- and P; gain: n x m; smoother_gain: n x n."""
+    """What a constant model settles to: predicted, filtered: n x n, P- and P; gain: n x m; smoother_gain: n x n.
+
+    Examples
+    --------
+    >>> kalmanq.steady_state(kalmanq.Model([1], H=[1], R=1, Q=1, P0=1)).gain.round(3)
+    array([[0.618]])
+    """
 
     predicted: np.ndarray
     filtered: np.ndarray
@@ -28,7 +35,27 @@ class SteadyState:
 
 
 def steady_state(model: Model, arithmetic: str = "f64") -> SteadyState:
-    """Solves the Riccati equation (f32, f64)."""
+    """Solves the Riccati equation of a model.
+
+    Parameters
+    ----------
+    model : Model
+    arithmetic : "f64" or "f32"
+
+    Returns
+    -------
+    SteadyState
+
+    Raises
+    ------
+    KalmanqError
+        in q31, and where nothing is settled to
+
+    Examples
+    --------
+    >>> kalmanq.steady_state(kalmanq.Model([1], H=[1], R=1, Q=1, P0=1)).predicted.round(3)
+    array([[1.618]])
+    """
     if arithmetic == "q31":
         raise KalmanqError("the equation is solved in f32 or f64")
     parts = Parts(model, arithmetic)
@@ -41,10 +68,24 @@ def steady_state(model: Model, arithmetic: str = "f64") -> SteadyState:
     return SteadyState(*(one.astype(np.float64) for one in made))
 
 
-class SteadyFilter:
-    """A filter of constant gain: no covariance, and of a row all components or none.
+class SteadyFilter(OfModel):
+    """A filter of constant gain: no covariance, and of a row all components or none.  `run` has mean and innovation.
 
-    gain  n x m; None: that of the steady state
+    Parameters
+    ----------
+    model : Model
+    arithmetic : "f64", "f32" or "q31"
+    gain : n x m; None: that of the steady state
+
+    Raises
+    ------
+    KalmanqError
+        a row of which a part is missing, steps that are not all alike, and a gain of another shape
+
+    Examples
+    --------
+    >>> kalmanq.SteadyFilter(kalmanq.Model([1], H=[1], R=1, Q=1, P0=1), gain=[[0.5]]).run([2.0, 2.0]).mean.ravel()
+    array([1. , 1.5])
     """
 
     def __init__(self, model: Model, arithmetic: str = "f64", gain: Optional[ArrayLike] = None):
@@ -85,6 +126,7 @@ class SteadyFilter:
             times = np.concatenate([self._last.times, times])
         require_steps(self.model, times, "a steady filter", "give z.to_numpy() to take each row for one")
 
+    @spelled("run(z, u)")
     def run(self, z: ArrayLike, u: Optional[ArrayLike] = None) -> Run:
         """As Filter.run, of steps that are all alike: mean and innovation."""
         parts, a, n, m = self.parts, self.parts.arithmetic, self.model.n, self.model.m

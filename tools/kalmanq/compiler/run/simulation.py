@@ -22,7 +22,7 @@ NAME = "filter_of"
 NO_SMOOTHER = "the emitted filter looks at no later row"
 
 
-@dataclass
+@dataclass(repr=False)
 class CompiledRun(Run):
     """emitted: events as NAME.h calls them, and what they mean"""
 
