@@ -225,7 +225,7 @@ def test_a_column_of_times_makes_the_nis_right(seed, tmp_path):
     data = csv_of(tmp_path, times, z)
     made = {}
     for name in ("right", "fixed"):
-        done = kalmanq("run", tmp_path / f"{name}.py", data, "--out", tmp_path / f"{name}.csv")
+        done = kalmanq("run", tmp_path / f"{name}.py", data, "--digits", 17, "--out", tmp_path / f"{name}.csv")
         assert done.returncode == 0 and ("are irregular" in done.stderr) == (name == "fixed"), done
         if name == "fixed":  # a default is the file's own: the rows are steps as before
             (tmp_path / "fixed.py").write_text(FIXED.replace("f(x)", "f(x, t, u, dt=1.0)"))

@@ -407,6 +407,7 @@ def test_saturation_comes_first_with_the_range_that_would_do(tmp_path):
     assert 1.2 * most < float(found.group(1)) < 3 * most
 
 
+@MEASURED
 def test_a_design_says_which_range_would_do(tmp_path):
     model, data, _ = narrow(tmp_path)
     done = kalmanq("design", model, "--core", "m3", "--data", data)
