@@ -663,7 +663,7 @@ def test_run_writes_what_the_twin_says(tmp_path):
     data, out, plot = tmp_path / "data.csv", tmp_path / "out.csv", tmp_path / "out.png"
     data.write_text("\n".join(BATTERY_DATA.read_text().splitlines()[:41]) + "\n")
     done = kalmanq("run", BATTERY, data, "--arith", "f32", "--method", "posterior", "--iterate", 3, "--smooth",
-                   "--passes", 5, "--out", out, "--plot", plot, "--json")
+                   "--passes", 5, "--digits", 17, "--out", out, "--plot", plot, "--json")
     assert done.returncode == 0 and done.stderr == "", done.stderr
     said = json.loads(done.stdout)
     smoother = NonlinearSmoother(read(BATTERY), "f32", "posterior", 3, 5)
