@@ -42,7 +42,9 @@ html_static_path = html_css_files = ["site.css"]
 
 
 def as_text(app, what, name, obj, options, lines):
-    """A docstring begins with a sentence; text in columns stays as it is"""
+    """A docstring begins with a sentence; text in columns stays as it is, and so do parameters that napoleon has taken"""
+    if any(line.startswith((":", "..")) for line in lines):
+        return
     text = "\n".join(lines).strip("\n").split("\n")
     end = text.index("") if "" in text else len(text)
     said = " ".join(text[:end]) if not any(line.startswith(" ") or "   " in line for line in text[:end]) else ""

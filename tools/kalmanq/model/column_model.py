@@ -36,7 +36,7 @@ class ColumnModel(Model):
             array = made._numbers[name].copy()
             array[tuple(np.array(list(of)).T)] = np.nan
             array.setflags(write=False)
-            setattr(made, name, array)
+            made.__dict__[name] = array
         return made
 
     @property
