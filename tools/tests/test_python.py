@@ -97,7 +97,8 @@ def test_a_wrong_call_is_answered_in_a_sentence(call, kind, name):
 def test_what_is_set_and_read_here_is_as_before():
     f = kalmanq.Filter(cart())
     f.own = 1  # a user's attribute
-    assert f.own == 1 and not hasattr(f, "nothing") and not hasattr(f.run(Z), "x")
+    assert f.own == 1 and not hasattr(f, "nothing") and not hasattr(f.run(Z), "x") and {"own", "mean", "time", "run"} <= set(dir(f))
+    assert not {"x", "F", "transition_matrices", "smooth"} & {*dir(f), *dir(kalmanq.Filter), *dir(kalmanq.Smoother)}
 
 
 # ------------------------------------------------------------------------------ builders
@@ -133,7 +134,8 @@ def test_a_prior_takes_the_place_of_the_variances():
 def test_a_run_is_shown_in_ten_lines(n):
     model = kalmanq.Model(np.eye(n), H=np.eye(1, n), R=1, Q=np.ones(n), P0=np.ones(n), states=[kalmanq.Quantity(f"x{k}", "m") for k in range(n)])
     for run, there in ((kalmanq.Smoother(model).run(Z, covariance=True), f"4 x {n} x {n}"), (kalmanq.AdaptiveFilter(model).run(Z), "4 x 2"),
-                       (kalmanq.SteadyFilter(model, gain=np.ones((n, 1))).run(Z), f"4 x {n}"), (kalmanq.Filter(model).run([]), f"0 x {n}")):
+                       (kalmanq.SteadyFilter(model, gain=np.ones((n, 1))).run(Z), f"4 x {n}"), (kalmanq.Filter(model).run([]), f"0 x {n}"),
+                       (kalmanq.run_series(model, [Z, Z, Z]), f"3 x 4 x {n}")):
         lines = repr(run).split("\n")
         assert len(lines) <= 10 and max(map(len, lines)) < 160 and any(there in one for one in lines), lines
         shown = [name for line in lines for name in re.findall(r"\w+", line)]

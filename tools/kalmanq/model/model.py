@@ -125,7 +125,7 @@ class Sensor:
     measured: str = ""  # a column with the time that it measured at: no more than `delay` before that of the row
 
 
-_FIXED = ("A", "H", "R", "Q", "G", "B", "d", "x0", "P0", "unknown")  # of which others are worked out
+_FIXED = ("A", "H", "R", "Q", "G", "B", "D", "d", "x0", "P0", "unknown")  # of which others are worked out
 Quantities = Optional[Sequence[Union[Quantity, str]]]
 
 
@@ -136,8 +136,7 @@ class Model:
 
     Parameters
     ----------
-    A : n x n
-    H : m x n; n numbers where m = 1
+    A, H : n x n, and m x n; n numbers where m = 1
     R : m x m, or m variances where the noises are independent; a number where m = 1
     Q : n x n, or n variances; or in its place
     G : n x r, with Q = G G', exact where Q is singular; n numbers where r = 1

@@ -14,7 +14,7 @@ _HERE = {  # what it is called here, and what filterpy, pykalman, statsmodels an
     "A": "F Phi transition transition_matrix transition_matrices",
     "H": "C Z design observation_matrix observation_matrices measurement_matrix",
     "R": "V obs_cov observation_covariance measurement_noise", "Q": "W state_cov transition_covariance process_noise",
-    "G": "Gamma selection", "B": "control_matrix", "c": "transition_offsets state_intercept", "d": "observation_offsets obs_intercept",
+    "G": "Gamma selection", "B": "control_matrix", "D": "feedthrough", "c": "transition_offsets state_intercept", "d": "observation_offsets obs_intercept",
     "x0": "x m0 initial_state initial_state_mean", "P0": "P initial_state_cov initial_state_covariance",
     "f": "fx", "h": "hx", "z": "y zs data endog observations", "u": "us exog", "times": "t time timestamps",
     "mean": "x x_post state filtered_state filtered_state_means states means", "covariance": "P P_post filtered_state_cov covariances",
@@ -23,7 +23,7 @@ _HERE = {  # what it is called here, and what filterpy, pykalman, statsmodels an
 }
 _SIZES = dict.fromkeys("dim_x dim_z dim_u k_states k_endog n_dim_state n_dim_obs".split(), "is not given: the matrices have the sizes")
 _MODEL = "is of the model: kalmanq.Model(A, H=..., R=..., Q=..., x0=..., P0=...)"
-_MATRICES = {"A", "H", "R", "Q", "G", "B", "c", "d", "x0", "P0"}
+_MATRICES = {"A", "H", "R", "Q", "G", "B", "D", "c", "d", "x0", "P0"}
 _IN_VAIN = _MATRICES | {foreign for here in _MATRICES for foreign in _HERE[here].split()} | {*_SIZES}  # of what has a model
 _OF_STEPS = {"F": "is A here; of x' = F x take Model.of_continuous(F, H=..., R=..., Qc=..., dt=...)",
              **dict.fromkeys(("Qc", "dt"), "is of continuous time: Model.of_continuous(F, H=..., R=..., Qc=..., dt=...)")}
@@ -129,7 +129,8 @@ class OfModel(metaclass=_Quiet):
         return _own(super().__dir__(), type(self))
 
 
-for _name in {*(" ".join(_HERE.values())).split(), *_MATRICES, *_SIZES, *_OTHERS, *_OF_RUN}:
+_OF_CALLS = ("f", "h", "z", "u", "times")
+for _name in {*(" ".join(names for here, names in _HERE.items() if here not in _OF_CALLS)).split(), *_MATRICES, *_SIZES, *_OTHERS, *_OF_RUN}:
     setattr(OfModel, _name, (_InVain if _name in _IN_VAIN else _Elsewhere)(_name))
 
 

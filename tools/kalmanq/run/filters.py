@@ -15,7 +15,7 @@ from kalmanq.errors import KalmanqError
 from kalmanq.model import ColumnModel, Model
 from kalmanq.model.column_model import refuse_rows
 from kalmanq.model.columns import OF_STEP
-from kalmanq.model.spellings import OfModel, spelled
+from kalmanq.model.spellings import OfModel, require_model, spelled
 from kalmanq.run.one_row import OneRow
 from kalmanq.run.parts import Parts
 from kalmanq.run.readings import Readable, Results
@@ -53,6 +53,7 @@ class Filter(Readable):
 
     @spelled("Filter(model, arithmetic)")
     def __init__(self, model: Model, arithmetic: str = "f64", *, way: str = "", parts: Optional[Parts] = None):
+        require_model(model, Model, "NonlinearFilter and NonlinearSmoother take it")
         super().__init__(model, parts or Parts(model.frame, arithmetic, way))
         self.begins = True  # the next row is the first one
         self.row = 0  # where the filter stands
@@ -444,6 +445,7 @@ class Smoother(OfModel):
 
     @spelled("Smoother(model, arithmetic)")
     def __init__(self, model: Model, arithmetic: str = "f64"):
+        require_model(model, Model, "NonlinearFilter and NonlinearSmoother take it")
         self.model = model
         self.parts = Parts(model.frame, arithmetic)
         self.last: Optional[Filter] = None  # the filter at the end of the last run

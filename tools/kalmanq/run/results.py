@@ -17,7 +17,7 @@ Array = Any  # an np.ndarray; None where it was not asked for
 
 _OF_STATES = ("mean", "sigma", "smoothed", "smoothed_sigma", "lagged", "lagged_sigma", "instant", "instant_sigma")
 _COVARIANCES = ("covariance", "smoothed_covariance", "instant_covariance")
-_OF_MEASUREMENTS = ("innovation", "innovation_sigma")
+_OF_MEASUREMENTS = ("innovation", "innovation_sigma", "fed")
 _OF_ROWS = ("nis", "taken", "log_likelihood", "settled", "weights")
 
 
@@ -83,18 +83,19 @@ class Run(Spelled):
 
     def __repr__(self) -> str:
         """In 10 lines at most: what is there, with shapes, and the last row"""
-        T, n, m = len(self), self.model.n, self.model.m
-        lines = [f"Run of {self.model.name}, {self.arithmetic}: {counted(T, 'row')}, {counted(n, 'state')}, {counted(m, 'measurement')}"]
-        for shape, what, names in ((f"{T} x {n}", self.model.states, _OF_STATES), (f"{T} x {n} x {n}", (), _COVARIANCES),
-                                   (f"{T} x {m}", self.model.measurements, _OF_MEASUREMENTS), (f"{T}", (), _OF_ROWS), (f"{T} x 2", (), ("scales",))):
+        n, m, rows = self.model.n, self.model.m, " of ".join([f"{len(self)} series"] * (self.mean.ndim - 2) + [counted(self.mean.shape[-2], "row")])
+        lines = [f"Run of {self.model.name}, {self.arithmetic}: {rows}, {counted(n, 'state')}, {counted(m, 'measurement')}"]
+        for what, names in ((self.model.states, _OF_STATES), ((), _COVARIANCES), (self.model.measurements, _OF_MEASUREMENTS), ((), _OF_ROWS), ((), ("scales",))):
             there = [name for name in names if getattr(self, name) is not None]
             if there:
+                shape = " x ".join(map(str, getattr(self, there[0]).shape))
                 lines.append(f"  {shape:<12} {', '.join(there)}{f' of {_few([one.label for one in what])}' if what else ''}")
         if self.log_likelihood is not None:
             lines.append(f"  log_likelihood.sum() = {np.sum(self.log_likelihood):.6g}")
-        if T:
-            sigma = [""] * n if self.sigma is None else [f" +- {one:.3g}" for one in self.sigma[-1]]
-            lines.append("  at the end   " + _few([f"{s.name} = {x:.6g}{e}{s.unit and ' ' + s.unit}" for s, x, e in zip(self.model.states, self.mean[-1], sigma)]))
+        if self.mean.size:
+            sigma = [""] * n if self.sigma is None else [f" +- {one:.3g}" for one in self.sigma.reshape(-1, n)[-1]]
+            last = zip(self.model.states, self.mean.reshape(-1, n)[-1], sigma)
+            lines.append("  at the end   " + _few([f"{s.name} = {x:.6g}{e}{s.unit and ' ' + s.unit}" for s, x, e in last]))
         return "\n".join([*lines, f"  events       {', '.join(self.event_names) or 'none'}"])
 
     def __len__(self) -> int:

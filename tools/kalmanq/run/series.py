@@ -20,9 +20,22 @@ from kalmanq.run.results import Run
 def run_series(model: Model, z: ArrayLike, u: Optional[ArrayLike] = None, arithmetic: str = "f64") -> Run:
     """A filter over each of S series of T rows: what `Filter(model, arithmetic).run(z[k], u[k])` says, with an axis more in front.
 
-    z    S x T x m, or S x T where m = 1; NaN: missing, also after the end of a shorter one
-    u    S x T x l, or S x T where l = 1
-    A KalmanqError says at which series and row one stopped.
+    Parameters
+    ----------
+    model : Model
+    z : S x T x m, or S x T where m = 1; NaN: missing, also after the end of a shorter one
+    u : S x T x l, or S x T where l = 1
+    arithmetic : "f64", "f32" or "q31"
+
+    Raises
+    ------
+    KalmanqError
+        says at which series and row one stopped
+
+    Examples
+    --------
+    >>> kalmanq.run_series(kalmanq.Model([1], H=[1], R=1, Q=1, P0=1), [[1.0, 2.0], [3.0, np.nan]]).mean.shape
+    (2, 2, 1)
     """
     measured, pushed = _of_series(z, model.m, "z"), None if u is None else _of_series(u, len(model.inputs), "u")
     S, T, _ = measured.shape
