@@ -11,6 +11,7 @@ from decimal import Decimal
 from math import frexp, ldexp
 from typing import Sequence, Union
 
+from kalmanq.compiler.algorithm.ud import carried
 from kalmanq.compiler.given.request import Request
 from kalmanq.formulas.graph import Node, constant, make, symbol
 
@@ -19,14 +20,14 @@ NONE = 0.0
 
 
 def moved(given: Request, x: Sequence[tuple[Node, Node]], i: int) -> tuple[Node, Node]:
-    """State i of A x + B u"""
+    """State i of A x + B u.  A low part that stayed would grow where A - I does"""
     made = Sum(x[i][1])
     for k, (high, low) in enumerate(x):
         made.add(given.of.A[i, k] - (i == k), high, low)
     for k, b in enumerate(given.of.B[i]):
         made.add(b, symbol(f"u{k}"))
     made.plus(x[i][0])
-    return made.high, made.low
+    return carried(made.high, made.low)
 
 
 def innovation(given: Request, x: Sequence[tuple[Node, Node]], j: int) -> Node:
