@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from kalmanq import Filter, KalmanqError, LagSmoother, Smoother, Varying, fit, likelihood
+from kalmanq import Filter, KalmanqError, LagSmoother, Model, Smoother, Varying, fit, likelihood, run_series
 from kalmanq.compiler.run.equation_run import CompiledEquations, FixedEquations
 from kalmanq.model import ColumnModel, model_file
 from kalmanq.model.columns import Expression
@@ -220,6 +220,14 @@ def test_python_is_refused_what_it_lacks(tmp_path):
                  lambda: Filter(model).update(z[0]), lambda: Filter(model).run(z, np.full_like(inputs, np.nan)), lambda: fit(model, [z], ["Q"], u=[u])):
         with pytest.raises(KalmanqError):
             call()
+
+
+def test_series_of_rows_are_refused(tmp_path):
+    """They know no D and no columns: what is left out of account would be a wrong number"""
+    for model, z, inputs in ((Model(0.9, H=1, R=0.1, Q=0.1, P0=1, D=2), np.ones((2, 5, 1)), np.ones((2, 5, 1))),
+                             *((one, z[None], inputs[None]) for one, _, z, inputs, _ in (case(1, 3, "HR", tmp_path), case(1, 3, "D", tmp_path)))):
+        with pytest.raises(KalmanqError):
+            run_series(model, z, inputs)
 
 
 def test_a_table_has_the_columns(tmp_path):

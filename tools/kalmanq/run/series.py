@@ -12,6 +12,7 @@ from kalmanq.data.rows import controls_of
 from kalmanq.errors import KalmanqError
 from kalmanq.model import Model
 from kalmanq.model.arrays import numbers_of
+from kalmanq.model.column_model import refuse_rows
 from kalmanq.run.filters import Filter
 from kalmanq.run.readings import Results
 from kalmanq.run.results import Run
@@ -37,6 +38,7 @@ def run_series(model: Model, z: ArrayLike, u: Optional[ArrayLike] = None, arithm
     >>> kalmanq.run_series(kalmanq.Model([1], H=[1], R=1, Q=1, P0=1), [[1.0, 2.0], [3.0, np.nan]]).mean.shape
     (2, 2, 1)
     """
+    refuse_rows(model, "run_series", "give each series to Filter.run")
     measured, pushed = _of_series(z, model.m, "z"), None if u is None else _of_series(u, len(model.inputs), "u")
     S, T, _ = measured.shape
     if pushed is not None and pushed.shape[:2] != (S, T):
