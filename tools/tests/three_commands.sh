@@ -13,8 +13,11 @@ printf '#!/bin/sh\nexec "%s/bin/python" -m pip "$@"\n' "$work/user" >"$work/user
 chmod +x "$work/user/bin/pip"
 cd "$root"
 trap 'rm -f "$root/my.csv" "$root/my.png"' EXIT
-commands=$(awk '/From nothing to a picture/ { near = 1 } near && /^```$/ { exit } inside { print }
+commands=$(awk '/In a virtual environment:$/ { near = 1 } near && /^```$/ { exit } inside { print }
     near && /^```sh$/ { inside = 1 }' README.md)
+made='python3 -m venv .venv && . .venv/bin/activate && '
+[ "${commands#"$made"}" != "$commands" ] # the environment of this test takes its place
+commands=${commands#"$made"}
 [ "$(wc -l <<<"$commands")" = 3 ]
 PATH="$work/user/bin:$PATH" PIP_NO_BUILD_ISOLATION=0 PIP_NO_DEPS=1 PIP_DISABLE_PIP_VERSION_CHECK=1 PIP_QUIET=1 \
     bash -euxc "$commands"
