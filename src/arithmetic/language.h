@@ -3,7 +3,7 @@
 #define KQ_SRC_ARITHMETIC_LANGUAGE_H
 
 #ifdef __cplusplus
-#include <kalmanq/compile_this_file_as_C> /* there is none: here it stops */
+#include <kalmanq/compile_this_file_as_C> /* does not exist: compilation stops here */
 #endif
 
 #endif
