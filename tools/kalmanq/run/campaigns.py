@@ -219,7 +219,7 @@ def _made(function: Callable[[Any], Any], tasks: Sequence[Any], left: Sequence[i
     from joblib import Parallel, delayed, effective_n_jobs  # an extra, which nothing else needs
 
     count = min(effective_n_jobs(workers or -1), len(left))
-    ended = Parallel(count, return_as="generator_unordered", max_nbytes=None)(
+    ended = Parallel(count, return_as="generator_unordered", max_nbytes=None, initializer=_end_with_the_parent)(
         delayed(_perform)(function, k, tasks[k], versions()) for k in left)
     try:
         for k, result, refused in ended:
@@ -236,7 +236,6 @@ def _made(function: Callable[[Any], Any], tasks: Sequence[Any], left: Sequence[i
 
 def _perform(function: Callable[[Any], Any], k: int, task: Any, wanted: Mapping[str, str]) -> tuple[int, str, str]:
     """The number of a task, its result, and why it has none.  This is what runs in another process, or on another machine."""
-    _end_with_the_parent()
     if versions() != wanted:
         return k, "", f"a worker has other versions: {versions()}, not {dict(wanted)}: install the same ones"
     try:
@@ -247,7 +246,7 @@ def _perform(function: Callable[[Any], Any], k: int, task: Any, wanted: Mapping[
 
 @lru_cache(maxsize=None)
 def _end_with_the_parent() -> None:
-    """Of a worker: what is killed says nothing to its workers, which would go on."""
+    """Of a worker, before its first task: what is killed says nothing to its workers, which would go on, or wait for minutes."""
     parent = parent_process()
 
     def watch(pid: Optional[int]) -> None:
