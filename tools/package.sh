@@ -26,7 +26,7 @@ look_over() {
         grep -qx "    version = \"$version\"" conanfile.py ;;
     vcpkg) [ "$(python3 -c 'import json; print(json.load(open("kalmanq/vcpkg.json"))["version"])')" = "$version" ] ;;
     meson) grep -q "version: '$version'" kalmanq/meson.build && listed kalmanq kalmanq/meson.build ;;
-    onefile) compile . kalmanq_f32.c kalmanq.h ;;
+    onefile) compile . kalmanq_f32.c kalmanq.h && look_over_archive "kalmanq-$version-onefile.zip" ;;
     rust) grep -qx "version = \"$version\"" Cargo.toml && [ -f core/src/kq_status.c ] && grep -q 'pub fn kq_step_q31(' src/sys.rs ;;
     python) ! grep -q '[.][.]/' pyproject.toml && [ -f core/src/kq_status.c ] ;;
     esac
@@ -48,6 +48,11 @@ used = {part.get("condition") for part in pack.iter("component")} - {None}
 sources = {f"src/{path.name}" for path in pathlib.Path("src").glob("kq_*.c")} - set(names)
 sys.exit(bool(missing or versions != {sys.argv[2]} or used - conditions or sources != {"src/kq_prepare_q31.c"}))
 END
+}
+
+look_over_archive() { # ZIP: its sum is the one beside it, and what is in it is the folder
+    rm -rf ../unpacked
+    (cd .. && sha256sum --quiet -c "$1.sha256") && python3 -m zipfile -e "../$1" ../unpacked && diff -r . ../unpacked && rm -r ../unpacked
 }
 
 compile() { # INCLUDE FILE HEADER

@@ -1,8 +1,8 @@
 /*
  * kalmanq: nonlinear models, sigma points and iteration (f32, f64).
  *
- * No Jacobians: f and h are called at 2n + 1 points about the mean, which gives the linear function nearest to them
- * under the whole density.  With P = S S' and columns S_j, the points are x (first) and x +- h S_j:
+ * No Jacobians: f and h are called at 2n + 1 points about the mean, as in the unscented Kalman filter (UKF), which gives
+ * the linear function nearest to them under the whole density.  With P = S S' and columns S_j, the points are x (first) and x +- h S_j:
  *     KQ_SIGMA_POINTS_CUBATURE   h^2 = n    the third-degree cubature rule
  *     KQ_SIGMA_POINTS_CENTRAL    h^2 = 3    central differences; use it for n = 1 and 2
  * For n > 2 they hardly differ.  No weight is negative, so no covariance is lowered.

@@ -4,7 +4,7 @@
 //     kalmanq::Sensor<float, 2, 1> ranger;           // 2 states, 1 component
 //     kalmanq::Filter<float, 2> cart;
 //     status = motion.init(A, Q);                    // named arrays of 4 numbers, or it does not compile
-//     status = cart.step(motion, ranger, z);
+//     status = cart.step(motion, ranger, z);         // float z[1], or of a row of measurements &z[t]
 //
 // An object is C's, with its memory: every function of C takes its address, kq_sigma(&cart, 0).  A member function is one
 // call of C.  Static objects are initialised as those of KQ_FILTER_F32: by the linker, without a constructor that runs.
@@ -35,6 +35,12 @@ template <> struct of<double> {
     static kq_status lean(sensor *s, const double *H, const double *r) { return kq_sensor_init_lean_f64(s, H, r); }
 };
 constexpr bool is_size(int n) { return n >= 1 && n <= KQ_SIZE_MAX; }
+
+/* What points at a number, as &z[t]; an array does not become one, so its length is checked */
+template <typename T> struct number {
+    const T *at;
+    template <typename P> number(P *const &pointer) : at(pointer) {}
+};
 }
 
 template <typename T, int N, int L = 0> struct Process : c::of<T>::process {
@@ -96,6 +102,7 @@ template <typename T, int N> struct Filter : c::of<T>::filter {
         return kq_predict(this, &p, u);
     }
     template <int M> KQ_NODISCARD kq_status update(const Sensor<T, N, M> &s, const T (&z)[M]) { return kq_update(this, &s, z); }
+    KQ_NODISCARD kq_status update(const Sensor<T, N, 1> &s, c::number<T> z) { return kq_update(this, &s, z.at); }
     template <int M> KQ_NODISCARD kq_status update_subset(const Sensor<T, N, M> &s, const T (&z)[M], uint32_t present)
     {
         return kq_update_subset(this, &s, z, present);
@@ -104,10 +111,18 @@ template <typename T, int N> struct Filter : c::of<T>::filter {
     {
         return kq_step(this, &p, nullptr, &s, z);
     }
+    KQ_NODISCARD kq_status step(const Process<T, N> &p, const Sensor<T, N, 1> &s, c::number<T> z)
+    {
+        return kq_step(this, &p, nullptr, &s, z.at);
+    }
     template <int L, int M> KQ_NODISCARD kq_status step(const Process<T, N, L> &p, const T (&u)[L],
         const Sensor<T, N, M> &s, const T (&z)[M])
     {
         return kq_step(this, &p, u, &s, z);
+    }
+    template <int L> KQ_NODISCARD kq_status step(const Process<T, N, L> &p, const T (&u)[L], const Sensor<T, N, 1> &s, c::number<T> z)
+    {
+        return kq_step(this, &p, u, &s, z.at);
     }
     template <int M> KQ_NODISCARD kq_status innovation(const Sensor<T, N, M> &s, const T (&z)[M], T (&e)[M]) const
     {

@@ -4,11 +4,13 @@
 The version is that of include/kalmanq/version.h, the description that of CMakeLists.txt.  KALMANQ_URL is the address of
 the repository, which a manifest has to name."""
 
+import hashlib
 import json
 import os
 import re
 import shutil
 import sys
+import zipfile
 from pathlib import Path
 
 ROOT = Path(__file__).resolve().parents[2]
@@ -352,6 +354,16 @@ def onefile(to):
         status = OneFile([ROOT / "include", ROOT / "src"], known).text(ROOT / "src/kq_status.c")
         lines += ["#ifndef KQ_NO_STATUS_TEXT /* define it for all but one of several such files */", *status, "#endif"]
         write(to / f"kalmanq_{arithmetic}.c", banner + "\n".join(lines))
+    archive(to, f"kalmanq-{VERSION}-onefile.zip")
+
+
+def archive(of, name):
+    """What a release has, beside the folder: the same bytes whenever it is made, and their SHA-256"""
+    made = of.parent / name
+    with zipfile.ZipFile(made, "w", zipfile.ZIP_DEFLATED) as file:
+        for path in sorted(path for path in of.rglob("*.[ch]")):
+            file.writestr(zipfile.ZipInfo(str(path.relative_to(of))), path.read_bytes(), zipfile.ZIP_DEFLATED)
+    (of.parent / f"{name}.sha256").write_text(f"{hashlib.sha256(made.read_bytes()).hexdigest()}  {name}\n")
 
 
 PACKAGES = {"arduino": arduino, "platformio": platformio, "zephyr": zephyr, "esp-idf": esp_idf, "cmsis-pack": cmsis_pack,

@@ -1,5 +1,5 @@
 // sized.hpp: a model with all of its calls, and with KQ_PLAIN the same by the objects and names of generic.h.  With
-// KQ_WRONG=1 .. 8 one size is wrong, and it must not compile.
+// KQ_WRONG=1 .. 13 one size is wrong, and it must not compile.
 #include <kalmanq/kalmanq.h>
 #include <kalmanq/sized.hpp>
 
@@ -49,6 +49,9 @@ extern "C" kq_status run(const float (&z)[1], const float (&z2)[2], const float 
     if (!status) status = kq_update(&cart, &ranger, z);
     if (!status) status = kq_predict(&cart, &driven, u);
     if (!status) status = kq_update_subset(&cart, &both, z2, 2);
+    if (!status) status = kq_update(&cart, &ranger, &z2[1]);
+    if (!status) status = kq_step(&cart, &motion, nullptr, &ranger, &z2[1]);
+    if (!status) status = kq_step(&cart, &driven, u, &ranger, &z2[1]);
     if (!status) status = kq_covariance(&cart, P);
 #else
     kq_status status = cart.step(motion, ranger, z);
@@ -58,6 +61,9 @@ extern "C" kq_status run(const float (&z)[1], const float (&z2)[2], const float 
     if (!status) status = cart.update(ranger, z);
     if (!status) status = cart.predict(driven, u);
     if (!status) status = cart.update_subset(both, z2, 2);
+    if (!status) status = cart.update(ranger, &z2[1]);
+    if (!status) status = cart.step(motion, ranger, &z2[1]);
+    if (!status) status = cart.step(driven, u, ranger, &z2[1]);
     if (!status) status = cart.covariance(P);
 #endif
     return status;
@@ -88,6 +94,12 @@ kq_status wrong(kalmanq::Filter<double, 2> &other)
     return motion.init({1, 0, 0, 1}, Q); // A is kept: a temporary array would be gone
 #elif KQ_WRONG == 9
     return ranger.init({1, 0}, R);
+#elif KQ_WRONG == 10
+    return cart.update(both, &three[1]); // two components
+#elif KQ_WRONG == 11
+    return cart.update(ranger, &one64[0]);
+#elif KQ_WRONG == 12
+    return cart.step(motion, ranger, three);
 #else
     static kalmanq::Filter<float, 17> large;
     return kq_predict(&large, &motion, nullptr);

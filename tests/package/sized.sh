@@ -12,11 +12,11 @@ for compiler in g++ clang++; do
         $compiler -std=c++$standard $flags "$here/sized.cpp" "$library" -lm -o "$work/program"
         "$work/program"
     done
-    for wrong in 1 2 3 4 5 6 7 8 9 10; do
+    for wrong in 1 2 3 4 5 6 7 8 9 10 11 12 13; do
         if $compiler -std=c++11 -fsyntax-only -I"$include" -DKQ_WRONG=$wrong "$here/sized.cpp" 2>"$work/said"; then
             echo "$compiler compiles wrong size $wrong" && exit 1
         fi
-        grep -q 'no matching\|cannot convert\|could not bind\|deleted\|ambiguous\|1 to 16 states' "$work/said" ||
+        grep -q 'no matching\|cannot convert\|cannot initialize\|could not bind\|deleted\|ambiguous\|1 to 16 states' "$work/said" ||
             { cat "$work/said" && exit 1; }
     done
 done
