@@ -189,14 +189,14 @@ kq_setup_tests() {
 # from PyPI.  Sets KQ_PEERS_PYTHON.
 kq_setup_peers() {
     KQ_PEERS_PYTHON="$kq_root/.deps/python/bin/python"
-    "$KQ_PEERS_PYTHON" -c 'import numpy, statsmodels, pykalman, filterpy' 2>/dev/null && return 0
+    "$KQ_PEERS_PYTHON" -c 'import numpy, statsmodels, pykalman, filterpy, simdkalman, cffi' 2>/dev/null && return 0
     python3 -c 'import ensurepip, venv' 2>/dev/null || kq_install python3 python3-venv || return 1
     [ -z "$kq_collects" ] || return 0
-    echo "setup: installing statsmodels, pykalman and filterpy"
+    echo "setup: installing statsmodels, pykalman, filterpy and simdkalman"
     python3 -m venv "$kq_root/.deps/python" &&
         "$KQ_PEERS_PYTHON" -m pip install -q --disable-pip-version-check \
-            statsmodels==0.15.0 pykalman==0.11.2 &&
-        "$KQ_PEERS_PYTHON" -m pip install -q --disable-pip-version-check --no-deps filterpy==1.4.5
+            statsmodels==0.15.0 pykalman==0.11.2 cffi &&
+        "$KQ_PEERS_PYTHON" -m pip install -q --disable-pip-version-check --no-deps filterpy==1.4.5 simdkalman==1.0.4
 }
 
 # What the Python package needs to be built and to run, what it can use beside, and pytest: a virtual

@@ -1,7 +1,7 @@
-"""speed.py PEERS_PYTHON: processor time of fixed work, of this package and of others, in one run.
+"""speed.py PEERS_PYTHON: processor time of fixed work, of this package and of others, in one process a task.
 
     speed.py PEERS_PYTHON [TASK...]
-    speed.py --one TASK LIBRARY        one of them, alone: microseconds a unit of its work, and a number that comes of it
+    speed.py --one TASK     one of them: a line a library, microseconds a unit of its work, a number that comes of it, MB of memory
 
 Tasks: step, a step of a long run with means, variances, innovations and their variances, the likelihood; pair, predict and update
 of one row; nine, a step of 9 states; series, a row of 1,000 series of 500; file, a row of `kalmanq run`; season and sensors, a
@@ -13,9 +13,11 @@ from __future__ import annotations
 
 import contextlib
 import functools
+import importlib.util
 import io
 import math
 import os
+import resource
 import subprocess
 import sys
 import tempfile
@@ -26,7 +28,7 @@ from typing import Any, Callable
 import numpy as np
 
 TURNS = 5
-ALONE = {"OMP_NUM_THREADS": "1", "OPENBLAS_NUM_THREADS": "1"}
+ONE_THREAD = {"OMP_NUM_THREADS": "1", "OPENBLAS_NUM_THREADS": "1"}
 
 
 def moving(axes: int, derivatives: int, dt: float = 0.5) -> tuple[np.ndarray, ...]:
@@ -141,15 +143,14 @@ names = ["x", "y"]
 
 
 def file_kalmanq() -> Callable[[int], float]:
-    def run(rows: int) -> float:
-        with tempfile.TemporaryDirectory() as folder:
-            model, table, out = (Path(folder) / name for name in ("m.toml", "z.csv", "out.csv"))
-            model.write_text(FILE)
-            np.savetxt(table, data(rows, 2), "%.3f", ",", header="x,y", comments="")
-            begun = time.process_time()
-            command("run", str(model), str(table), "-o", str(out))
-            print(1e6 * (time.process_time() - begun) / rows, out.stat().st_size)
-            sys.exit()
+    folder = tempfile.TemporaryDirectory()
+    model, table, out = (Path(folder.name) / name for name in ("m.toml", "z.csv", "out.csv"))
+    model.write_text(FILE)
+    np.savetxt(table, data(TASKS["file"]["kalmanq"][0], 2), "%.3f", ",", header="x,y", comments="")
+
+    def run(_: int) -> float:
+        command("run", str(model), str(table), "-o", str(out))
+        return out.stat().st_size * bool(folder)
 
     return run
 
@@ -196,40 +197,47 @@ TASKS: dict[str, dict[str, tuple[int, Callable[[], Callable[[int], float]]]]] = 
     "file": {"kalmanq": (1_000_000, file_kalmanq)},
     "season": {"kalmanq": (1, season_kalmanq)}, "sensors": {"kalmanq": (1, sensors_kalmanq)},
 }
+ALONE = ("file", "season", "sensors")
 AT_LEAST = {("step", "filterpy"): 100, ("step", "statsmodels"): 20, ("pair", "filterpy"): 4}  # what is asked for
 
 
-def one(task: str, library: str) -> None:
-    rows, prepare = TASKS[task][library]
-    run = prepare()
-    if rows > 1 and task != "file":
-        run(500)  # imports
-        data(rows, 3 if task == "nine" else 2)
-    begun = time.process_time()
-    made = run(rows)
-    print(1e6 * (time.process_time() - begun) / rows, made)
+def one(task: str) -> None:
+    """The libraries take turns, and the least of each counts"""
+    least: dict[str, tuple[float, float]] = {}
+    work = {library: (rows, prepare()) for library, (rows, prepare) in TASKS[task].items() if importlib.util.find_spec(library)}
+    for rows, run in work.values():
+        if rows > 1 and task != "file":
+            run(500)  # imports
+            data(rows, 3 if task == "nine" else 2)
+    for _ in range(1 if task in ALONE else TURNS):
+        for library, (rows, run) in work.items():
+            begun = time.process_time()
+            made = run(rows)
+            least[library] = min((1e6 * (time.process_time() - begun) / rows, made), least.get(library, (math.inf, made)))
+    for library, (microseconds, made) in least.items():
+        print(library, microseconds, made, resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024)
 
 
-def measured(task: str, library: str, python: str) -> float:
-    """The least of some turns; NaN: it is not installed"""
-    times = []
-    for _ in range(1 if task in ("file", "season", "sensors") else TURNS):
-        done = subprocess.run([python, "-B", __file__, "--one", task, library], capture_output=True, text=True, env={**os.environ, **ALONE})
-        if "ModuleNotFoundError" in done.stderr:
-            return float("nan")
-        assert done.returncode == 0, done.stderr
-        times.append(float(done.stdout.split()[0]))
-    return min(times)
+def measured(task: str, peers: str) -> dict[str, tuple[float, float]]:
+    """Microseconds and MB by library; one that is not installed is not there.  Tasks without others need this package's own environment."""
+    with tempfile.TemporaryDirectory() as folder:
+        (Path(folder) / "kalmanq").symlink_to(Path(importlib.util.find_spec("kalmanq").origin).parent)
+        done = subprocess.run([sys.executable if task in ALONE else peers, "-B", __file__, "--one", task], capture_output=True, text=True,
+                              env={**os.environ, **ONE_THREAD, "PYTHONPATH": folder})
+    assert done.returncode == 0, done.stderr
+    return {library: (float(value), float(most)) for library, value, _, most in map(str.split, done.stdout.splitlines())}
 
 
 def main() -> None:
     peers, *chosen = sys.argv[1:]
     failed = False
     for task in chosen or TASKS:
-        least = {library: measured(task, library, sys.executable if library == "kalmanq" else peers) for library in TASKS[task]}
-        print(f"{task}: microseconds", ", ".join(f"{library} {value:.3g}" for library, value in least.items()), flush=True)
-        for library, value in least.items():
-            ratio, asked = value / least["kalmanq"], AT_LEAST.get((task, library))
+        of = measured(task, peers)
+        least = {library: value for library, (value, _) in of.items()}
+        print(f"{task}: microseconds", ", ".join(f"{library} {value:.3g}" for library, value in least.items()),
+              *[f"{of['kalmanq'][1]:.0f} MB at most"] * (task == "file"), flush=True)
+        for library in TASKS[task]:
+            ratio, asked = least.get(library, math.nan) / least["kalmanq"], AT_LEAST.get((task, library))
             if library != "kalmanq" and ratio == ratio:
                 print(f"  {ratio:.1f} times as fast as {library}" + (f"; {asked} are asked for" if asked else ""))
             failed |= asked is not None and not ratio >= asked
