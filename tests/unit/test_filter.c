@@ -112,7 +112,7 @@ TEST(init_refuses_a_variance_beyond_the_limit)
     ASSERT_OK(init());
     put_covariance(P0, most, 0, 0, most * (1 + EPS));
     ASSERT_REFUSED(KQ_ERR_RANGE, init());
-    put_covariance(P0, NUM_MAX, 0, 0, 1);
+    put_covariance(P0, (double)NUM_MAX, 0, 0, 1);
     ASSERT_REFUSED(KQ_ERR_RANGE, init());
 }
 

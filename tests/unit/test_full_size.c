@@ -75,7 +75,7 @@ static void draw_covariance(num *M, int rank, double size)
         for (int j = 0; j < FULL; j++) {
             double sum = 0;
             for (int k = 0; k < rank; k++) sum += G[i * FULL + k] * G[j * FULL + k];
-            M[i * FULL + j] = N(size * sum / FULL);
+            M[i * FULL + j] = N(size * sum / (double)FULL);
         }
     }
 }

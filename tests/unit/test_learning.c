@@ -14,7 +14,7 @@
 #define FOLLOWED 200
 #else
 #define FAR 1e4
-#define FARTHEST (NUM_MAX / 4)
+#define FARTHEST ((double)NUM_MAX / 4)
 #define EPS_OF_SCALES EPS
 #define ROUNDING_OF_NOISE 0
 #define FOLLOWED 200
@@ -126,7 +126,7 @@ TEST(learning_begins_after_n_measurements)
         ASSERT_WITHIN(0, 1, sensor_scale());
         ASSERT_OK(S(predict)(&track, &motion.process, u));
     }
-    set_z(20, z_value[1]);
+    set_z(20, (double)z_value[1]);
     ASSERT_OK(S(update_subset)(&track, &radar.sensor, z, 1));
     TEST_ASSERT_TRUE(process_scale() > 1 && sensor_scale() > 1);
 }
@@ -278,7 +278,7 @@ TEST(an_attach_keeps_what_was_learnt)
     const S(adaptation) before = tuner;
     ASSERT_OK(init_filter(&track, &prior));
     ASSERT_OK(S(attach)(&track, &tuner.attached));
-    set_z(20, z_value[1]);
+    set_z(20, (double)z_value[1]);
     ASSERT_OK(S(update_subset)(&track, &coupled.sensor, z, ALL)); /* waits for two */
     assert_learnt_nothing(&before);
     ASSERT_OK(S(detach)(&tuner.attached));

@@ -63,7 +63,7 @@ static void put_row(int k, const num *row, int n, double value, double variance)
 static num bad_value(void) { return (num)INFINITY; }
 
 #define LARGE LARGE_SIGMA
-#define LEAST FLT_MIN
+#define LEAST (double)FLT_MIN
 #define UNIT EPS
 #define ALLOWED_OF_MEAN(b, sigma, mean) ((void)(sigma), TOLERANCE * 4 * (b)->condition)
 #define ALLOWED_OF_P(b, size) ((void)(size), TOLERANCE * (b)->condition * ((b)->P[0] + (b)->P[3]))

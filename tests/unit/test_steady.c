@@ -125,7 +125,7 @@ TEST(a_random_walk_has_a_formula)
         const num q[] = {N(noise[k])};
         const double rho = 1 / (1 + sqrt(noise[k]));
         ASSERT_OK(solve_of(1, 1, one, one, q, one));
-        const double r = q[0], known = (r + sqrt(r * r + 4 * r)) / 2;
+        const double r = (double)q[0], known = (r + sqrt(r * r + 4 * r)) / 2;
         ASSERT_WITHIN(8 * EPS * known / (1 - rho), known, P[0]);
         ASSERT_WITHIN(8 * EPS / (1 - rho), known / (known + 1), K[0]);
     }
