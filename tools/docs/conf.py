@@ -14,7 +14,7 @@ project = "kalmanq"
 release = version = ".".join(re.findall(r"#define KQ_VERSION_\w+ (\d+)", (ROOT / "include/kalmanq/version.h").read_text())[:3])
 copyright = "the kalmanq authors"
 root_doc = "tools/docs/index"
-include_patterns = ["*.md", "include/*.md", "src/*.md", "port/*.md", "port/*/*.md", "tests/*.md", "tests/vectors/*.md", "tools/*.md", "tools/*/*.md", "tools/examples/boards/*.md",
+include_patterns = ["*.md", "include/*.md", "src/*.md", "port/*.md", "port/*/*.md", "port/*/*/*.md", "tests/*.md", "tests/vectors/*.md", "tools/*.md", "tools/*/*.md", "tools/examples/boards/*.md",
                     "tools/examples/boards/*/*.md",
                     "tools/docs/*.md", "tools/docs/*/*.md", "tools/docs/made/*/*.md"]
 exclude_patterns = ["build", ".deps", "tools/docs/_*"]
@@ -25,6 +25,8 @@ suppress_warnings = ["myst.xref_missing", "misc.highlighting_failure"]  # links 
 breathe_projects = {"kalmanq": str(ROOT / "build/docs/doxygen/xml")}
 breathe_default_project = "kalmanq"
 breathe_domain_by_extension = {"h": "c"}
+default_role = "code"
+napoleon_use_ivar = True  # attributes are objects already
 autodoc_member_order = "bysource"
 autodoc_default_options = {"members": True, "undoc-members": False}
 autodoc_type_aliases = {"ArrayLike": "ArrayLike"}
@@ -51,6 +53,17 @@ def as_text(app, what, name, obj, options, lines):
     code = [re.sub(r"([\\*_|])", r"\\\1", part) if k % 2 == 0 else f"\\ ``{part}``\\ " for k, part in enumerate(said.split("`"))]
     rest = text[end:] if said else text
     lines[:] = ["".join(code), "", *(["::", "", *(f"    {line}" for line in rest), ""] if any(rest) else [])]
+
+
+def attributes_apart(app, what, name, obj, options, lines):
+    """napoleon splits `a, b : text` of parameters, but not of attributes"""
+    if "Attributes" in lines:
+        first = lines.index("Attributes") + 2
+        end = next((k for k in range(first, len(lines)) if not lines[k]), len(lines))
+        for k in reversed(range(first, end)):
+            names, colon, said = lines[k].partition(" : ")
+            if re.fullmatch(r"\w+(, \w+)+", names):
+                lines[k:k + 1] = [f"{one}{colon}{said}" for one in names.split(", ")]
 
 
 def aliases_by_name(app, what, name, obj, options, signature, answers):
@@ -94,6 +107,15 @@ def boards_below(app, name, source):
         source[0] += "\n```{toctree}\n:hidden:\n:glob:\n\n*/README\n```\n"
 
 
+def objects_linked(app, name, source):
+    """The table of objects leads to the page of each"""
+    if name == "tools/docs/reference/python":
+        import kalmanq
+
+        of = {one: f"{{py:obj}}`{one} <kalmanq.{one}>`" for one in kalmanq.__all__}
+        source[0] = re.sub(r"^\| (.*?) \|", lambda row: re.sub(r"`(\w+)`", lambda code: of.get(code[1], code[0]), row[0]), source[0], flags=re.M)
+
+
 def first_page(app, failure):
     """At the root of the site"""
     if not failure and app.builder.format == "html":
@@ -106,7 +128,9 @@ def first_page(app, failure):
 def setup(app):
     app.connect("autodoc-process-signature", aliases_by_name)
     app.connect("source-read", boards_below)
+    app.connect("source-read", objects_linked)
     app.connect("doctree-read", twins_folded, priority=100)  # before the list of what is on the page
     app.connect("build-finished", first_page)
     app.connect("doctree-read", parameters_first)
+    app.connect("autodoc-process-docstring", attributes_apart, priority=100)  # before napoleon
     app.connect("autodoc-process-docstring", as_text)

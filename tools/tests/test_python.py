@@ -168,5 +168,13 @@ def test_a_docstring_has_every_parameter(name):
     assert not missing
 
 
+@pytest.mark.parametrize("name", PUBLIC)
+def test_sections_of_a_docstring_have_names_alone(name):
+    """What is said of all of them would be read as a parameter"""
+    for section in re.findall(r"^(?:Parameters|Attributes|Raises)\n-+\n(.*?)(?=^\w+\n-+\n|\Z)", inspect.getdoc(getattr(kalmanq, name)), re.S | re.M):
+        for line in section.splitlines():
+            assert not line or line.startswith(" ") or re.fullmatch(r"\*{0,2}\w+(, \w+)*( : .*)?", line), line
+
+
 def test_every_builder_has_a_line():
     assert set(_ABOUT) == set(builders.BUILDERS) <= set(kalmanq.__all__)

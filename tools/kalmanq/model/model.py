@@ -134,6 +134,8 @@ class Model:
 
         x[t+1] = A x[t] + B u[t] + c + w[t],  w ~ N(0, Q)        z[t] = H x[t] + D u[t] + d + v[t],  v ~ N(0, R)
 
+    ModelError names what does not fit.  Of x' = F x + B u + noise: `Model.of_continuous(F, H=..., R=..., Qc=..., dt=...)`.
+
     Parameters
     ----------
     A, H : n x n, and m x n; n numbers where m = 1
@@ -147,8 +149,6 @@ class Model:
     unknown : the states, by name or number, of which nothing is known at first; "all"
     states, measurements, controls : names, or `Quantity` with unit and range (which q31 needs)
     gaps, name : which samples may be missing (`Gaps`); what messages and pictures call it
-
-    ModelError names what does not fit.  Of x' = F x + B u + noise: `Model.of_continuous(F, H=..., R=..., Qc=..., dt=...)`.
 
     Examples
     --------

@@ -55,6 +55,8 @@ class Sensor:
 class NonlinearModel:
     """A model of functions, x[t+1] = f(x[t], t, u[t]) + w[t], w ~ N(0, Q), and z[t] = h(x[t], t, u[t]) + v[t], v ~ N(0, R).
 
+    ModelError names what does not fit.  `frame` is the linear model of the same noises, prior and names.
+
     Parameters
     ----------
     f, h : n and m numbers of x (n), t (the row, from 0; seconds where rows have times), u (l), or fewer of these; f, A, Q, G of `dt`, too
@@ -70,7 +72,6 @@ class NonlinearModel:
     simulated_controls : l numbers of t: u where measurements are simulated
     nominal, plus, minus : error states, as of a quaternion: names of the numbers that x0, f, h have; plus(x, d): these with the errors d;
         minus(a, b): the errors of b that make a of it; A and H are by the errors
-    ModelError names what does not fit.  `frame` is the linear model of the same noises, prior and names.
     Examples
     --------
     >>> kalmanq.NonlinearModel(lambda x: x, lambda x: [x[0] ** 2], Q=0.01, R=0.1, x0=[2.0], P0=[1.0])

@@ -31,6 +31,9 @@ POINTS_MAY_RISE = 1.0
 class NonlinearSmoother(OfModel):
     """Of a recorded run: mean and covariance of every row given all rows.
 
+    After a run: `passes_done`, `is_settled` (no mean moved by more than 0.01 sigma), `objectives` (one for each pass),
+    `halvings`.  What the run says of the filter is that of the first pass.
+
     Parameters
     ----------
     model : NonlinearModel
@@ -38,9 +41,6 @@ class NonlinearSmoother(OfModel):
     passes : 1: the Rauch-Tung-Striebel smoother of the filter's linearisations.  More: each further pass linearises
         f and h at the smoothed states of the last one, by Jacobians ("extended", "iterated") or by sigma points
         of the smoothed densities (sigma_points.h, with its step rule).  Noises that are functions stay as in the first
-
-    After a run: `passes_done`, `is_settled` (no mean moved by more than 0.01 sigma), `objectives` (one for each pass),
-    `halvings`.  What the run says of the filter is that of the first pass.
 
     Raises
     ------

@@ -28,15 +28,15 @@ from kalmanq.run.steps import Steps
 class Filter(Readable):
     """A filter of a model in one arithmetic, before the first measurement.
 
+    Readings are float64 in the units of the states: `mean`, `sigma` (n), `covariance` (n x n), `nis`, `taken`, `log_likelihood`, `events`,
+    `memory`; `time`: of the last row, where rows have times; it counts from `origin` where these are dates.
+
     Parameters
     ----------
     model : Model
     arithmetic : "f64", "f32" or "q31": bit for bit what the chip computes
     way : of f32 and q31, "lean", "tables", "init" or "sizes": as in the C file that `design` writes in that way
     parts : `parts` of another filter of this model and arithmetic, to be shared
-
-    Readings are float64 in the units of the states: `mean`, `sigma` (n), `covariance` (n x n), `nis`, `taken`, `log_likelihood`, `events`,
-    `memory`; `time`: of the last row, where rows have times; it counts from `origin` where these are dates.
 
     Raises
     ------

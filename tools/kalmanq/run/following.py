@@ -93,14 +93,14 @@ class InstantSmoother(Filter):
 class FrozenGainFilter(Filter):
     """A filter that leaves its covariance alone once that has settled, and begins again after a gap (steady.h).
 
+    While it is settled, `nis` and `log_likelihood` are those of the last row before.  Rows come by `run` or `step`.
+
     Parameters
     ----------
     model : Model
     arithmetic : "f64", "f32" or "q31"
     bits : it has settled when a row changes no row of the covariance's root by more than 2^-bits of its norm
     parts : `parts` of another filter of this model and arithmetic, to be shared
-
-    While it is settled, `nis` and `log_likelihood` are those of the last row before.  Rows come by `run` or `step`.
 
     Raises
     ------

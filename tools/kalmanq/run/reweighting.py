@@ -22,6 +22,8 @@ from kalmanq.run.results import Run
 class ReweightedSmoother(OfModel):
     """A smoother with Student-t process noise, for states that jump: fixed-interval passes, each with the weights of the one before.
 
+    What a run says of the filter (mean, sigma, log-likelihood) is the plain filter's; outliers become jumps.  `weights` (T): of Q.
+
     Parameters
     ----------
     model : Model of steps, whose start is known
@@ -29,8 +31,6 @@ class ReweightedSmoother(OfModel):
     nu : degrees of freedom, above 0: the fewer, the more often it jumps
     passes : 1 or more; from a first weight of 16, more than five do not gain
     first : the weight of Q at every step of the first pass: from 1, large jumps are found slowly
-
-    What a run says of the filter (mean, sigma, log-likelihood) is the plain filter's; outliers become jumps.  `weights` (T): of Q.
 
     Raises
     ------

@@ -50,6 +50,8 @@ ALONE = tuple(name for name, one in LOSSES.items() if one.is_alone)
 class Robust:
     """An update for noise that is not Gaussian: a loss of robust.h, which says which to take.
 
+    While something of an unknown start is still unknown, measurements are taken as they are.
+
     Parameters
     ----------
     way : "gate": a row that is too far off, for as many components as it has, is not taken;
@@ -58,8 +60,6 @@ class Robust:
         single one may be off, with that limit's probability for rows of several;
         k of Huber in sigma, nu of Student, g of jump; None: what is usual
     run : gate: after so many rejections in a row one is taken; 65535: never
-
-    While something of an unknown start is still unknown, measurements are taken as they are.
 
     Raises
     ------

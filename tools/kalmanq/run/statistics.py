@@ -21,13 +21,13 @@ from kalmanq.run.results import Run
 class Consistency:
     """Statistics of the last `window` updates (consistency.h): normalised innovation squared, mean and whiteness.
 
+    `quantile` of its methods: of the normal distribution, for two-sided bounds: 1.96 for 95 %, 2.576 for 99 %.
+
     Parameters
     ----------
     model : Model, of the filter that is watched
     window : updates, in the order of their calls of `run` and `update`; those that took nothing do not count
     arithmetic : that of the filter
-
-    `quantile` of its methods: of the normal distribution, for two-sided bounds: 1.96 for 95 %, 2.576 for 99 %.
 
     Raises
     ------
@@ -89,6 +89,8 @@ class Consistency:
 class LeastSquares:
     """Least squares of z = h x + v, v ~ N(0, r), from a prior, with or without forgetting (least_squares.h).
 
+    `filter` is the filter that does it: mean, sigma, covariance, memory, events.  KalmanqError: rows that do not fit.
+
     Parameters
     ----------
     x0 : n, mean of the prior
@@ -96,8 +98,6 @@ class LeastSquares:
     arithmetic : "f64", "f32" or "q31"
     forgetting : lambda: 0 < lambda <= 1, what is k rows old weighs lambda^k
     states, measurement : names, units and ranges; fixed point needs them
-
-    `filter` is the filter that does it: mean, sigma, covariance, memory, events.  KalmanqError: rows that do not fit.
 
     Examples
     --------
