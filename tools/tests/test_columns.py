@@ -230,6 +230,16 @@ def test_series_of_rows_are_refused(tmp_path):
             run_series(model, z, inputs)
 
 
+@pytest.mark.parametrize("call", [lambda model, z: Filter(model).run(z), lambda model, z: Filter(model).update(z[0]),
+                                  lambda model, z: Smoother(model, "f32").run(z), lambda model, z: likelihood(model, [z]), lambda model, z: fit(model, [z])])
+def test_what_feeds_through_is_not_left_out(call):
+    """Without u the measurements were taken as if it were 0"""
+    model, z = Model(0.9, H=1, R=0.1, Q=0.1, P0=1, D=2), np.ones((5, 1))
+    with pytest.raises(KalmanqError, match="give u"):
+        call(model, z)
+    assert Filter(model).run(np.full((5, 1), np.nan)).mean.shape == (5, 1)
+
+
 def test_a_table_has_the_columns(tmp_path):
     pandas = pytest.importorskip("pandas")
     model, _, z, inputs, _ = case(1, 3, "HR", tmp_path)

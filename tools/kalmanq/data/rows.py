@@ -78,6 +78,8 @@ class Rows:
         if isinstance(model, ColumnModel):
             u, own = _columns_apart(u, z, model, made)
             matrices = {**own, **matrices}
+        if u is None and (getattr(model, "D", None) is not None or "D" in matrices) and np.isfinite(made).any():
+            raise KalmanqError("u is left out, and the measurements have a part of it, D u: give u, 0 where there is none")
         u = controls_of(u, model, len(made))
         fed = _fed(model, u, matrices)
         return cls(made, u, at, matrices, index, begun, fed)
