@@ -69,7 +69,7 @@ def sketches(to, header):
 def keywords():
     """What Arduino's editor colours: types, functions and macros of the headers"""
     text = "".join(path.read_text() for path in sorted((ROOT / "include/kalmanq").glob("*.h")))
-    kinds = (("KEYWORD1", r"^(?:\}|typedef .*\}?) (kq_\w+);"), ("KEYWORD2", r"^(?:KQ_NODISCARD )?[a-z]\w* \*?(kq_\w+)\("),
+    kinds = (("KEYWORD1", r"^(?:\}|typedef .*\}?) (kq_\w+);"), ("KEYWORD2", r"^(?:KQ_NODISCARD [a-z]\w* |[a-z]\w* |#define )\*?(kq_\w+)\("),
              ("LITERAL1", r"^#define (KQ_(?!PRIVATE)\w+)"))
     return "\n".join(f"{word}\t{kind}" for kind, pattern in kinds for word in sorted(set(re.findall(pattern, text, re.M))))
 

@@ -12,17 +12,17 @@ const char *kq_status_text(kq_status status)
     case KQ_OK: return "done";
     case KQ_ERR_NULL: return "a pointer that the call needs is NULL";
     case KQ_ERR_SIZE: return "a size, index or step count is out of range";
-    case KQ_ERR_MEMORY: return "the caller's memory is too short";
+    case KQ_ERR_MEMORY: return "the caller's memory is too short for these sizes, or for a correlated R";
     case KQ_ERR_NOT_FINITE: return "a number is NaN or infinite";
     case KQ_ERR_NOT_SYMMETRIC: return "a covariance is not symmetric";
     case KQ_ERR_NOT_SEMIDEFINITE: return "a covariance is not positive semi-definite";
-    case KQ_ERR_NOT_READY: return "the object is not initialised";
-    case KQ_ERR_MISMATCH: return "the objects do not fit together";
+    case KQ_ERR_NOT_READY: return "an object is not initialised, or its init was refused";
+    case KQ_ERR_MISMATCH: return "the objects do not fit together, or one is given twice";
     case KQ_ERR_HISTORY_EMPTY:
         return "the history holds nothing to smooth, or has been smoothed already";
     case KQ_ERR_HISTORY_FULL: return "the history ran out of memory";
     case KQ_ERR_RANGE: return "a value is out of its range, or a range does not fit its Q format";
-    case KQ_ERR_COEFFICIENT: return "a coefficient is not representable";
+    case KQ_ERR_COEFFICIENT: return "a coefficient is beyond its limit, or a mantissa is not 2^30 to 2^31";
     case KQ_ERR_TABLE: return "a table contradicts itself";
     case KQ_ERR_RECORDING: return "the history cannot record this, or something else is attached";
     case KQ_ERR_NOT_DETECTABLE: return "no steady state: a lasting state is not measured";

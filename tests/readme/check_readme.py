@@ -112,6 +112,8 @@ def main(pages: list[str], source: str, library: str, work: str) -> None:
         faults += [f"{page}: {link} leads nowhere" for link in dead_links(page, text)]
         faults += [f"{page}: {name} is another text"
                    for name in stale_copies(text, pathlib.Path(source))]
+        faults += [f"{page}: {line}: without -fdata-sections tables of functions keep what is not called" for line in text.splitlines()
+                   if "-ffunction-sections" in line and "-fdata-sections" not in line]
         if page.name != "CHANGELOG.md":  # it tells of names that are gone
             faults += [f"{page}: what is {name}?"
                        for name in unknown_names(text, pathlib.Path(source))]

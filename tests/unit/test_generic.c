@@ -22,6 +22,9 @@ KQ_FILTER_Q31(track_q31, 1);
 KQ_FILTER_Q31(twin_q31, 1);
 KQ_HISTORY_Q31(tape_q31, 1, 1, 4, 0);
 
+static kq_filter_f32 view_f32;
+static kq_filter_f64 view_f64;
+static kq_filter_q31 view_q31;
 static int failed;
 
 static void check(int good, const char *what, int line)
@@ -56,7 +59,12 @@ static void check(int good, const char *what, int line)
         CHECK(kq_sigma(f, 0) == kq_sigma_##T(&twin_##T, 0) && kq_sigma(f, 0) > 0);                 \
         CHECK(kq_covariance(f, P) == KQ_OK && kq_covariance_##T(&twin_##T, Q) == KQ_OK);           \
         CHECK(kq_events(f) == kq_events_##T(&twin_##T));                                           \
+        CHECK(kq_log_likelihood(f) == kq_log_likelihood_##T(&twin_##T));                           \
         CHECK(kq_history_steps_##T(&tape_##T) == 3 && kq_smooth(&tape_##T) == KQ_OK);              \
+        CHECK(kq_smoothed(&tape_##T, 0, &view_##T) == KQ_OK && kq_mean(&view_##T, 0) != kq_mean(f, 0)); \
+        CHECK(kq_filter_copy(&twin_##T, f) == KQ_OK && kq_mean(&twin_##T, 0) == kq_mean(f, 0));    \
+        kq_events_clear(&twin_##T);                                                                \
+        CHECK(kq_events(&twin_##T) == 0);                                                          \
         CHECK(kq_forecast(f, &motion_##T, NULL, 2, &twin_##T) == KQ_OK);                           \
         CHECK(kq_sigma(&twin_##T, 0) > kq_sigma(f, 0));                                            \
         CHECK(kq_attach(&track_##T, &tape_##T.attached) == KQ_OK);                                 \
@@ -76,6 +84,8 @@ static void make_f32(void)
 {
     static const float one[] = {1}, four[] = {4}, zero[] = {0};
     CHECK(kq_process_init(&motion_f32, one, NULL, one) == KQ_OK);
+    CHECK(kq_sensor_init_diagonal(&radar_f32, one, four) == KQ_OK);
+    CHECK(kq_sensor_init_lean(&radar_f32, one, four) == KQ_OK);
     CHECK(kq_sensor_init(&radar_f32, one, four) == KQ_OK);
     CHECK(kq_filter_init(&track_f32, zero, four) == KQ_OK);
     CHECK(kq_filter_init(&twin_f32, zero, four) == KQ_OK);
@@ -85,6 +95,8 @@ static void make_f64(void)
 {
     static const double one[] = {1}, four[] = {4}, zero[] = {0};
     CHECK(kq_process_init(&motion_f64, one, NULL, one) == KQ_OK);
+    CHECK(kq_sensor_init_diagonal(&radar_f64, one, four) == KQ_OK);
+    CHECK(kq_sensor_init_lean(&radar_f64, one, four) == KQ_OK);
     CHECK(kq_sensor_init(&radar_f64, one, four) == KQ_OK);
     CHECK(kq_filter_init(&track_f64, zero, four) == KQ_OK);
     CHECK(kq_filter_init(&twin_f64, zero, four) == KQ_OK);
@@ -114,6 +126,8 @@ static void make_q31(void)
     prior.mean = mean;
     prior.root = root;
     CHECK(kq_process_init(&motion_q31, &process, NULL) == KQ_OK);
+    CHECK(kq_sensor_init_diagonal(&radar_q31, &sensor, NULL) == KQ_OK);
+    CHECK(kq_sensor_init_lean(&radar_q31, &sensor, NULL) == KQ_OK);
     CHECK(kq_sensor_init(&radar_q31, &sensor, NULL) == KQ_OK);
     CHECK(kq_filter_init(&track_q31, &prior, NULL) == KQ_OK);
     CHECK(kq_filter_init(&twin_q31, &prior, NULL) == KQ_OK);

@@ -35,6 +35,8 @@ def test_five_minutes(tmp_path):
                           env={**os.environ, "PATH": f"{kalmanq.parent}:{os.environ['PATH']}"})
     assert done.returncode == 0, done.stderr
     assert (done.stdout + done.stderr).count("walk: 0 wrong") == 2 + has_riscv and done.stdout.endswith(program.group(2)) and (tmp_path / "my.png").read_bytes()[1:4] == b"PNG"
+    sizes = subprocess.run(["arm-none-eabi-size", tmp_path / "cart.elf"], check=True, capture_output=True, text=True).stdout
+    assert int(sizes.splitlines()[1].split()[0]) < 55000  # with printf, 77000 where what is not called is linked
 
 
 @pytest.mark.parametrize("word, page", [("EKF", "guides/nonlinear"), ("UKF", "guides/nonlinear"), ("unscented", "guides/nonlinear"),

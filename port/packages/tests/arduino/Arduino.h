@@ -10,6 +10,7 @@ void loop();
 enum { A0 = 14 };
 inline int analogRead(int) { return 511; }
 inline void delay(unsigned long) {}
+inline unsigned long millis() { static unsigned long now; return now += 3; } /* time passes by looking at it */
 inline long random(long end) { static uint32_t state = 1; return long((state = state * 1664525u + 1013904223u) >> 8) % end; }
 
 struct Printer {

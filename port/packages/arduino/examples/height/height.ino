@@ -1,7 +1,8 @@
 /* Height and climb from a barometer (BMP280) and an accelerometer (MPU-6050), 50 times a second. */
 #include <kalmanq.h>
 
-const float dt_s = 0.02f;
+const unsigned long dt_ms = 20;
+const float dt_s = dt_ms / 1000.0f;
 const float barometer_m = 0.11f;        /* BMP280: 1.3 Pa RMS without its filter, 11 cm */
 const float accelerometer_m_s2 = 0.03f; /* MPU-6050: 400 ug/sqrt(Hz), 44 Hz; more where motors shake it */
 const float offset_m_s2 = 0.8f;         /* MPU-6050: 80 mg on its z axis */
@@ -35,5 +36,6 @@ void loop()
     if (kq_step_f32(&flight, &motion, &u, &barometer, &z)) Serial.println("refused");
     Serial.print(kq_mean_f32(&flight, 0)); Serial.print(" m "); /* for the Serial Plotter: one line a row */
     Serial.print(kq_mean_f32(&flight, 1)); Serial.println(" m/s");
-    delay(1000 * dt_s);
+    static unsigned long due_ms = millis();
+    for (due_ms += dt_ms; (long)(due_ms - millis()) > 0;) {} /* dt_ms from row to row, however long one takes */
 }

@@ -1,7 +1,8 @@
 /* Speed and acceleration from a GPS (NEO-6M, 1 Hz), 5 times a second, also while there is no fix. */
 #include <kalmanq.h>
 
-const float dt_s = 0.2f;
+const unsigned long dt_ms = 200;
+const float dt_s = dt_ms / 1000.0f;
 const float gps_m_s = 0.15f;  /* NEO-6M: 0.1 m/s for half of the readings, sigma 0.15 */
 const float jerk_m_s3 = 1.0f; /* how fast a car's acceleration changes: of white noise, in 1 s by 1 m/s2 */
 
@@ -25,8 +26,7 @@ void setup()
     static const float Q[] = {q * dt_s * dt_s / 3, q * dt_s / 2, q * dt_s / 2, q};
     static const float H[] = {1, 0}, R = gps_m_s * gps_m_s, x0[] = {0, 0}, P0[] = {900, 0, 0, 9};
     Serial.begin(115200);
-    if (kq_process_init_f32(&motion, A, NULL, Q) || kq_sensor_init_lean_f32(&gps, H, &R) || kq_filter_init_f32(&car, x0, P0))
-        Serial.println("refused");
+    if (kq_process_init_f32(&motion, A, NULL, Q) || kq_sensor_init_lean_f32(&gps, H, &R) || kq_filter_init_f32(&car, x0, P0)) Serial.println("refused");
 }
 
 void loop()
@@ -36,5 +36,6 @@ void loop()
     if (!status && read_speed_m_s(&z)) status = kq_update_f32(&car, &gps, &z);
     if (status) Serial.println("refused");
     Serial.print(kq_mean_f32(&car, 0)); Serial.print(" m/s +- "); Serial.println(kq_sigma_f32(&car, 0)); /* wide in the tunnel */
-    delay(1000 * dt_s);
+    static unsigned long due_ms = millis();
+    for (due_ms += dt_ms; (long)(due_ms - millis()) > 0;) {} /* dt_ms from row to row, however long one takes */
 }
