@@ -39,7 +39,7 @@ class Values:
             self._note(one, values, (values < low) | (values > high), lines, f"is not plausible, {low:g} to {high:g} is: it is missing")
             values[(values < low) | (values > high)] = np.nan
         if one.range is not None:
-            self._look_at_range(one, values, one.range, lines)
+            self._look_at_range(one, values, one.ends or (-one.range, one.range), lines)
         return values
 
     def numbers(self, one: Quantity, cells: list[str], lines: Sequence[int]) -> np.ndarray:
@@ -52,14 +52,15 @@ class Values:
         missing = [cell.lower() for cell in one.reading.missing if isinstance(cell, str)]
         return np.array([self._number(line, one.name, cell, missing) for line, cell in zip(lines, cells)])
 
-    def _look_at_range(self, one: Quantity, values: np.ndarray, span: float, lines: Sequence[int]) -> None:
-        wrong = np.abs(values) > span
+    def _look_at_range(self, one: Quantity, values: np.ndarray, ends: tuple[float, float], lines: Sequence[int]) -> None:
+        wrong = (values < ends[0]) | (values > ends[1])
         if not np.any(wrong):
             return
-        row = int(np.argmax(wrong))
+        unfit = np.abs(values) > (one.range or 0)  # its format has no word for these
+        row = int(np.argmax(unfit if self._has_to_fit and np.any(unfit) else wrong))
         value = f"{values[row]:g}"
-        why = f"is beyond its declared range of {span:g}: --missing {value} if that stands for nothing, otherwise a wider range in the model"
-        if self._has_to_fit:
+        why = f"is beyond its declared range of {one.span}: --missing {value} if that stands for nothing, otherwise a wider range in the model"
+        if self._has_to_fit and np.any(unfit):
             raise TableError(self.source, f"{one.name} = {value} {why}", lines[row])
         self._note(one, values, wrong, lines, why)
 

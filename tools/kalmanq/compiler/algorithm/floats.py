@@ -423,8 +423,10 @@ class FloatFilter(Arithmetic):
             return f"{text} * {text} <= {self.number(square)}"
         return f"{text} >= {self.number(-most)} && {text} <= {self.number(most)}"
 
-    def most_control(self, k: int) -> str:
-        return self.number(self.given.model.controls[k].range or MOST[self.type])
+    def ends_of_control(self, k: int) -> tuple[str, str]:
+        one = self.given.model.controls[k]
+        least, most = one.ends or (-(one.range or MOST[self.type]), one.range or MOST[self.type])
+        return self.number(least), self.number(most)
 
     def mixed(self, j: int) -> str:
         """What is taken of component j: where noises are correlated, less what the components before it say of it"""

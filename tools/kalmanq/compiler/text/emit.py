@@ -83,7 +83,7 @@ class Text:
         a = self.a
         return {"settles": self.settles, "cycle": None, "code_includes": a.code_includes, "entries": max(len(a.live), 1),
                 "start": commented(a.start(), self.given), "start_at": a.start_at(), "started_at": a.started_at(),
-                "looks_at_controls": bool(self.given.inputs), "hold": a.hold(), "controls": self.controls(), "within_numbers": a.within_numbers(),
+                "looks_at_controls": bool(self.given.inputs), "has_ends": self.has_ends, "hold": a.hold(), "controls": self.controls(), "within_numbers": a.within_numbers(),
                 "factor": self._factor() if self.settles else "f->P", "covariance": a.covariance()}
 
     def _steady(self) -> dict[str, Any]:
@@ -100,9 +100,15 @@ class Text:
         return "f->calls >= SETTLED ? steady[f->calls & 1u] : f->P"
 
     def controls(self) -> list[str]:
-        given = [f"control(f, u[{k}], {self.a.most_control(k)})" for k in range(self.given.inputs)]
+        ends = [", ".join(self.a.ends_of_control(k)[not self.has_ends:]) for k in range(self.given.inputs)]
+        given = [f"control(f, u[{k}], {one})" for k, one in enumerate(ends)]
         given += [self.a.one for _ in range(self.given.of.l - len(given))]
         return commented([f"const {self.a.type} u{k} = {one};" for k, one in enumerate(given)], self.given)
+
+    @property
+    def has_ends(self) -> bool:
+        """Has a control a least value of its own?"""
+        return any(one.ends for one in self.given.model.controls[:self.given.inputs])
 
     def predict_arguments(self) -> str:
         return self.u

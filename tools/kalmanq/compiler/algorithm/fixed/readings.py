@@ -28,8 +28,10 @@ class Readings(RawValues, Arithmetic):
         most = self.formats.z_most[j]
         return f"(uint32_t)z[{j}] + {most}u <= {2 * most}u"
 
-    def most_control(self, k: int) -> str:
-        return str(self.formats.u_most[k])
+    def ends_of_control(self, k: int) -> tuple[str, str]:
+        ends, most = self.given.model.controls[k].ends, self.formats.u_most[k]
+        least, most = [max(-most, min(most, round(math.ldexp(one, self.formats.u[k])))) for one in ends] if ends else (-most, most)
+        return str(least), str(most)
 
     def mixed(self, j: int) -> str:
         mixing, text = self.given.mixing, f"z[{j}]"
