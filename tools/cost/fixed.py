@@ -41,13 +41,14 @@ int main(void)
 app = typer.Typer(add_completion=False)
 
 
-def fixed_costs() -> Any:
-    """The package's module, without the package's own library in C"""
+def fixed_functions() -> Any:
+    """The module of the package's tests, without the package's own library in C"""
     for name, folder in (("kalmanq", "."), ("kalmanq.compiler", "compiler"), ("kalmanq.formulas", "formulas")):
         module = types.ModuleType(name)
         module.__path__ = [str(ROOT / "tools" / "kalmanq" / folder)]  # type: ignore[attr-defined]
         sys.modules[name] = module
-    import kalmanq.compiler.report.fixed_costs as made
+    sys.path.append(str(ROOT / "tools" / "tests"))
+    import fixed_functions as made
     return made
 
 
@@ -93,7 +94,7 @@ def functions(core: str = typer.Option("m3", "--core"), out: Path = typer.Option
     versions = table.read(ROOT / "tools" / "cost.csv").versions
     if check and (reason := incomparable(versions, [BY_NAME[core]], with_clang=False)):
         return print(reason)
-    costs = fixed_costs()
+    costs = fixed_functions()
     made = costs.functions()
     text, names = text_of(made, costs.routines(made))
     with tempfile.TemporaryDirectory(prefix="kalmanq-fixed-") as work:

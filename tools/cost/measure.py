@@ -19,9 +19,9 @@ import emulators
 from build import Place
 from cases import CALLS, HARD, LEAN, ROOTS, Program
 from cores import BY_NAME
+from emulators import Call
 from errors import UserError
 from kalmanq.firmware.elf import Elf, flash_and_ram
-from kalmanq.firmware.emulated import Counted
 from table import Row
 
 WORKERS = 2
@@ -81,7 +81,7 @@ def measure(place: Place, wanted: Program) -> Measured:
     return Measured(rows, hot)
 
 
-def row(wanted: Program, what: str, size: tuple[int, int], calls: dict[str, Counted],
+def row(wanted: Program, what: str, size: tuple[int, int], calls: dict[str, Call],
         ram_and_flash: tuple[int | None, int | None]) -> Row:
     call, hard = calls[counted_as(what)], calls.get(HARD.get(what, ""))
     return Row(
@@ -93,7 +93,7 @@ def counted_as(what: str) -> str:
     return "step" if what == ROOTS else what
 
 
-def stack_worst(calls: dict[str, Counted], what: str) -> int | None:
+def stack_worst(calls: dict[str, Call], what: str) -> int | None:
     """Of all that a program calls which does `what`."""
     if CALLS.get(what) not in calls:
         return None
@@ -107,7 +107,7 @@ def stack_worst(calls: dict[str, Counted], what: str) -> int | None:
     return max(call.stack for name, call in calls.items() if name not in without)
 
 
-def calls_of(wanted: Program, counted: dict[int, Counted], index: int, n: int) -> dict[str, Counted]:
+def calls_of(wanted: Program, counted: dict[int, Call], index: int, n: int) -> dict[str, Call]:
     calls = {}
     for what in wanted.regions(n):
         if build.region(what, index) not in counted:
@@ -124,7 +124,7 @@ def size_of(place: Place, wanted: Program, what: str, n: int, m: int) -> tuple[i
     return with_it[1] - without[1], with_it[0] - without[0]
 
 
-def by_function(elf: Elf, call: Counted) -> Counter[str]:
+def by_function(elf: Elf, call: Call) -> Counter[str]:
     found: Counter[str] = Counter()
     for address, times in call.by_address.items():
         found[elf.function_at(address)] += times

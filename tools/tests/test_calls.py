@@ -32,7 +32,7 @@ class Calls:
         self.a, self.parts, self.handle = self.f.arithmetic, self.f.parts, self.f._handle
         if np.any(model.unknown):
             self.start = self.f._object("diffuse", model.n, rows, sizes=(model.n, rows))
-            self.parts.init_start(self.start, self.handle)
+            self.parts.init_filter(self.handle, self.start)
         self.losses: dict[Robust, Any] = {}
 
     def call(self, stem: str, *arguments: Any) -> None:

@@ -19,7 +19,7 @@ from scipy import special, stats
 
 import kalmanq as kalmanq_package
 from kalmanq import Filter, LagSmoother, Robust, Smoother
-from kalmanq.data import tables
+from kalmanq.data import joining
 from kalmanq.model import model_file
 from kalmanq.pages import pictures
 from kalmanq.run.robust import limit_of
@@ -130,7 +130,7 @@ def test_run_as_a_design_has_its_very_words(arithmetic, way, tmp_path):
     assert done.returncode == 0, done.stderr
     columns = [f"{state.name}_{what}" for what in ("mean", "sigma") for state in model.states]
     written = np.array([[float(row[name]) for name in columns] for row in rows_of(out)])
-    read = tables.measurements_and_controls(data, model)[0]
+    read = joining.record(data, model)[0]
     runs = [Filter(model, arithmetic, way=one).run(read) for one in (way, "init")]
     expected, of_init = (np.hstack([run.mean, run.sigma]) for run in runs)
     assert written.tolist() == expected.tolist()
@@ -146,7 +146,7 @@ def test_the_picture_of_a_lag_has_the_lagged_estimate(tmp_path):
         assert kalmanq("run", EXAMPLES / "track.toml", tmp_path / "z.csv", *options, "--plot", path).returncode == 0
     assert pictures_of[0].read_bytes() != pictures_of[1].read_bytes()
     model = model_file.read(EXAMPLES / "track.toml")
-    z, _ = tables.measurements_and_controls(tmp_path / "z.csv", model)
+    z = joining.record(tmp_path / "z.csv", model)[0]
     run = LagSmoother(model, 7).run(z)
     axis = pictures.draw_run(run, z).axes[1]
     line = next(line for line in axis.get_lines() if line.get_label() == "7 rows later, 95 %")

@@ -15,7 +15,7 @@ from whole import first
 
 from kalmanq import Filter, nonlinear
 from kalmanq.compiler.run.simulation import CompiledFilter
-from kalmanq.data import tables
+from kalmanq.data import joining
 from kalmanq.data.written import writing
 from kalmanq.model import model_file
 from kalmanq.pages import verdict
@@ -40,7 +40,7 @@ def known(tmp_path_factory):
 
 
 def emitted(model, arithmetic, path):
-    z, u = tables.measurements_and_controls(path, model)
+    z, u, _ = joining.record(path, model)
     with CompiledFilter(model, arithmetic) as one:
         return z, u, one.run(z, u)
 

@@ -10,7 +10,7 @@ from compiled_models import kinematic
 from driven import Driven, doubles, library
 from library import cc, written
 from products import anemometer, calendar, drone, fridge, gps, heart, motor, oven, press, rover, spring, tank, ultrasound, well
-from test_words import TRAPS
+from test_words import TRAPS, compared
 from whole import first
 
 from kalmanq import Model, Quantity
@@ -151,11 +151,11 @@ def test_a_cycle_of_rows_settles(arithmetic, make, every):
     with Host(made, TRAPS) as host:
         for seed in (1, 2, 3):  # with gaps, samples in part and second updates, it never settles for long
             drawn = record.as_taken(made, record.drawn(made.given, 1000, seed))
-            found = record.accuracy(made.given, drawn, host.run_record(drawn))
+            found = compared(made.given, drawn, host.run_record(drawn))
             assert found.mean < of_any[0] and found.covariance < of_any[1] and (arithmetic == "q31" or not found.events)
         drawn = record.as_taken(made, regular(made, rows))
         ran = host.run_record(drawn)
-    found = record.accuracy(made.given, drawn, ran)
+    found = compared(made.given, drawn, ran)
     assert found.mean < of_settled[0] and found.covariance < of_settled[1] and not found.events
     last = ran.covariance[-2 * length:]
     assert rows < length * (cycles + 4) or np.array_equal(last[:length], last[length:])

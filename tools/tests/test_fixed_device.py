@@ -9,6 +9,7 @@ import subprocess
 from functools import lru_cache
 from pathlib import Path
 
+import fixed_functions
 import numpy as np
 import pytest
 from command import kalmanq
@@ -20,7 +21,7 @@ import kalmanq as kalmanq_package
 from kalmanq.compiler.algorithm.fixed.device import EVENTS
 from kalmanq.compiler.algorithm.fixed.python import Far
 from kalmanq.compiler.given.request import Options
-from kalmanq.compiler.report import fixed_costs, fixed_report, report
+from kalmanq.compiler.report import fixed_report, report
 from kalmanq.compiler.run.equation_records import drawn, recorded
 from kalmanq.compiler.run.equation_run import FixedEquations, compiled_equations_run
 from kalmanq.compiler.run.fixed_records import simulated
@@ -307,7 +308,7 @@ def test_formats_hold_what_is_between_the_ends_of_a_range(range_, holds):
 
 @lru_cache(None)
 def tried_functions():
-    return fixed_costs.functions()
+    return fixed_functions.functions()
 
 
 def test_the_table_has_the_errors_of_all_functions_and_the_page_says_them():
@@ -345,7 +346,7 @@ def test_functions_are_the_same_bits_in_c(tmp_path):
         calls.append(f"for (int i = 0; i < {len(rows)}; i++) {{ int32_t e[1]; uint32_t far = 0; f{k}(given{k}[i], e, &far); "
                      'printf("%ld %lu\\n", (long)e[0], (unsigned long)far); }')
         wanted += [told(one.run, row) for row in rows]
-    head = ["#include <stdint.h>", "#include <stdio.h>", fixed_costs.routines(made)]
+    head = ["#include <stdint.h>", "#include <stdio.h>", fixed_functions.routines(made)]
     text = "\n".join([*head, *lines, "int main(void)", "{", *calls, "return 0;", "}", ""])
     (tmp_path / "functions.c").write_text(text)
     for compiler in [one for one in ("gcc", "clang") if shutil.which(one)]:

@@ -18,7 +18,7 @@ from kalmanq.compiler.given.enclosure import DIGITS, steps
 from kalmanq.compiler.given.request import Options
 from kalmanq.compiler.report import report
 from kalmanq.compiler.run.host import Host
-from kalmanq.compiler.run.record import Record, exact
+from kalmanq.compiler.run.record import Record, exact_of
 from kalmanq.compiler.text.emit import PREDICTS, UPDATES
 from kalmanq.compiler.text.equation_product import compiled_equations
 from kalmanq.compiler.text.product import compiled
@@ -78,7 +78,7 @@ def seen(model: Model, arithmetic: str, gap: int, rows: int, **more: object) -> 
         ran = host.run(z, np.zeros((len(z), model.l)))
     wide = model.changed(x0=np.zeros(model.n), P0=1e6 * np.maximum(np.diag(model.P0), np.diag(model.Q)))
     after = Record(np.r_[UPDATES, np.full(rows - 1, PREDICTS | UPDATES)], np.full(rows, product.given.all), z[-rows:], np.zeros((rows, model.l)))
-    means, covariances = exact(compiled(wide, "flt", Options("f64")).given, after, np.full(rows, product.given.all))
+    means, covariances = exact_of(compiled(wide, "flt", Options("f64")).given, [after], [np.full(rows, product.given.all)])[0]
     sigma = np.sqrt(np.diagonal(covariances, axis1=1, axis2=2))
     apart = np.abs(ran.mean[-rows:] - means) / sigma
     spread = np.sqrt(np.diagonal(ran.covariance[-rows:], axis1=1, axis2=2)) / sigma - 1
@@ -239,7 +239,7 @@ void read(double *P)
         self.rows, P = rows, np.zeros((of.n, of.n))
         self.library.read(ctypes.c_void_p(P.ctypes.data))
         with decimal.localcontext(DIGITS):
-            predict, cycle = steps(of)
+            predict, (cycle,) = steps(of, [range(of.m)])
             for _ in range(self.gap):
                 cycle = predict.then(cycle)
             whole, left = None, rows

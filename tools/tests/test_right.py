@@ -206,7 +206,7 @@ def test_records_follow_the_model_and_stay_within_its_ranges(make: Callable[[], 
     moves = drawn.what & PREDICTS > 0
     taken = np.where(drawn.what & UPDATES, drawn.present, 0)
     x, u, _ = truth.drawn(given, moves, np.random.default_rng(3))
-    means, covariances = (one.astype(float) for one in record.exact(given, drawn, taken))
+    means, covariances = (one.astype(float) for one in record.exact_of(given, [drawn], [taken])[0])
     assert all(np.abs(x[:, i]).max() <= one.range for i, one in enumerate(given.model.states) if one.range)
     assert all(np.abs(drawn.z[:, j]).max() <= one.range for j, one in enumerate(given.model.measurements) if one.range)
     squares, d = [], 0.0 if given.model.d is None else given.model.d

@@ -373,12 +373,11 @@ def test_controls_stay_until_the_next_row(tmp_path):
     assert told["log_likelihood"] == pytest.approx(right.log_likelihood.sum(), rel=1e-9)
 
 
-def test_other_commands_say_that_rows_are_steps(tmp_path):
-    """design runs a filter of steps"""
+def test_rows_that_are_read_as_steps_say_that_they_are_not_alike(tmp_path):
     model = written(tmp_path, CART + "ranges = [50]\n[states]\nnames = [\"p\", \"v\"]\nranges = [50, 50]\n", "cart.toml")
     source = Source(written(tmp_path, data_of("t", in_seconds())))
     with pytest.warns(KalmanqWarning, match="one step .*resample"):
-        tables.measurements_and_controls(source, model_file.read(model))
+        list(tables.read(source, tables.wanted_of(model_file.read(model), dt=None, cure=tables.RESAMPLE)))
     with warnings.catch_warnings():
         warnings.simplefilter("error")
         assert joining.record(source, model_file.read(model))[2] is not None

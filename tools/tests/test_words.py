@@ -25,6 +25,11 @@ STRICT = ("-std=c11", "-Wall", "-Wextra", "-Wpedantic", "-Wconversion", "-Wshado
 MEAN, COVARIANCE = 2e-4, 1e-4  # sigma, sigma_i sigma_j: of these products at most 1.6e-4 and 5.3e-5
 
 
+def compared(given, drawn, ran) -> record.Accuracy:
+    """With long double"""
+    return record.apart(given, drawn, ran, *record.exact_of(given, [drawn], [ran.taken])[0])
+
+
 def companion() -> Model:
     """A row of A with sum |A_ik| of 8.6"""
     A = np.zeros((4, 4))
@@ -51,7 +56,7 @@ def test_is_near_long_double(make):
     with Host(product, TRAPS) as host:
         for seed in (1, 2, 3):
             drawn = record.as_taken(product, record.drawn(product.given, 1000, seed))
-            made = record.accuracy(product.given, drawn, host.run_record(drawn))
+            made = compared(product.given, drawn, host.run_record(drawn))
             assert made.mean < (MEAN if make is not companion else 4e-4) and made.covariance < COVARIANCE
             assert made.events == 0
 
@@ -80,7 +85,7 @@ def test_words_that_have_become_finer_become_coarse_again(make, gap):
     what[0], what[within], present[within] = UPDATES, PREDICTS, 0
     with Host(product, TRAPS) as host:
         ran = host.run_record(replace(drawn, what=what, present=present))
-    _, covariances = record.exact(given, replace(drawn, what=what, present=present), ran.taken)
+    _, covariances = record.exact_of(given, [replace(drawn, what=what, present=present)], [ran.taken])[0]
     sigma = np.sqrt(np.einsum("tii->ti", covariances)).astype(float)
     spread = np.abs(ran.covariance - covariances) / (sigma[:, :, None] * sigma[:, None, :])
     assert (sigma[499 + gap] / sigma[499]).max() > 1000

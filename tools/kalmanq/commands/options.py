@@ -48,30 +48,19 @@ FRESH = typer.Option(False, "--fresh", help="Start anew: do not go on where a co
 
 # How a file of data is written; of every command that reads one
 LAYOUT_PANEL = "How the data file is written"
-LAYOUT = {
-    "separator": (Optional[str], typer.Option(
-        None, "--separator", metavar="LETTER", help="What is between fields: a character, or the word tab. Found if left out.", rich_help_panel=LAYOUT_PANEL)),
-    "decimal": (Optional[str], typer.Option(
-        None, "--decimal", metavar=". or ,", help="The decimal sign. Found if left out.", rich_help_panel=LAYOUT_PANEL)),
-    "missing": (List[str], typer.Option(
-        [], "--missing", metavar="CELL", help="A cell that means missing, such as -9999. May be given again.", rich_help_panel=LAYOUT_PANEL)),
-    "rename": (List[str], typer.Option(
-        [], "--rename", metavar="NAME=COLUMN", help="COLUMN of the file is NAME of the model. May be given again.", rich_help_panel=LAYOUT_PANEL)),
-    "time": (Optional[str], typer.Option(
-        None, "--time", metavar="COLUMN", help="The column of times, such as 't (ms)'; none: each row is a step. Found by its name if left out.",
-        rich_help_panel=LAYOUT_PANEL)),
-    "time_format": (Optional[str], typer.Option(
-        None, "--time-format", metavar="FORMAT", help="How times are written, as of strptime: '%d.%m.%y %H:%M'.", rich_help_panel=LAYOUT_PANEL)),
-    "sort": (bool, typer.Option(False, "--sort", help="Sort the rows by their times.", rich_help_panel=LAYOUT_PANEL)),
-    "skip_untimed": (bool, typer.Option(False, "--skip-untimed", help="Leave rows without a time out.", rich_help_panel=LAYOUT_PANEL)),
-    "pause": (Optional[float], typer.Option(
-        None, "--pause", metavar="SECONDS", min=0, help="A longer time without a row begins a new record.", rich_help_panel=LAYOUT_PANEL)),
-    "database": (Optional[str], typer.Option(
-        None, "--database", metavar="FILE.dbc", help="The signals of a CAN log.", rich_help_panel=LAYOUT_PANEL)),
-    "jitter": (Optional[float], typer.Option(
-        None, "--jitter", metavar="SHARE", min=0, max=0.49, help="A step counts as a multiple of dt if it is off by less than this share of dt.",
-        rich_help_panel=LAYOUT_PANEL)),
-}
+LAYOUT = {name: (kind, typer.Option(default, f"--{name.replace('_', '-')}", metavar=metavar, help=said, rich_help_panel=LAYOUT_PANEL, **more))
+          for name, kind, default, metavar, said, more in (
+    ("separator", Optional[str], None, "LETTER", "What is between fields: a character, or the word tab. Found if left out.", {}),
+    ("decimal", Optional[str], None, ". or ,", "The decimal sign. Found if left out.", {}),
+    ("missing", List[str], [], "CELL", "A cell that means missing, such as -9999. May be given again.", {}),
+    ("rename", List[str], [], "NAME=COLUMN", "COLUMN of the file is NAME of the model. May be given again.", {}),
+    ("time", Optional[str], None, "COLUMN", "The column of times, such as 't (ms)'; none: each row is a step. Found by its name if left out.", {}),
+    ("time_format", Optional[str], None, "FORMAT", "How times are written, as of strptime: '%d.%m.%y %H:%M'.", {}),
+    ("sort", bool, False, None, "Sort the rows by their times.", {}),
+    ("skip_untimed", bool, False, None, "Leave rows without a time out.", {}),
+    ("pause", Optional[float], None, "SECONDS", "A longer time without a row begins a new record.", {"min": 0}),
+    ("database", Optional[str], None, "FILE.dbc", "The signals of a CAN log.", {}),
+    ("jitter", Optional[float], None, "SHARE", "A step counts as a multiple of dt if it is off by less than this share of dt.", {"min": 0, "max": 0.49}))}
 READ = ("data", "controls", "at")  # fields that are files of data
 
 

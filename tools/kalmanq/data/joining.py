@@ -14,7 +14,7 @@ from typing import Any, ContextManager, Iterable, Iterator, Optional, Sequence
 import numpy as np
 
 from kalmanq.data.blocks import Block, joined, part_of
-from kalmanq.data.layouts import Source, TableError, source_of
+from kalmanq.data.layouts import Source, TableError, first_of, source_of
 from kalmanq.data.tables import Table, dt_of, opened_table, read, split, wanted_of
 from kalmanq.data.time_columns import judge_units
 from kalmanq.errors import KalmanqError, KalmanqWarning
@@ -66,7 +66,7 @@ def records_between(data: Any, model: Any, has_to_fit: bool = False) -> list[Blo
 
 def cut(blocks: Iterable[Block], data: Any, model: Any) -> Iterator[tuple[int, Block]]:
     """Blocks and the number of their record: a pause begins a new one"""
-    layout = source_of(data[0] if isinstance(data, (list, tuple)) else data).said(model.recording).layout
+    layout = first_of(data).said(model.recording).layout
     of = getattr(model, "continuous", None)
     pause = np.inf if layout.pause is None else layout.pause / (of.seconds if of else 1.0)
     number, last = 0, np.nan

@@ -85,6 +85,11 @@ def source_of(given: AnySource) -> Source:
     return given if isinstance(given, Source) else Source(given)
 
 
+def first_of(data: Any) -> Source:
+    """Of a file, or of several"""
+    return source_of(data[0] if isinstance(data, (list, tuple)) else data)
+
+
 def layout_of(said: Mapping[str, Any]) -> Layout:
     """Of options, by their names"""
     separator, decimal, rename = said["separator"], said["decimal"], said["rename"]

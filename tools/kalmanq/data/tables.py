@@ -14,7 +14,7 @@ from kalmanq.data.blocks import Block, joined
 from kalmanq.data.csv_rows import CsvRows
 from kalmanq.data.ground import AXES, Begun, Ground
 from kalmanq.data.instants import Instants
-from kalmanq.data.layouts import MISSING, AnySource, Source, TableError, column_of, place_of, places_of, source_of
+from kalmanq.data.layouts import MISSING, AnySource, Source, TableError, column_of, first_of, place_of, places_of, source_of
 from kalmanq.data.letters import opened
 from kalmanq.data.moments import DATE, Together, iso_of, places_said
 from kalmanq.data.readers import KNOWN, Recorded, Row, reader_of, recorded
@@ -266,13 +266,6 @@ def may_repeat(model: Any) -> bool:
     return bool(model.continuous) if isinstance(model, Model) else model.has_empty_steps
 
 
-def measurements_and_controls(data: AnySource, model: Any, *,
-                              has_to_fit: bool = False) -> tuple[np.ndarray, Optional[np.ndarray]]:
-    """z and u alone, of rows that are steps, whenever they are"""
-    wanted = wanted_of(model, dt=None, cure=RESAMPLE, repeats=False, has_to_fit=has_to_fit)
-    return split(joined(list(read(data, wanted))), model, data)
-
-
 def record_and(data: AnySource, model: Any, others: Sequence[str]
                ) -> tuple[np.ndarray, Optional[np.ndarray], Optional[np.ndarray], Optional[np.ndarray]]:
     """z, u, the other columns, and the times, if rows are at theirs"""
@@ -307,8 +300,7 @@ def inputs_in(block: Block, model: ColumnModel, z: np.ndarray, data: Any) -> np.
     try:
         model.matrices(made, z)
     except KalmanqError as problem:
-        source = source_of(data[0] if isinstance(data, (list, tuple)) else data)
-        raise KalmanqError(f"{source}: {block.place(problem.row or 0)}: {problem.text}") from problem
+        raise KalmanqError(f"{first_of(data)}: {block.place(problem.row or 0)}: {problem.text}") from problem
     return made
 
 
@@ -316,6 +308,5 @@ def controls_in(block: Block, controls: Sequence[Quantity], data: Any) -> np.nda
     u = np.column_stack([block.columns[one.name] for one in controls])
     if np.any(np.isnan(u)):
         row, column = map(int, np.argwhere(np.isnan(u))[0])
-        source = source_of(data[0] if isinstance(data, (list, tuple)) else data)
-        raise TableError(source, "a control is missing: fill it in, or leave the row out; only measurements may be missing", block.line(row), controls[column].name)
+        raise TableError(first_of(data), "a control is missing: fill it in, or leave the row out; only measurements may be missing", block.line(row), controls[column].name)
     return u

@@ -18,7 +18,7 @@ class NotMeasured(Exception):
 class Core:
     name: str
     description: str
-    family: str  # arm, riscv or avr: which emulator and which timing
+    family: str  # arm, riscv or avr: which emulator
     gcc: tuple[str, ...]  # with the flags of the core (tests/target/cores.sh has them, too)
     link_flags: tuple[str, ...]
     model: str = ""  # of the emulator

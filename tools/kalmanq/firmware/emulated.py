@@ -18,7 +18,7 @@ from unicorn import arm_const, riscv_const
 
 from kalmanq.firmware.cores import Core, NotMeasured
 from kalmanq.firmware.elf import Elf, Listing
-from kalmanq.firmware.timing import PUSH, TIMING
+from kalmanq.firmware.pushes import PUSH
 
 MEMORY = (0, 0x1000_0000, 0x2000_0000)  # where the linkers put code and data
 MEMORY_SIZE = 0x0400_0000
@@ -31,9 +31,11 @@ FPU_ACCESS = 0xF << 20
 
 @dataclass
 class Counted:
+    """jumps: how often it went on elsewhere than at the next address; by_address: how often each instruction was executed"""
+
     instructions: int = 0
-    cycles: int = 0
     stack: int = 0
+    jumps: int = 0
     by_address: Counter[int] = field(default_factory=Counter)
 
 
@@ -162,7 +164,6 @@ class Emulator:
         return self.blocks[address, size]
 
     def learnt(self, address: int, end: int) -> Block:
-        cycles_of, _ = TIMING[self.core.name]
         push = PUSH[self.core.family]
         block = Block(end)
         while address < end:
@@ -170,7 +171,6 @@ class Emulator:
                 raise NotMeasured(f"{self.elf.path.name}: no instruction listed at {address:#x}")
             instruction = self.code[address]
             block.addresses.append(address)
-            block.cycles += cycles_of(instruction)
             block.push += push(instruction) or 0
             address += instruction.size
         return block
@@ -180,7 +180,6 @@ class Emulator:
 class Block:
     end: int
     addresses: list[int] = field(default_factory=list)
-    cycles: int = 0
     push: int = 0  # bytes
 
 
@@ -208,13 +207,10 @@ class Blocks:
         self.lowest = min(self.lowest, uc.reg_read(self.sp))
 
     def add_up(self, counted: Counted) -> None:
-        _, refill = TIMING[self.emulator.core.name]
-        counted.stack = self.top - self.lowest
-        counted.cycles = refill * (self.jumps + 1)  # and the return
+        counted.stack, counted.jumps = self.top - self.lowest, self.jumps
         for key, times in self.times.items():
             block = self.emulator.block(*key)
             counted.instructions += times * len(block.addresses)
-            counted.cycles += times * block.cycles
             for address in block.addresses:
                 counted.by_address[address] += times
 

@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
-from typing import Callable, Mapping, Optional, Sequence
+from typing import Callable, Mapping, Optional, Sequence, TypeVar
 
 from kalmanq.formulas.graph import (CONDITIONS, Given, Node, add, call, compare, constant, divide, inverse, logic, mul, node,
                                     power, select, sub)
 
 Memo = dict[int, Node]
+Made = TypeVar("Made")
 
 
 def jacobian(rows: Sequence[Node], by: Sequence[Node]) -> list[list[Node]]:
@@ -17,15 +18,21 @@ def jacobian(rows: Sequence[Node], by: Sequence[Node]) -> list[list[Node]]:
 
 def derivative(one: Node, by: Node, memo: Memo) -> Node:
     """d one / d by, of a symbol; memo: of this symbol"""
+    return _worked_out(one, memo, lambda of: [a for a in of.args if isinstance(a, Node)], lambda of: _derivative(of, by, memo))
+
+
+def _worked_out(one: Node, memo: dict[int, Made], needs: Callable[[Node], Sequence[Node]], make: Callable[[Node], Made]) -> Made:
+    """What is made of a formula from what is made of those that it needs; memo: by id.  A long chain of formulas is deeper than Python's
+    stack"""
     waiting = [one]
-    while waiting:  # a long chain of formulas is deeper than Python's stack
+    while waiting:
         last = waiting[-1]
-        missing = [a for a in last.args if isinstance(a, Node) and id(a) not in memo and id(last) not in memo]
+        missing = [] if id(last) in memo else [a for a in needs(last) if id(a) not in memo]
         waiting += missing
         if not missing:
             waiting.pop()
             if id(last) not in memo:
-                memo[id(last)] = _derivative(last, by, memo)
+                memo[id(last)] = make(last)
     return memo[id(one)]
 
 
@@ -107,28 +114,16 @@ def remade(op: str, args: Sequence[Node]) -> Node:
 def substituted(one: Node, values: Mapping[str, Given], memo: Memo) -> Node:
     """With other formulas in the place of symbols.  A condition is decided before its branches are looked at: what is not
     chosen need not have a value."""
-    waiting = [one]
-    while waiting:
-        last = waiting[-1]
-        needs = _needs(last, memo)
-        waiting += needs
-        if not needs:
-            waiting.pop()
-            if id(last) not in memo:
-                memo[id(last)] = _substituted(last, values, memo)
-    return memo[id(one)]
+    return _worked_out(one, memo, lambda of: _needs(of, memo), lambda of: _substituted(of, values, memo))
 
 
-def _needs(one: Node, memo: Memo) -> list[Node]:
-    if id(one) in memo or one.op in ("constant", "symbol"):
-        return []
-    wanted = list(one.args)
-    if one.op == "select":
-        condition = memo.get(id(one.args[0]))
-        if condition is None:
-            return [one.args[0]]
-        wanted = [one.args[1 if condition.value else 2]] if condition.is_constant else wanted
-    return [a for a in wanted if id(a) not in memo]
+def _needs(one: Node, memo: Memo) -> Sequence[Node]:
+    if one.op != "select":
+        return () if one.op in ("constant", "symbol") else one.args
+    condition = memo.get(id(one.args[0]))
+    if condition is None:
+        return one.args[:1]
+    return [one.args[1 if condition.value else 2]] if condition.is_constant else one.args
 
 
 def _substituted(one: Node, values: Mapping[str, Given], memo: Memo) -> Node:
@@ -150,14 +145,7 @@ def less(one: Node, term: Node) -> Node:
 def without(one: Node, term: Node) -> Optional[Node]:
     """None: one is no sum with this term"""
     memo: dict[int, Optional[Node]] = {}
-    waiting = [one]
-    while waiting:
-        last = waiting[-1]
-        needs = [] if last is term else [a for a in _TERMS.get(last.op, lambda args: ())(last.args) if id(a) not in memo]
-        waiting += needs
-        if not needs:
-            memo[id(waiting.pop())] = _less(last, term, memo)
-    return memo[id(one)]
+    return _worked_out(one, memo, lambda of: () if of is term else _TERMS.get(of.op, lambda args: ())(of.args), lambda of: _less(of, term, memo))
 
 
 _TERMS: dict[str, Callable[..., Sequence[Node]]] = {"select": lambda args: args[1:], "add": lambda args: args,

@@ -305,48 +305,33 @@ def _regression(of: dict[str, Any]) -> dict[str, Any]:
     return _built(k, k, 1, _coefficients(of, of["regressors"]), names, "regression")
 
 
-def _structure(of: dict[str, Any], has_trend: bool, seasons: int) -> Callable[[_Model], None]:
+def _structure(has_trend: bool, has_season: bool, what: str) -> Callable[[dict[str, Any]], dict[str, Any]]:
     """A trend, then the effects of a season, whose sum is its noise."""
 
-    def fill(model: _Model) -> None:
-        drift, first = np.ravel(of["drift"]), 2 if has_trend else 0
-        roots = _roots(drift)
-        if has_trend:
-            model.A[:2, :2] = [[1, 1], [0, 1]]
-            model.G[0, 0], model.G[1, 1], model.H[0, 0] = roots[0], roots[1], 1
-        if seasons:
-            if seasons < 2:
-                raise _refusal(lib.KQ_ERR_SIZE)
-            model.A[first, first:] = -1
-            for i in range(first + 1, len(model.A)):
-                model.A[i, i - 1] = 1
-            model.G[first, first], model.H[0, first] = roots[-1], 1
-        model.noise(of["noise"])
-        model.prior(of["mean"], of["variance"])
+    def build_structure(of: dict[str, Any]) -> dict[str, Any]:
+        first, seasons = 2 if has_trend else 0, of["seasons"] if has_season else 1
+        n, noises = first + seasons - 1, first + has_season
+        _lengths(of, **({"drift": noises} if has_trend else {}), mean=n, variance=n)
 
-    return fill
+        def fill(model: _Model) -> None:
+            roots = _roots(np.ravel(of["drift"]))
+            if has_trend:
+                model.A[:2, :2] = [[1, 1], [0, 1]]
+                model.G[0, 0], model.G[1, 1], model.H[0, 0] = roots[0], roots[1], 1
+            if has_season:
+                if seasons < 2:
+                    raise _refusal(lib.KQ_ERR_SIZE)
+                model.A[first, first:] = -1
+                for i in range(first + 1, len(model.A)):
+                    model.A[i, i - 1] = 1
+                model.G[first, first], model.H[0, first] = roots[-1], 1
+            model.noise(of["noise"])
+            model.prior(of["mean"], of["variance"])
 
+        effects = ["season", *(f"season_{k}_before" for k in range(1, seasons - 1))] if has_season else []
+        return _built(n, noises, 1, fill, ["level", "slope"][:first] + effects, what)
 
-def _trend(of: dict[str, Any]) -> dict[str, Any]:
-    _lengths(of, drift=2, mean=2, variance=2)
-    return _built(2, 2, 1, _structure(of, True, 0), ["level", "slope"], "trend")
-
-
-def _effects(seasons: int) -> list[str]:
-    return ["season"] + [f"season_{k}_before" for k in range(1, seasons - 1)]
-
-
-def _season(of: dict[str, Any]) -> dict[str, Any]:
-    seasons = of["seasons"]
-    _lengths(of, mean=seasons - 1, variance=seasons - 1)
-    return _built(seasons - 1, 1, 1, _structure(of, False, seasons), _effects(seasons), "season")
-
-
-def _trend_season(of: dict[str, Any]) -> dict[str, Any]:
-    seasons = of["seasons"]
-    _lengths(of, drift=3, mean=seasons + 1, variance=seasons + 1)
-    return _built(seasons + 1, 3, 1, _structure(of, True, seasons), ["level", "slope", *_effects(seasons)],
-                  "trend_season")
+    return build_structure
 
 
 # ------------------------------------------------------------------------------ stationary models
@@ -445,9 +430,9 @@ _WAVES = (_DT, Parameter("period", "number"), Parameter("harmonics", "whole"), P
 BUILDERS: dict[str, Builder] = {
     "level": Builder((Parameter("drift", "number"), _NOISE, Parameter("mean", "number", 0.0),
                       Parameter("variance", "number", is_prior=True)), _level),
-    "trend": Builder((Parameter("drift", "vector"), _NOISE, *_PRIOR), _trend),
-    "season": Builder((_SEASONS, Parameter("drift", "number"), _NOISE, *_PRIOR), _season),
-    "trend_season": Builder((_SEASONS, Parameter("drift", "vector"), _NOISE, *_PRIOR), _trend_season),
+    "trend": Builder((Parameter("drift", "vector"), _NOISE, *_PRIOR), _structure(True, False, "trend")),
+    "season": Builder((_SEASONS, Parameter("drift", "number"), _NOISE, *_PRIOR), _structure(False, True, "season")),
+    "trend_season": Builder((_SEASONS, Parameter("drift", "vector"), _NOISE, *_PRIOR), _structure(True, True, "trend_season")),
     "ar": Builder((_PHI, *_SHOCK), _arma),
     "ma": Builder((_THETA, *_SHOCK), _arma),
     "arma": Builder((_PHI, _THETA, *_SHOCK), _arma),

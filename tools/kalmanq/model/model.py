@@ -179,7 +179,7 @@ class Model:
             raise ModelError("Q", "give either Q or G, with Q = G G'")
         self.G = None if G is None else _columns("G", G, self.n)
         self.Q = _covariance("Q", Q, self.n) if self.G is None else _fixed(self.G @ self.G.T)
-        self.D = None if D is None else _through(D, self.m)
+        self.D = None if D is None else _columns("D", D, self.m, "measurement")
         self.B = _pushes(B if D is None or B is not None else np.zeros((self.n, self.D.shape[1])), c, self.n)
         self.l = 0 if self.B is None else self.B.shape[1]
         if self.D is not None and self.D.shape[1] != self.l - (c is not None):
@@ -230,7 +230,7 @@ class Model:
         if time_unit not in UNITS:
             raise ModelError("time_unit", f"is not one of {', '.join(UNITS)}")
         if B is None and more.get("D") is not None:  # controls that move nothing
-            B = np.zeros((n, _through(more["D"], len(_rows("H", H, n))).shape[1]))
+            B = np.zeros((n, _columns("D", more["D"], len(_rows("H", H, n)), "measurement").shape[1]))
         density = _covariance("Qc", Qc, n) if L is None else _density(_columns("L", L, n), Qc)
         of = Continuous(F_, density, _pushes(B, c, n), float(dt), float(jitter), time_unit)
         A, Q, B_ = of.step(of.dt)
@@ -393,23 +393,13 @@ def _rows(name: str, given: ArrayLike, columns: int) -> np.ndarray:
     return _sized(name, array)
 
 
-def _columns(name: str, given: ArrayLike, rows: int) -> np.ndarray:
-    """rows x c; one column may be flat."""
+def _columns(name: str, given: ArrayLike, rows: int, of: str = "state") -> np.ndarray:
+    """rows x c; one column may be flat, and of measurements one row."""
     array = _numbers(name, given)
     if array.ndim < 2:
-        array = array.reshape(-1, 1)
+        array = array.reshape((1, -1) if of == "measurement" and rows == 1 else (-1, 1))
     if array.ndim != 2 or array.shape[0] != rows or not 1 <= array.shape[1] <= SIZE_MAX:
-        raise ModelError(name, f"is {_shape(array)}: it has a row for each of {counted(rows, 'state')}")
-    return _fixed(array)
-
-
-def _through(D: ArrayLike, rows: int) -> np.ndarray:
-    """m x l; a row or a column may be flat"""
-    array = _numbers("D", D)
-    if array.ndim < 2:
-        array = array.reshape((1, -1) if rows == 1 else (-1, 1))
-    if array.ndim != 2 or array.shape[0] != rows or not 1 <= array.shape[1] <= SIZE_MAX:
-        raise ModelError("D", f"is {_shape(array)}: it has a row for each of {counted(rows, 'measurement')}")
+        raise ModelError(name, f"is {_shape(array)}: it has a row for each of {counted(rows, of)}")
     return _fixed(array)
 
 

@@ -1,5 +1,4 @@
-/* A sequence and what is asked of it, in one arithmetic: K, num, number and score are its names,
-   up to the end of it. */
+/* A sequence and what is asked of it, in one arithmetic, which has its names */
 
 typedef struct {
     K(filter) *filter;
@@ -65,8 +64,3 @@ kq_status K(steady_run)(K(steady) *filter, size_t steps, const num *z, const uin
 kq_status K(least_squares_run)(K(least_squares) *fit, size_t steps, const number *H, const num *z,
                                const number *r, num *mean, num *mean_low, num *sigma, number *variance,
                                score *nis, score *log_likelihood, int32_t *taken, size_t *done);
-
-#undef K
-#undef num
-#undef number
-#undef score

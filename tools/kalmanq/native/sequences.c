@@ -17,11 +17,8 @@ static int count_of(uint32_t present)
     return count;
 }
 
-#define K(name) kq_##name##_f32
-#define SCALE_NOISE(q, weight) kq_process_scale_noise_f32((q)->target, (q)->process, weight)
-#define num float
-#define number float
-#define score float
+#include "of_f32.h"
+#define SCALE_NOISE(q, weight) K(process_scale_noise)((q)->target, (q)->process, weight)
 #define lost (0.0f / 0.0f)
 #define is_lost(word) ((word) != (word))
 #define no_number lost
@@ -30,27 +27,14 @@ static int count_of(uint32_t present)
 #define mean_words(n) (2 * (n))
 #define root_words(n) KQ_TRIANGLE(n)
 #include "sequence.h"
-#undef K
-#undef SCALE_NOISE
-#undef num
-#undef number
-#undef score
 #undef lost
 #undef mean_words
 
-#define K(name) kq_##name##_f64
-#define SCALE_NOISE(q, weight) kq_process_scale_noise_f64((q)->target, (q)->process, weight)
-#define num double
-#define number double
-#define score double
+#include "of_f64.h"
 #define lost (0.0 / 0.0)
 #define mean_words(n) (n)
 #include "sequence.h"
-#undef K
 #undef SCALE_NOISE
-#undef num
-#undef number
-#undef score
 #undef lost
 #undef is_lost
 #undef no_number
@@ -62,11 +46,8 @@ static int count_of(uint32_t present)
 /* A mantissa that no number has: NaN on the host */
 static const kq_scaled_q31 no_number = {INT32_MIN, 0};
 
-#define K(name) kq_##name##_q31
-#define SCALE_NOISE(q, weight) kq_process_scale_noise_q31((q)->target, (q)->process, (q)->root, weight)
-#define num int32_t
-#define number kq_scaled_q31
-#define score int64_t
+#include "of_q31.h"
+#define SCALE_NOISE(q, weight) K(process_scale_noise)((q)->target, (q)->process, (q)->root, weight)
 #define lost KQ_NOT_A_VALUE_Q31
 #define is_lost(word) ((word) == KQ_NOT_A_VALUE_Q31)
 #define double_of(number) ldexp((number).mantissa, (number).exponent)

@@ -10,22 +10,16 @@
 #include "tables.h"
 #include "varying.h"
 
-#define K(name) kq_##name##_f32
-#define num float
-#define number float
-#define score float
+#include "of_f32.h"
+#include "sequence_types.h"
+#include "of_f64.h"
+#include "sequence_types.h"
+#include "of_q31.h"
 #include "sequence_types.h"
 
-#define K(name) kq_##name##_f64
-#define num double
-#define number double
-#define score double
-#include "sequence_types.h"
-
-#define K(name) kq_##name##_q31
-#define num int32_t
-#define number kq_scaled_q31
-#define score int64_t
-#include "sequence_types.h"
+#undef K
+#undef num
+#undef number
+#undef score
 
 #endif

@@ -34,42 +34,25 @@ static int are_upper(const kq_tune *of)
     return 1;
 }
 
-#define K(name) kq_##name##_f32
-#define num float
-#define number float
-#define score float
+#include "of_f32.h"
 #define has_low_words 1
 #include "tune_types.h"
 #include "tune_float.h"
 #include "tune_late.h"
 #include "tune_run.h"
-#undef K
-#undef num
-#undef number
-#undef score
 #undef has_low_words
 #undef has_exact_variance
 
-#define K(name) kq_##name##_f64
-#define num double
-#define number double
-#define score double
+#include "of_f64.h"
 #define has_low_words 0
 #include "tune_types.h"
 #include "tune_float.h"
 #include "tune_late.h"
 #include "tune_run.h"
-#undef K
-#undef num
-#undef number
-#undef score
 #undef has_low_words
 #undef has_exact_variance
 
-#define K(name) kq_##name##_q31
-#define num int32_t
-#define number kq_scaled_q31
-#define score int64_t
+#include "of_q31.h"
 #define has_low_words 1
 #define has_exact_variance 1
 #include "tune_types.h"

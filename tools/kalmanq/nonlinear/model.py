@@ -268,19 +268,18 @@ class NonlinearModel:
         """Of what f moves: the states, or the nominal numbers"""
         return [one.name for one in self.carried]
 
+    def _answer(self, key: str, names: list[list[str]], x: np.ndarray, *more: Any) -> np.ndarray:
+        """Of a function that is given; names: of its rows, and of columns"""
+        of = self.given[key]
+        return of.finite(of.numbers(tuple(map(len, names)), x, *more), names, x)
+
     def plus(self, x: np.ndarray, d: np.ndarray) -> np.ndarray:
         """x with errors, or changes, d"""
-        if not self.has_errors:
-            return x + d
-        plus = self.given["plus"]
-        return plus.finite(plus.numbers((len(self.carried),), x, d), [self.carried_names], x)
+        return self._answer("plus", [self.carried_names], x, d) if self.has_errors else x + d
 
     def minus(self, a: np.ndarray, b: np.ndarray) -> np.ndarray:
         """The errors, or changes, of b that make a of it"""
-        if not self.has_errors:
-            return a - b
-        minus = self.given["minus"]
-        return minus.finite(minus.numbers((self.n,), a, b), [self.state_names], a)
+        return self._answer("minus", [self.state_names], a, b) if self.has_errors else a - b
 
     @property
     def state_names(self) -> list[str]:
@@ -301,22 +300,15 @@ class NonlinearModel:
 
     def moved(self, x: np.ndarray, t: float, u: np.ndarray = NOTHING) -> np.ndarray:
         """f(x)"""
-        if "f" not in self.given:
-            return x + self.increment(x, t, u)
-        f = self.given["f"]
-        return f.finite(f.numbers((len(self.carried),), x, t, u), [self.carried_names], x)
+        return self._answer("f", [self.carried_names], x, t, u) if "f" in self.given else x + self.increment(x, t, u)
 
     def increment(self, x: np.ndarray, t: float, u: np.ndarray = NOTHING) -> np.ndarray:
         """f(x) - x"""
-        if "increment" not in self.given:
-            return self.moved(x, t, u) - x
-        d = self.given["increment"]
-        return d.finite(d.numbers((self.n,), x, t, u), [self.state_names], x)
+        return self._answer("increment", [self.state_names], x, t, u) if "increment" in self.given else self.moved(x, t, u) - x
 
     def expected(self, x: np.ndarray, t: float, u: np.ndarray = NOTHING) -> np.ndarray:
         """h(x)"""
-        h = self.given["h"]
-        return h.finite(h.numbers((self.m,), x, t, u), [self.measurement_names], x)
+        return self._answer("h", [self.measurement_names], x, t, u)
 
     def innovation(self, z: np.ndarray, x: np.ndarray, t: float, u: np.ndarray = NOTHING,
                    near: Optional[np.ndarray] = None) -> np.ndarray:
@@ -332,17 +324,11 @@ class NonlinearModel:
 
     def transition(self, x: np.ndarray, t: float, u: np.ndarray = NOTHING) -> np.ndarray:
         """A = df/dx, n x n"""
-        if "A" in self.given:
-            A = self.given["A"]
-            return A.finite(A.numbers((self.n, self.n), x, t, u), [self.state_names, self.state_names], x)
-        return self.found_transition(x, t, u)
+        return self._answer("A", [self.state_names, self.state_names], x, t, u) if "A" in self.given else self.found_transition(x, t, u)
 
     def measurement(self, x: np.ndarray, t: float, u: np.ndarray = NOTHING) -> np.ndarray:
         """H = dh/dx, m x n"""
-        if "H" in self.given:
-            H = self.given["H"]
-            return H.finite(H.numbers((self.m, self.n), x, t, u), [self.measurement_names, self.state_names], x)
-        return self.found_measurement(x, t, u)
+        return self._answer("H", [self.measurement_names, self.state_names], x, t, u) if "H" in self.given else self.found_measurement(x, t, u)
 
     def found_transition(self, x: np.ndarray, t: float, u: np.ndarray = NOTHING) -> np.ndarray:
         """A, derived from the formulas of f.  KalmanqError says what of f has no formula."""

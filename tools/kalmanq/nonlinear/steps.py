@@ -58,21 +58,19 @@ class Steps:
     def predict(self, filter_: Any, A: np.ndarray, d: np.ndarray) -> None:
         """x <- x + d, P <- A P A' + Q"""
         process = self.noise.process
-        if self.arithmetic.is_fixed:
-            self._fixed_table(self._A, A, "states", "A", lib.kq_process_change_jacobian_q31, process)
-        else:
-            self._fill(self._A, A, "A")
-            require(self._function("process_change_transition")(process, self._pointer(self._A)), "A")
+        self._change(self._A, A, "states", "A", f"process_change_{'jacobian' if self.arithmetic.is_fixed else 'transition'}", process)
         require(self._function("predict_extended")(filter_, process, self._pointer(self._states(d))), "predict")
 
     def measure(self, H: np.ndarray) -> Any:
-        sensor = self.noise.sensor
+        self._change(self._H, H, "measurements", "H", "sensor_change_measurement", self.noise.sensor)
+        return self.noise.sensor
+
+    def _change(self, table: Any, given: np.ndarray, rows: str, what: str, call: str, of: Any) -> None:
+        """Coefficients of a process or a sensor"""
         if self.arithmetic.is_fixed:
-            self._fixed_table(self._H, H, "measurements", "H", lib.kq_sensor_change_measurement_q31, sensor)
-        else:
-            self._fill(self._H, H, "H")
-            require(self._function("sensor_change_measurement")(sensor, self._pointer(self._H)), "H")
-        return sensor
+            return self._fixed_table(table, given, rows, what, self._function(call), of)
+        self._fill(table, given, what)
+        require(self._function(call)(of, self._pointer(table)), what)
 
     def update(self, filter_: Any, made: Any, z: np.ndarray) -> np.ndarray:
         """By a prepared update, of the components that are there in z.  Answers the words of its innovation."""

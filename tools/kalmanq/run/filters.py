@@ -65,16 +65,12 @@ class Filter(Readable):
         self._predict, self._one = self.arithmetic.function("predict"), None
         self._is_alone = type(self)._ask is Filter._ask  # otherwise something follows each row, or learns of it
         self._losses = Losses(self.arithmetic, model.m)
-        if np.any(model.unknown):
-            self._start = self._object("diffuse", model.n, 0, sizes=(model.n, 0))
+        self._start = self._object("diffuse", model.n, 0, sizes=(model.n, 0)) if np.any(model.unknown) else None
         self.begin()
 
     def begin(self) -> None:
         """At the model's start, before the first measurement"""
-        if np.any(self.model.unknown):
-            self.parts.init_start(self._start, self._handle)
-        else:
-            self.parts.init_filter(self._handle)
+        self.parts.init_filter(self._handle, self._start)
 
     # ------------------------------------------------------------------ one row
 
@@ -489,7 +485,7 @@ class _Recording(Filter):
         if self.is_unknown:
             early = rows_to_know(model, parts, rows)
             self._start = self._object("diffuse", n, early, sizes=(n, early))
-            self.parts.init_start(self._start, self._handle)
+            self.parts.init_filter(self._handle, self._start)
         self._history = self._object("history", n, sizes=(n, m, count, count if rows.is_varying else 0))
         self._attach(self._history, "history")
 

@@ -124,24 +124,15 @@ class Parts:
         self.kept.append(made)
         return self.arithmetic.pointer(made), int(length)
 
-    def init_filter(self, filter_: Any) -> None:
-        """The state before the first measurement, where all of it is known."""
+    def init_filter(self, filter_: Any, start: Any = None) -> None:
+        """The state before the first measurement; start: of what is in part unknown, its kq_diffuse"""
+        init, objects, unknown = self.arithmetic.function("filter_init" if start is None else "diffuse_init"), [filter_], []
+        if start is not None:
+            objects, unknown = [start, filter_], [sum(1 << int(i) for i in np.flatnonzero(self.model.unknown))]
         if self.arithmetic.is_fixed:
-            range_error = ffi.new("kq_range_error_q31 *")
-            status = lib.kq_filter_init_q31(filter_, self.prior, range_error)
-            require_fit(status, range_error, "the start", self.model)
+            require_fit(init, "the start", self.model, *objects, self.prior, *unknown)
         else:
-            _require_held(self.arithmetic.function("filter_init")(filter_, *self._known), "x0, P0", self.arithmetic)
-
-    def init_start(self, start: Any, filter_: Any) -> None:
-        """The state before the first measurement, in part unknown."""
-        unknown = sum(1 << int(i) for i in np.flatnonzero(self.model.unknown))
-        if self.arithmetic.is_fixed:
-            range_error = ffi.new("kq_range_error_q31 *")
-            status = lib.kq_diffuse_init_q31(start, filter_, self.prior, unknown, range_error)
-            require_fit(status, range_error, "the start", self.model)
-        else:
-            _require_held(self.arithmetic.function("diffuse_init")(start, filter_, *self._known, unknown), "x0, P0", self.arithmetic)
+            _require_held(init(*objects, *self._known, *unknown), "x0, P0", self.arithmetic)
 
     @cached_property
     def _known(self) -> tuple[Any, Any]:
@@ -235,9 +226,8 @@ def _fixed_point(parts: Parts) -> None:
                     lambda out: lib.kq_root_prepare_q31(out, doubles(known_prior(model)), n, states))
     parts.prior = ffi.new("kq_prior_table_q31 *", {
         "states": n, "state_format": states, "mean": mean, "root": root})
-    range_error = ffi.new("kq_range_error_q31 *")
-    require_fit(lib.kq_process_init_q31(parts.process, parts.process_table, range_error), range_error, "A, B, Q", model)
-    require_fit(lib.kq_sensor_init_q31(parts.sensor, parts.sensor_table, range_error), range_error, "H, R", model)
+    require_fit(lib.kq_process_init_q31, "A, B, Q", model, parts.process, parts.process_table)
+    require_fit(lib.kq_sensor_init_q31, "H, R", model, parts.sensor, parts.sensor_table)
 
 
 def doubles(array: np.ndarray) -> Any:
@@ -305,9 +295,7 @@ def sensor_noise(parts: Parts, measurements: Any) -> Any:
 def prior_mean(parts: Parts, states: Any) -> Any:
     model = parts.model
     words = ffi.new("int32_t[]", model.n)
-    range_error = ffi.new("kq_range_error_q31 *")
-    status = lib.kq_vector_prepare_q31(words, doubles(model.x0), model.n, states, range_error)
-    require_fit(status, range_error, "x0", model)
+    require_fit(lib.kq_vector_prepare_q31, "x0", model, words, doubles(model.x0), model.n, states)
     parts.kept.append(words)
     return words
 
@@ -318,8 +306,10 @@ def known_prior(model: Model) -> np.ndarray:
     return model.P0 * np.outer(known, known)
 
 
-def require_fit(status: int, range_error: Any, what: str, model: Model) -> None:
-    """As `require`, a range that does not fit with the name of whose it is."""
+def require_fit(call: Callable[..., int], what: str, model: Model, *given: Any) -> None:
+    """As `require` of a call of q31; a range that does not fit with the name of whose it is"""
+    range_error = ffi.new("kq_range_error_q31 *")
+    status = call(*given, range_error)
     if status == lib.KQ_ERR_RANGE and range_error.quantity != lib.KQ_NO_RANGE_ERROR:
         which = {lib.KQ_STATE: "states", lib.KQ_CONTROL: "controls", lib.KQ_MEASUREMENT: "measurements"}
         quantities = getattr(model, which[range_error.quantity])

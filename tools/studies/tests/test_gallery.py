@@ -18,7 +18,7 @@ from models import filtered
 
 from kalmanq import Filter, Smoother
 from kalmanq.commands.messages import console
-from kalmanq.data import tables
+from kalmanq.data import joining
 from kalmanq.fitting import likelihood
 from kalmanq.model import model_file
 from kalmanq_studies.commands.gallery import Options, show
@@ -77,7 +77,7 @@ def test_files_read_back(name, tmp_path, capsys):
     assert sorted(said["files"]) == sorted(str(tmp_path / stem) for stem in stems)
     assert (tmp_path / f"{name}.png").read_bytes()[:8] == PNG
     model = model_file.read(tmp_path / f"{name}_fitted.toml")
-    z, _ = tables.measurements_and_controls(tmp_path / f"{name}.csv", model)
+    z = joining.record(tmp_path / f"{name}.csv", model)[0]
     run = Smoother(model).run(z)
     assert likelihood(model, [z]) == pytest.approx(said["log_likelihood"], rel=1e-12)
     assert np.sum(run.log_likelihood) == pytest.approx(said["log_likelihood"], rel=1e-9)  # roots round at an unknown start

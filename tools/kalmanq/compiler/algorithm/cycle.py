@@ -10,12 +10,13 @@ from __future__ import annotations
 import decimal
 import math
 from dataclasses import dataclass
+from functools import reduce
 from typing import Optional, Sequence
 
 import numpy as np
 
-from kalmanq.compiler.given.enclosure import DIGITS, GONE, MORE, MOST, Map, is_within, least_steps, unit_lower
-from kalmanq.compiler.given.exact import Numbers, decimals, eye, inverse, symmetric
+from kalmanq.compiler.given.enclosure import DIGITS, GONE, MORE, Map, doublings, is_within, least_steps, sampled, steps
+from kalmanq.compiler.given.exact import Numbers, decimals, symmetric
 from kalmanq.compiler.given.request import Request, due
 from kalmanq.errors import KalmanqError
 
@@ -77,16 +78,9 @@ def check(given: Request) -> None:
 
 def settled(of: Numbers, every: Sequence[int], tolerance: float) -> Optional[Cycle]:
     with decimal.localcontext(DIGITS):
-        predict = Map(of.A, decimals(np.zeros((of.n, of.n))), of.Q)
         masks = [due(every, row) for row in range(1, math.lcm(*every) + 1)]
-        ahead = [predict.then(_sample(of, mask)) for mask in masks]
-        whole = ahead[0]
-        for one in ahead[1:]:
-            whole = whole.then(one)
-        doubled = [whole]
-        for _ in range(MOST):
-            doubled.append(doubled[-1].then(doubled[-1]))
-        floor = np.diag(of.P0) * GONE
+        _, ahead = steps(of, [_components(of, mask) for mask in masks])
+        doubled, floor = doublings(reduce(Map.then, ahead)), np.diag(of.P0) * GONE
 
         def has_settled(one: Map) -> bool:
             for step in ahead:
@@ -97,26 +91,19 @@ def settled(of: Numbers, every: Sequence[int], tolerance: float) -> Optional[Cyc
 
         if not has_settled(doubled[-1]):
             return None
-        cycles, last = least_steps(doubled, has_settled), doubled[-1]
-        for _ in range(MORE):
-            last = last.then(last)
-        return Cycle(_rows(of, masks, last.Q), cycles, tolerance)
+        return Cycle(_rows(of, masks, doublings(doubled[-1], MORE)[-1].Q), least_steps(doubled, has_settled), tolerance)
 
 
-def _sample(of: Numbers, mask: int) -> Map:
-    nothing = decimals(np.zeros((of.n, of.n)))
-    taken = [j for j in range(of.m) if mask >> j & 1]
-    return Map(eye(of.n), of.H[taken].T @ np.diag(1 / of.R[taken]) @ of.H[taken], nothing)
+def _components(of: Numbers, mask: int) -> list[int]:
+    return [j for j in range(of.m) if mask >> j & 1]
 
 
 def _rows(of: Numbers, masks: Sequence[int], P: Matrix) -> list[Row]:
     made = []
     for mask in masks:
-        taken = [j for j in range(of.m) if mask >> j & 1]
-        H, predicted = of.H[taken], symmetric(of.A @ P @ of.A.T + of.Q)
+        taken = _components(of, mask)
         gain, variances = decimals(np.zeros((of.n, of.m))), np.full(of.m, np.inf)
-        variance = H @ predicted @ H.T + np.diag(of.R[taken])
-        gain[:, taken], variances[taken] = predicted @ H.T @ inverse(variance), unit_lower(variance)[1].astype(float)
-        P = symmetric(predicted - gain[:, taken] @ H @ predicted)
+        predicted, gain[:, taken], variances[taken], _ = sampled(of, P, taken)
+        P = symmetric(predicted - gain[:, taken] @ of.H[taken] @ predicted)
         made.append(Row(mask, predicted, P, gain, variances))
     return made

@@ -12,7 +12,7 @@ from typing import Optional, Sequence
 
 import numpy as np
 
-from kalmanq.compiler.given.exact import decimals, root
+from kalmanq.compiler.given.exact import decimals, keys, root
 from kalmanq.formulas.graph import Given, Node, constant, dot, inverse, make, node, select
 
 Key = tuple[int, int]
@@ -23,10 +23,6 @@ ROUNDED = 2.0**-50  # of a variance of Q
 ROUNDING = 2.0**-52  # of a double, as a share of a sigma
 NEAR = 0.5  # 1, a coefficient above this
 LEAST = 1e-36  # a D below this is 0: its inverse would overflow a float
-
-
-def keys(n: int) -> list[Key]:
-    return [(i, j) for j in range(n) for i in range(j + 1)]
 
 
 def factor(P: np.ndarray) -> dict[Key, float]:

@@ -87,32 +87,36 @@ class Settled:
         return np.where(moved < NEGLIGIBLE, 0, gain)
 
 
-def steps(of: Numbers) -> tuple[Map, Map]:
-    """Of a predict, and of a predict with a full sample after it"""
+def steps(of: Numbers, samples: Sequence[Sequence[int]]) -> tuple[Map, list[Map]]:
+    """Of a predict, and of a predict with a sample of such components after it"""
     nothing = decimals(np.zeros((of.n, of.n)))
     predict = Map(of.A, nothing, of.Q)
-    sample = Map(eye(of.n), of.H.T @ np.diag(1 / of.R) @ of.H, nothing)
-    return predict, predict.then(sample)
+    return predict, [predict.then(Map(eye(of.n), of.H[one].T @ np.diag(1 / of.R[one]) @ of.H[one], nothing)) for one in samples]
+
+
+def doublings(step: Map, count: int = MOST) -> list[Map]:
+    """Of 1, 2, 4, ... steps"""
+    made = [step]
+    for _ in range(count):
+        made.append(made[-1].then(made[-1]))
+    return made
 
 
 def settled(of: Numbers, longest_gap: int, tolerance: float = 1e-6) -> Optional[Settled]:
     """None: it does not settle within 131072 samples (a bias that nothing moves, a direction that nothing sees)"""
     with decimal.localcontext(DIGITS):
-        predict, step = steps(of)
-        doubled, floor = [step], np.diag(of.P0) * GONE
+        predict, (step,) = steps(of, [range(of.m)])
+        floor = np.diag(of.P0) * GONE
         try:
-            for _ in range(MOST):
-                doubled.append(doubled[-1].then(doubled[-1]))
+            doubled = doublings(step)
             if not is_within(doubled[-1], tolerance, floor):
                 return None
         except (KalmanqError, decimal.DecimalException):
             return None  # what nothing sees has grown beyond all digits
         samples = least_steps(doubled, lambda one: is_within(one, tolerance, floor))
-        last = doubled[-1]
-        for _ in range(MORE):
-            last = last.then(last)
-        rest = [min(one, samples) for one in _rests(predict, doubled, last.Q, longest_gap, tolerance, floor)]
-        return _steady(of, last.Q, samples, rest, tolerance)
+        filtered = doublings(doubled[-1], MORE)[-1].Q
+        rest = [min(one, samples) for one in _rests(predict, doubled, filtered, longest_gap, tolerance, floor)]
+        return _steady(of, filtered, samples, rest, tolerance)
 
 
 def is_within(one: Map, tolerance: float, floor: np.ndarray) -> bool:
@@ -145,10 +149,17 @@ def _rests(predict: Map, doubled: Sequence[Map], P: np.ndarray, longest: int, to
 
 
 def _steady(of: Numbers, filtered: np.ndarray, samples: int, rest: Sequence[int], tolerance: float) -> Settled:
-    predicted = symmetric(of.A @ filtered @ of.A.T + of.Q)
-    variance = of.H @ predicted @ of.H.T + np.diag(of.R)
+    predicted, gain, pivots, lower = sampled(of, filtered, range(of.m))
+    return Settled(samples, rest, tolerance, filtered, predicted, gain, pivots, lower)
+
+
+def sampled(of: Numbers, P: np.ndarray, some: Sequence[int]) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
+    """Of a step from P and a sample of these components: what is predicted, the gain, variances of innovations given those before them,
+    and their unit lower triangle"""
+    predicted, H = symmetric(of.A @ P @ of.A.T + of.Q), of.H[some]
+    variance = H @ predicted @ H.T + np.diag(of.R[some])
     lower, pivots = unit_lower(variance)
-    return Settled(samples, rest, tolerance, filtered, predicted, predicted @ of.H.T @ inverse(variance), pivots, lower)
+    return predicted, predicted @ H.T @ inverse(variance), pivots, lower
 
 
 def unit_lower(S: np.ndarray) -> tuple[np.ndarray, np.ndarray]:

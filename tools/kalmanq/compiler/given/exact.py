@@ -96,6 +96,11 @@ def symmetric(P: np.ndarray) -> np.ndarray:
     return (P + P.T) / 2
 
 
+def keys(n: int) -> list[tuple[int, int]]:
+    """Places of a factor's entries, column after column"""
+    return [(i, j) for j in range(n) for i in range(j + 1)]
+
+
 def root(P: np.ndarray) -> np.ndarray:
     """Upper triangular S with S S' = P; a pivot that is 0 leaves its column 0."""
     n, rest, S = len(P), P.copy(), decimals(np.zeros(P.shape))

@@ -93,7 +93,7 @@ def orders(n: int, slow: Sequence[int]) -> Iterator[tuple[int, ...]]:
 
 def after_long(of: Numbers, gap: int, times: range = TIMES) -> Iterator[tuple[int, np.ndarray]]:
     """Rows, and P after so many, each with a full sample after a gap; up to where one grows beyond all digits"""
-    predict, cycle = steps(of)
+    predict, (cycle,) = steps(of, [range(of.m)])
     for _ in range(gap):
         cycle = predict.then(cycle)
     for doublings in range(1, max(times) + 1):

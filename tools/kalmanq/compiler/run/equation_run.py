@@ -6,6 +6,7 @@ a row at the mean before it.
 
 from __future__ import annotations
 
+from dataclasses import replace
 from functools import lru_cache, partial
 from typing import Any, Optional
 
@@ -13,12 +14,13 @@ import numpy as np
 
 from kalmanq.compiler.algorithm.fixed.device import EVENTS
 from kalmanq.compiler.given.request import Options
+from kalmanq.compiler.run.equation_records import recorded
 from kalmanq.compiler.run.fixed_records import simulated
 from kalmanq.compiler.run.fixed_run import LIBRARY, FixedRun
 from kalmanq.compiler.run.host import Ran, numbered
-from kalmanq.compiler.run.record import Record, clock_of
+from kalmanq.compiler.run.record import clock_of
 from kalmanq.compiler.run.simulation import NAME, CompiledFilter, CompiledRun, scored
-from kalmanq.compiler.text.emit import PREDICTS, UPDATES
+from kalmanq.compiler.text.emit import PREDICTS
 from kalmanq.compiler.text.equation_product import compiled_equations
 from kalmanq.compiler.text.fixed_device_text import compiled_fixed
 from kalmanq.core import names_of
@@ -140,12 +142,10 @@ class FixedEquations(CompiledEquations):
     def _ran(self, z: np.ndarray, u: Optional[np.ndarray]) -> Ran:
         if self.last is not None:
             raise KalmanqError("--arith q31: t is the number of the row in its C: --time none takes rows so, f32 and f64 take times")
-        z = np.asarray(z, float).reshape(len(z), -1)
-        present = (~np.isnan(z)) @ (1 << np.arange(self.model.m))
-        what = PREDICTS * ((np.arange(len(z)) > 0) | (not self.begins)) + UPDATES * (present > 0)
         now = np.zeros((len(z), self.model.l)) if u is None else np.asarray(u, float).reshape(len(z), -1)
-        ran = self.device.run(Record(what.astype(np.uint8), present.astype(np.uint32), np.nan_to_num(z),
-                                     self._carried(u, len(z)), now), self.row)
+        record = recorded(self.model, np.asarray(z, float).reshape(len(z), -1), now)
+        record.what[:1] |= 0 if self.begins else PREDICTS
+        ran = self.device.run(replace(record, u=self._carried(u, len(z))), self.row)
         for word in ran.reading.astype(np.int64).ravel().tolist():
             self.digest = (self.digest ^ word & 0xffffffff) * 16777619 & 0xffffffff
         self.row += len(z)

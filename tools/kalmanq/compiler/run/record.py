@@ -93,10 +93,6 @@ def _events(given: Request, rows: int, longest: int, draws: np.random.Generator)
     return what, present
 
 
-def exact(given: Request, record: Record, taken: np.ndarray, first: Optional[np.ndarray] = None) -> tuple[np.ndarray, np.ndarray]:
-    return exact_of(given, [record], [taken], first)[0]
-
-
 def exact_of(given: Request, records: Sequence[Record], taken: Sequence[np.ndarray],
              first: Optional[np.ndarray] = None) -> list[tuple[np.ndarray, np.ndarray]]:
     """Of records of one length: means and covariances in long double, by Joseph's form, on the model's numbers; taken: the
@@ -140,10 +136,6 @@ def weighed(y: np.longdouble, spread: np.longdouble, r: np.longdouble, student: 
         share = made / (spread + made)
         made = (r * nu + (y * share) ** 2 + spread * share) / (nu + 1)
     return made
-
-
-def accuracy(given: Request, record: Record, ran: Ran) -> Accuracy:
-    return apart(given, record, ran, *exact(given, record, ran.taken))
 
 
 def apart(given: Request, record: Record, ran: Ran, means: np.ndarray, covariances: np.ndarray) -> Accuracy:

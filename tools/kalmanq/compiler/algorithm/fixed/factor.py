@@ -16,7 +16,7 @@ import numpy as np
 
 from kalmanq.compiler.algorithm.fixed.expressions import INVERSE, ROUNDED, Expressions, Value
 from kalmanq.compiler.algorithm.fixed.formats import BITS, Formats, root_of, variance_word
-from kalmanq.compiler.given.exact import Numbers, ordered, root
+from kalmanq.compiler.given.exact import Numbers, keys, ordered, root
 
 Key = tuple[int, int]
 Entries = dict[Key, Value]
@@ -29,10 +29,6 @@ class Column:
     def is_constant(self, row: int) -> bool:
         """A part of the row's length that is always there"""
         return isinstance(self.entries[row], int)
-
-
-def keys(n: int) -> list[Key]:
-    return [(i, j) for j in range(n) for i in range(j + 1)]
 
 
 class Factor:

@@ -1,6 +1,6 @@
-"""What the emulators do not know of an instruction: cycles, and how it moves the stack pointer.
+"""Cycles of what the package's emulator has counted.
 
-The cycles are an ESTIMATE for zero wait states, from the timing tables that the makers publish:
+They are an ESTIMATE for zero wait states, from the timing tables that the makers publish:
 
     m0          Cortex-M0 TRM: load, store 2, multiple 1 + N; 1-cycle multiplier; taken branch 3
     m3, m4f     Cortex-M3, M4 TRM: load 2, store 1, multiple 1 + N; 32 x 32 -> 64 bits 4 and 5 on
@@ -16,10 +16,11 @@ A conditional instruction counts as if its condition held.  AVR's cycles are sim
 
 from __future__ import annotations
 
-import re
 from typing import Callable
 
-from kalmanq.firmware.elf import Instruction
+from kalmanq.firmware.elf import Instruction, Listing
+from kalmanq.firmware.emulated import Counted
+from kalmanq.firmware.pushes import registers, words
 
 # cycles of an instruction, and what a change of the program counter adds
 Timing = tuple[Callable[[Instruction], int], int]
@@ -31,27 +32,6 @@ WIDE_PRODUCTS = ("umull", "smull", "umlal", "smlal", "umaal")
 FUSED = ("vfma", "vfms", "vmla", "vmls", "vfnm", "vnml")
 ROOTS = ("vdiv", "vsqrt")
 MULTIPLE = ("push", "pop", "vpush", "vpop", "ldm", "stm", "vldm", "vstm")
-REGISTERS = {"sb": 9, "sl": 10, "fp": 11, "ip": 12, "sp": 13, "lr": 14, "pc": 15}
-
-
-def registers(operands: str) -> list[str]:
-    """The names in a list such as {r4, r5-r7, lr}, ranges as they are."""
-    found = re.search(r"\{(.*?)\}", operands)
-    return [part.strip() for part in found[1].split(",")] if found else []
-
-
-def number(register: str) -> int:
-    return REGISTERS[register] if register in REGISTERS else int(register[1:])
-
-
-def words(operands: str) -> int:
-    """32-bit words of a list of registers."""
-    total = 0
-    for part in registers(operands):
-        first, _, last = part.partition("-")
-        count = number(last.strip()) - number(first.strip()) + 1 if last else 1
-        total += count * (2 if part.startswith("d") else 1)
-    return total
 
 
 def is_double(i: Instruction) -> bool:
@@ -99,25 +79,6 @@ def m7_cycles(i: Instruction) -> int:
     return 2 if slow else 1
 
 
-def arm_push(i: Instruction) -> int | None:
-    """Bytes by which the stack grows; None: it changes by a number that is not in the text."""
-    name, parts = i.mnemonic, i.parts
-    if name in ("push", "vpush") or (name.startswith(("stmdb", "vstmdb")) and parts[0] == "sp!"):
-        return 4 * words(i.operands)
-    if name.startswith("str") and re.search(r"\[sp, #-\d+\]!", i.operands):
-        return -constant(i.operands)
-    if parts[0] != "sp" or not name.startswith(("sub", "add", "mov")):
-        return 0
-    if "#" not in i.operands:
-        return None
-    return constant(i.operands) if name.startswith("sub") else 0
-
-
-def constant(operands: str) -> int:
-    found = re.search(r"#(-?\d+)", operands)
-    return int(found[1]) if found else 0
-
-
 # ---- RISC-V ----------------------------------------------------------------------------------
 
 
@@ -128,16 +89,11 @@ def rv32_cycles(i: Instruction) -> int:
     return 2 if memory or i.mnemonic.startswith("mulh") else 1
 
 
-def riscv_push(i: Instruction) -> int | None:
-    parts = i.parts
-    if parts[0] != "sp" or not i.mnemonic.startswith(("add", "sub", "mv")):
-        return 0
-    if i.mnemonic != "addi" and not re.fullmatch(r"-?\d+", parts[-1]):
-        return None
-    return max(0, -int(parts[-1]))
-
-
 TIMING: dict[str, Timing] = {
     "m0": (m0_cycles, 2), "m3": (m3_cycles, 2), "m4f": (m4_cycles, 2), "m7": (m7_cycles, 1), "m33": (m4_cycles, 1),
     "rv32": (rv32_cycles, 2)}
-PUSH = {"arm": arm_push, "riscv": riscv_push}
+
+
+def cycles(core: str, code: Listing, counted: Counted) -> int:
+    of, refill = TIMING[core]
+    return refill * (counted.jumps + 1) + sum(times * of(code[address]) for address, times in counted.by_address.items())  # and the return
