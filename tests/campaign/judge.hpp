@@ -137,6 +137,7 @@ struct Found {
     double mean = 0, covariance = 0;
     std::size_t at = 0;
     unsigned events = 0;
+    unsigned eventsOnTheWay = 0; // of the filter, at the steps whose error was the largest so far
 };
 
 /// unitOf(what is right, step)
@@ -150,7 +151,10 @@ template <class Unit> Found worstOf(const Outcome &outcome, const Exact &exact, 
         const Vec unit = unitOf(right, t);
         const double mean = meanError(mine.mean, right.mean, unit);
         const double covariance = mine.covariance.size() > 0 ? covarianceError(mine.covariance, right.covariance, unit) : 0;
-        if (std::max(mean, covariance) > std::max(found.mean, found.covariance)) found.at = t;
+        if (std::max(mean, covariance) > std::max(found.mean, found.covariance)) {
+            found.at = t;
+            found.eventsOnTheWay |= outcome.events[t];
+        }
         found.mean = std::max(found.mean, mean);
         found.covariance = std::max(found.covariance, covariance);
     }

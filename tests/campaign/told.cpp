@@ -94,7 +94,7 @@ template <class T> class Study
         const auto unitOf = [this](const Belief &right, std::size_t t) { return aboveFilter(right, t); };
         const Found found = worstOf(outcome, held_.exact, ofHistory, unitOf);
         const bool isWrong = !Limits{mostOfSmoother(), mostOfSmoother()}.hold(found);
-        const bool hasEvent = found.events != 0 || (outcome.events[found.at] & ~harmless) != 0;
+        const bool hasEvent = found.events != 0 || (found.eventsOnTheWay & ~harmless) != 0;
         line("history").add({isWrong, (found.events & KQ_EVENT_PRECISION) != 0, hasEvent});
         tell("history", found, isWrong);
     }
