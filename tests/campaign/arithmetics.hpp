@@ -26,7 +26,7 @@ struct Held {
     const Inputs &inputs;
     const Exact &exact;
     const Vec words;   // q31's
-    bool isReferenced; // does __float128 resolve what the model measures?
+    bool areFloatsResolved; // by __float128: what the model measures, in floats
 };
 
 /// judge(T(), held) of a model for f64, f32 and, where a format holds the exact states, q31; answers whether one does.
@@ -34,14 +34,14 @@ template <class Judge> bool through(const std::string &id, const Model &model, c
 {
     const Inputs inputs = heldByFloats(model.sequence);
     const Exact exact = run(inputs);
-    const bool isReferenced = isResolved(inputs, exact);
-    if (withFloats) judge(double(), Held{id, model, model.sequence, inputs, exact, Vec(), isReferenced});
-    if (withFloats) judge(float(), Held{id, model, model.sequence, inputs, exact, Vec(), isReferenced});
+    const bool areFloatsResolved = isResolved(inputs, exact);
+    if (withFloats) judge(double(), Held{id, model, model.sequence, inputs, exact, Vec(), areFloatsResolved});
+    if (withFloats) judge(float(), Held{id, model, model.sequence, inputs, exact, Vec(), areFloatsResolved});
     if (!hasFormats(declaredRange(model, exact))) return false;
     const Sequence sequence = withRanges(model, exact);
     reference::Library<Q31> library(sequence);
     const Inputs words = heldByWords(sequence, library);
-    judge(Q31(), Held{id, model, sequence, words, run(words), wordsOf(library), isReferenced});
+    judge(Q31(), Held{id, model, sequence, words, run(words), wordsOf(library), areFloatsResolved});
     return true;
 }
 

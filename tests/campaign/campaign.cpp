@@ -159,7 +159,7 @@ struct Judged {
 
 template <class T> Judged judge(const Case &now, const Held &held)
 {
-    const auto &[id, model, sequence, inputs, exact, words, isReferenced] = held;
+    const auto &[id, model, sequence, inputs, exact, words, areFloatsResolved] = held;
     reference::Library<T> library(sequence);
     const char *name = kq::Api<T>::name;
     const Accuracy accuracy = accuracyOf<T>(inputs.n());

@@ -62,7 +62,7 @@ template <class T> class Study
 
     void judgeAllViews()
     {
-        if (held_.model.text.find("units") == std::string::npos && !held_.isReferenced) return;
+        if (held_.model.text.find("units") == std::string::npos && !held_.areFloatsResolved) return;
         const Limits limits = {1e-2, 0.1};
         const Outcome outcome = runOf(false, &Campaigner<T>::runOfAllViews);
         if (!outcome.refused.empty()) return refuse(outcome, {"run"});
@@ -83,7 +83,7 @@ template <class T> class Study
 
     void judgeSmoother()
     {
-        if (!held_.isReferenced) return void(++line("without reference").judged);
+        if (!isResolved(held_.inputs, held_.exact)) return void(++line("without reference").judged);
         const Outcome outcome = runOf(false, &Campaigner<T>::run);
         if (!outcome.refused.empty()) return refuse(outcome, {"history"});
         const Found filter = worstOf(outcome, held_.exact, ofFilter, plainUnit());
