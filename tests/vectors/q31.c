@@ -234,27 +234,20 @@ static void put_memory(const vector_sink *sink, const kq_filter_q31 *f)
     put_words(sink, "root exponent", f->memory + 2 * n + KQ_TRIANGLE(n), n);
 }
 
-/* All that predict and update change */
-static void put_filter(const vector_sink *sink, const kq_filter_q31 *f)
+/* All that predict and update change.  While a start has unknowns left, what is one number of the whole state is not in the
+   vectors, nor is sigma, which put_start has. */
+static void put_filter_of(const vector_sink *sink, const kq_filter_q31 *f, int is_known)
 {
-    const int n = machine.n;
     put_word(sink, "events", (int32_t)kq_events_q31(f));
-    put_word(sink, "taken", kq_taken_q31(f));
-    put_score(sink, "NIS", kq_nis_q31(f));
-    for (int i = 0; i < n; i++) sink->put(sink->to, "sigma", i, kq_sigma_q31(f, i));
+    put_word(sink, "taken", is_known ? kq_taken_q31(f) : -1);
+    put_score(sink, "NIS", is_known ? kq_nis_q31(f) : KQ_NOT_A_SCORE_Q31);
+    for (int i = 0; i < machine.n; i++) {
+        sink->put(sink->to, "sigma", i, is_known ? kq_sigma_q31(f, i) : KQ_NOT_A_VALUE_Q31);
+    }
     put_memory(sink, f);
 }
 
-/* The same while a start has unknowns left: what is one number of the whole state is not in the vectors
-   then, nor is sigma, which put_start has. */
-static void put_filter_unknown(const vector_sink *sink, const kq_filter_q31 *f)
-{
-    put_word(sink, "events", (int32_t)kq_events_q31(f));
-    put_word(sink, "taken", -1);
-    put_score(sink, "NIS", KQ_NOT_A_SCORE_Q31);
-    for (int i = 0; i < machine.n; i++) sink->put(sink->to, "sigma", i, KQ_NOT_A_VALUE_Q31);
-    put_memory(sink, f);
-}
+static void put_filter(const vector_sink *sink, const kq_filter_q31 *f) { put_filter_of(sink, f, 1); }
 
 /* All that can be read of a filter */
 static void put_reading(const vector_sink *sink, const kq_filter_q31 *f)
