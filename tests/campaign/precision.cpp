@@ -248,13 +248,16 @@ std::vector<Claim> claimsOf(const std::string &arithmetic)
             {mixedOnes, &Counts::falsely, 50, mixedOnes, &Counts::judged}};
 }
 
-template <class T> void study(Tally &tally, const std::string &group, const std::string &line, Plan plan)
+template <class T> void study(Tally &tally, const std::string &group, const std::string &line, int number, Plan plan)
 {
     plan.sequence.x0 = Vector<double>::Zero(plan.sequence.P0.rows());
     declare(plan);
     try {
         const Outcry found = Study<T>(plan).run();
         tally[line].add(found);
+        if (found.isWrong != found.isTold) {
+            std::printf("%s, model %d: %s\n", line.c_str(), number, found.isWrong ? "wrong without an event" : "an event for nothing");
+        }
         if (!group.empty()) tally[std::string(kq::Api<T>::name) + " " + group].add(found);
     } catch (const std::exception &) {
         ++tally[line].refused;
@@ -270,7 +273,7 @@ template <class T> bool campaignOf(int models, std::uint64_t seed)
         for (int k = 0; k < models; ++k) {
             const double decades = kind.least < kind.most ? random.uniform(kind.least, kind.most) : kind.least;
             const double ratio = std::pow(10, decades) * beyondF32<T>();
-            if (k % kind.every == 0) study<T>(tally, kind.group, name + " " + kind.name, kind.draw(random, ratio));
+            if (k % kind.every == 0) study<T>(tally, kind.group, name + " " + kind.name, k, kind.draw(random, ratio));
         }
     }
     tally.print();

@@ -1,5 +1,5 @@
 // Which results are wrong and what the events say of it, beside the textbook in __float128: told [STUDY] [models [seed [first]]],
-// hard 300 1 0; told files NAME...; -v names the models that are wrong or have events.
+// hard 300 1 0; told files NAME...  It names the models that are wrong or have the event for nothing; with -v all that have one.
 //
 //   hard        kinds.hpp, mixed: KQ_EVENT_PRECISION of all views; of q31's events a third may be false, of f32's wrong runs
 //               half may have none
@@ -13,10 +13,7 @@
 //
 // A result is wrong where, at some step, a mean is off by more sigmas, or an entry of a covariance by more of sigma_i
 // sigma_j, than its study allows; sigma as judge.hpp has it where measurements without noise leave nothing of it.  An
-// event is false where all that the view and its filter show is right.  Views: of the filter, of a history that has been
-// smoothed, of its means alone, of a lag, of a lag for late measurements, and of an instant, at the end of the run; the run
-// is the filter and the history.
-#include <array>
+// event is false where all that the view (exact.hpp) and its filter show is right.  The run is the filter and the history.
 #include <cmath>
 #include <cstdio>
 #include <cstdlib>
@@ -73,8 +70,7 @@ template <class T> class Study
             const Found found = worstOf(outcome, held_.exact, view, unitOf);
             const bool isTold = found.events & KQ_EVENT_PRECISION, isWrong = !limits.hold(found);
             const bool isOfFilter = isTold && !limits.hold(filter);
-            line(viewNames[view]).add({isWrong || isOfFilter, isTold, ((found.events | filter.events) & ~harmless) != 0});
-            tell(viewNames[view], found, isWrong);
+            add(viewNames[view], found, {isWrong || isOfFilter, isTold, ((found.events | filter.events) & ~harmless) != 0});
             if (view == ofFilter || view == ofHistory) isRunWrong |= isWrong;
         }
         const unsigned events = outcome.viewEvents[ofFilter] | outcome.viewEvents[ofHistory];
@@ -95,8 +91,7 @@ template <class T> class Study
         const Found found = worstOf(outcome, held_.exact, ofHistory, unitOf);
         const bool isWrong = !Limits{mostOfSmoother(), mostOfSmoother()}.hold(found);
         const bool hasEvent = found.events != 0 || (found.eventsOnTheWay & ~harmless) != 0;
-        line("history").add({isWrong, (found.events & KQ_EVENT_PRECISION) != 0, hasEvent});
-        tell("history", found, isWrong);
+        add("history", found, {isWrong, (found.events & KQ_EVENT_PRECISION) != 0, hasEvent});
     }
 
     void judgeFullAndLean()
@@ -126,21 +121,28 @@ template <class T> class Study
                     held_.model.text.c_str());
     }
 
-    void tell(const char *part, const Found &found, bool isWrong) const
+    /// Counts, and names what is wrong or told for nothing.
+    void add(const char *part, const Found &found, const Outcry &of)
     {
-        if (!verbose || (!isWrong && !(found.events & ~harmless))) return;
-        std::printf("%s %s%s %s: mean %.0e covariance %.0e at %zu, events %02x%s; %s\n", held_.id.c_str(), kq::Api<T>::name,
-                    form_.c_str(), part, found.mean, found.covariance, found.at, found.events, isWrong ? ", wrong" : "",
-                    held_.model.text.c_str());
+        line(part).add(of);
+        if (!of.isWrong && !of.isTold && !(verbose && (found.events & ~harmless))) return;
+        std::printf("%s %s%s %s: mean %.0e covariance %.0e at %zu, events %02x%s%s; %s\n", held_.id.c_str(), kq::Api<T>::name,
+                    form_.c_str(), part, found.mean, found.covariance, found.at, found.events, of.isWrong ? ", wrong" : "",
+                    of.isWrong && !of.hasEvent ? " without an event" : "", held_.model.text.c_str());
+    }
+
+    void addTo(const std::string &level, const char *part, const Found &found, const Outcry &of)
+    {
+        add(part, found, of);
+        line(level + " " + part).add(of);
     }
 
     void judgeForm(bool isLean, const std::string &level)
     {
         const Limits limits = {0.1, 0.1};
         const Outcome outcome = runOf(isLean, &Campaigner<T>::run);
-        const auto add = [&](const std::string &part, const Outcry &of) { line(part).add(of), line(level + " " + part).add(of); };
         if (!outcome.refused.empty()) {
-            for (const char *part : {"filter", "history"}) add(part, {true, false, true});
+            for (const char *part : {"filter", "history"}) addTo(level, part, {}, {true, false, true});
             return refuse(outcome, {"filter", "history"});
         }
         const auto look = [&](View view) { return worstOf(outcome, held_.exact, view, plainUnit()); };
@@ -149,15 +151,13 @@ template <class T> class Study
         const bool isWrong = !limits.hold(filter), isSmoothedWrong = !limits.hold(history);
         bool areMeansWrong = false;
         for (const View view : {ofMeans, ofLag, ofInstant}) areMeansWrong |= !(look(view).mean <= limits.mean);
-        add("filter", {isWrong, (own & KQ_EVENT_PRECISION) != 0, own != 0});
-        add("history", {isSmoothedWrong, (all & KQ_EVENT_PRECISION) != 0, all != 0});
-        add("means", {areMeansWrong, false, all != 0});
+        addTo(level, "filter", filter, {isWrong, (own & KQ_EVENT_PRECISION) != 0, own != 0});
+        addTo(level, "history", history, {isSmoothedWrong, (all & KQ_EVENT_PRECISION) != 0, all != 0});
+        addTo(level, "means", {}, {areMeansWrong, false, all != 0});
         line("run").add({isWrong || isSmoothedWrong, (all & KQ_EVENT_PRECISION) != 0, all != 0});
         line("scores").add({!(worstScore(outcome, held_.exact) <= mostOfScore), false, all != 0});
         line("not PSD").add({!(outcome.indefinite <= 1), false, all != 0});
         line("saturated").add({(all & KQ_EVENT_SATURATED) != 0, false, true});
-        tell("filter", filter, isWrong);
-        tell("history", history, isSmoothedWrong);
     }
 
     auto plainUnit() const
