@@ -1,9 +1,9 @@
 // The campaign: random models of the hard kind through every arithmetic, each step judged against
 // the textbook filter and smoother in __float128 on the inputs as that arithmetic holds them.
 //
-//     campaign [models [seed [first]]]      models first .. first + models - 1; 100, 1, 0
-//     campaign --narrow ...                 true states far closer to x0 than the prior says; q31 alone
-//     campaign --model SEED:NUMBER -v       one of them, step by step where something is wrong
+//     campaign [hard] [models [seed [first]]]      models first .. first + models - 1; 100, 1, 0
+//     campaign narrow ...                          true states far closer to x0 than the prior says; q31 alone
+//     campaign --model SEED:NUMBER -v              one of them, step by step where something is wrong
 //
 // It counts silent errors: beyond the tolerance of the arithmetic (sigmas of the exact result:
 // 1e-2 in f32, 1e-3 in q31, 1e-6 in f64) plus what its documented roundings make on this model
@@ -14,12 +14,11 @@
 // beyond the arithmetic; it is counted and not judged.  q31's ranges are 1.5 times the largest
 // exact state: it must not saturate either, as long as the roundings come to less than that.
 //
-//     model.hpp      the random models          exact.hpp      the textbook
+//     kinds.hpp      the random models          exact.hpp      the textbook
 //     held.hpp       inputs as held             outcome.hpp    the library, and a float UD filter
 //     allowance.hpp  documented roundings       judge.hpp      errors and their units
 //     arithmetics.hpp  a model through every arithmetic, and the command line
 #include <cstdio>
-#include <exception>
 #include <map>
 #include <string>
 
@@ -64,9 +63,9 @@ std::size_t firstFlag(const Outcome &outcome, const Exact &exact)
             same = same && outcome.instants[t].updates[k].taken == exact[t].updates[k].taken;
         }
         const unsigned events = outcome.events[t];
-        if ((events & ~static_cast<unsigned>(KQ_EVENT_REDUNDANT)) || (events && !same)) return t;
+        if ((events & ~harmless) || (events && !same)) return t;
     }
-    return outcome.smootherEvents | outcome.onLineEvents ? outcome.instants.size() : SIZE_MAX;
+    return outcome.ofSmoothers() ? outcome.instants.size() : SIZE_MAX;
 }
 
 /// The worst excess of one quantity.
@@ -135,7 +134,7 @@ void reportSaturation(const Case &now, const char *name, const Outcome &outcome,
     for (const auto &step : allowed) {
         if (!(step[smootherMean] <= beyond)) return;
     }
-    if ((outcome.smootherEvents | outcome.onLineEvents) & KQ_EVENT_SATURATED) {
+    if (outcome.ofSmoothers() & KQ_EVENT_SATURATED) {
         now.report(std::string(name) + " saturated inside its range", "smoothers");
     }
 }
@@ -160,7 +159,7 @@ struct Judged {
 
 template <class T> Judged judge(const Case &now, const Held &held)
 {
-    const auto &[sequence, inputs, exact, words] = held;
+    const auto &[id, model, sequence, inputs, exact, words, areFloatsResolved] = held;
     reference::Library<T> library(sequence);
     const char *name = kq::Api<T>::name;
     const Accuracy accuracy = accuracyOf<T>(inputs.n());
@@ -209,29 +208,10 @@ void judgeBesideUd(const Case &now, const Judged &library, const Series &ud)
 }
 
 /// The filter that f32 is beside
-Series errorsOfUd(const Model &model, const Held &held)
+Series errorsOfUd(const Held &held)
 {
     const Accuracy accuracy = accuracyOf<float>(held.inputs.n());
-    return compare(runUd(model).instants, held.exact, Units(accuracy, held.inputs, held.words), false);
-}
-
-void study(bool isNarrow, const Case &now)
-{
-    const auto each = [&now](auto arithmetic, const Held &held) {
-        using T = decltype(arithmetic);
-        const Judged judged = judge<T>(now, held);
-        if constexpr (std::is_same_v<T, float>) judgeBesideUd(now, judged, errorsOfUd(now.model, held));
-    };
-    try {
-        const Inputs inputs = heldByFloats(now.model.sequence);
-        const Exact exact = run(inputs);
-        if (!isNarrow) judgeFloats(now.model.sequence, inputs, exact, each);
-        if (!judgeWords(now.model, exact, each)) now.tally.add("q31 has no format for the exact states");
-    } catch (const std::exception &error) {
-        now.report("not run", error.what());
-    }
-    now.tally.add("models");
-    std::fflush(stdout);
+    return compare(runUd(held.model).instants, held.exact, Units(accuracy, held.inputs, held.words), false);
 }
 
 } // namespace
@@ -239,16 +219,22 @@ void study(bool isNarrow, const Case &now)
 int main(int argc, char **argv)
 {
     const Options options(argc, argv, 100);
-    const bool isNarrow = options.option == "--narrow";
+    const std::string kind = options.what.empty() ? "hard" : options.what;
     Tally tally;
     tally.verbose = options.isVerbose;
-    options.forEach([&](std::uint64_t number, const std::string &id) {
-        const Model model = randomModel(options.seed, number, isNarrow ? 0x1p-12 : 1);
-        study(isNarrow, {id, model, tally});
-    });
+    const auto each = [&tally](auto arithmetic, const Held &held) {
+        using T = decltype(arithmetic);
+        const Case now{held.id, held.model, tally};
+        const Judged judged = judge<T>(now, held);
+        if constexpr (std::is_same_v<T, float>) judgeBesideUd(now, judged, errorsOfUd(held));
+    };
+    const Through all = options.through(kind, each, kind != "narrow");
+    tally.add("models", all.models);
+    if (all.notRun > 0) tally.add("not run", all.notRun);
+    if (all.withoutFormat > 0) tally.add("q31 has no format for the exact states", all.withoutFormat);
     for (const auto &[what, count] : tally.counts) std::printf("%6d  %s\n", count, what.c_str());
     const int silent = tally.of("f64 silent errors") + tally.of("q31 silent errors");
-    const bool good = silent == 0 && tally.of("not run") == 0 && tally.of("q31 saturated inside its range") == 0 &&
+    const bool good = silent == 0 && all.notRun == 0 && tally.of("q31 saturated inside its range") == 0 &&
                       tally.of("f64 smoothed P indefinite") == 0 && tally.of("q31 smoothed P indefinite") == 0 &&
                       100 * tally.of("f32 silent errors") <= static_cast<int>(options.models);
     std::printf("%s: %d silent errors in f64 and q31\n", good ? "passed" : "FAILED", silent);

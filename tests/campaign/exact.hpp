@@ -57,13 +57,13 @@ struct Update {
     Vec mean; // after it
 };
 
-/// Those that show means alone or work on line: of all states, of a fixed lag, of a fixed point.
-constexpr int smoothers = 3;
+/// What shows a state: the filter, a history; the means of one alone, a fixed lag, a fixed point, a lag for late measurements
+enum View { ofFilter, ofHistory, ofMeans, ofLag, ofInstant, ofDelay, views };
+const char *const viewNames[] = {"filter", "history", "means", "lag", "instant", "delay"};
 
 struct Instant {
     Belief predicted, filtered, smoothed;
-    std::array<Vec, smoothers> alone; // where `told` has its bit, of an arithmetic
-    unsigned told = 0;
+    std::array<Belief, views - ofMeans> others; // of an arithmetic; empty where they do not show this instant
     Mat lagOne; // Cov(x[t+1], x[t] | T)
     std::vector<Update> updates;
 };

@@ -22,7 +22,8 @@ enum Quantity {
     smootherMean,
     smootherCovariance,
     lagOneCovariance,
-    means, // of the other smoothers
+    means, // of the other smoothers: states alone, lag, instant
+    smoothers = 3,
     quantities = means + smoothers
 };
 
@@ -121,15 +122,53 @@ inline Series compare(const Exact &found, const Exact &exact, const Units &units
         errors[smootherCovariance] =
             covarianceError(now.smoothed.covariance, right.smoothed.covariance, past);
         for (int k = 0; k < smoothers; ++k) {
-            if (now.told >> k & 1) {
-                errors[means + k] = meanError(now.alone[k], right.smoothed.mean, past);
-            }
+            const Vec &mean = now.others[k].mean;
+            if (mean.size() > 0) errors[means + k] = meanError(mean, right.smoothed.mean, past);
         }
         if (t + 1 == exact.size()) continue;
         const Vec later = units.of(exact[t + 1].smoothed.covariance, t + 1);
         errors[lagOneCovariance] = covarianceError(now.lagOne, right.lagOne, later, past);
     }
     return series;
+}
+
+/// The largest errors of what a view shows, the step of the largest, and its events
+struct Found {
+    double mean = 0, covariance = 0;
+    std::size_t at = 0;
+    unsigned events = 0;
+    unsigned eventsOnTheWay = 0; // of the filter, at the steps whose error was the largest so far
+};
+
+/// unitOf(what is right, step)
+template <class Unit> Found worstOf(const Outcome &outcome, const Exact &exact, View view, const Unit &unitOf)
+{
+    Found found;
+    found.events = outcome.viewEvents[view];
+    for (std::size_t t = 0; t < exact.size(); ++t) {
+        const Belief &mine = outcome.shown(view, t), &right = view == ofFilter ? exact[t].filtered : exact[t].smoothed;
+        if (mine.mean.size() == 0) continue;
+        const Vec unit = unitOf(right, t);
+        const double mean = meanError(mine.mean, right.mean, unit);
+        const double covariance = mine.covariance.size() > 0 ? covarianceError(mine.covariance, right.covariance, unit) : 0;
+        if (std::max(mean, covariance) > std::max(found.mean, found.covariance)) {
+            found.at = t;
+            found.eventsOnTheWay |= outcome.events[t];
+        }
+        found.mean = std::max(found.mean, mean);
+        found.covariance = std::max(found.covariance, covariance);
+    }
+    return found;
+}
+
+inline double worstScore(const Outcome &outcome, const Exact &exact)
+{
+    double worst = 0;
+    for (std::size_t t = 0; t < exact.size(); ++t) {
+        const std::vector<Update> &updates = outcome.instants[t].updates;
+        for (std::size_t k = 0; k < updates.size(); ++k) worst = std::max(worst, scoreError(updates[k], exact[t].updates[k]));
+    }
+    return worst;
 }
 
 /// The largest filtered sigma over the smoothed one, and the rounding of the mean over it.

@@ -1,4 +1,4 @@
-// A random model of the campaign, from (seed, number) alone, with 200 steps of data.
+// A random model, its data, and those of the hard kind, with 200 steps.
 //
 // States and measurements in units that span 8 decades; A stable or marginal, or with integrators;
 // Q and P0 of any rank, Q also 0; R diagonal, full, singular or 0, down to 1e-10 of the signal;
@@ -34,6 +34,7 @@ struct Model {
     std::vector<bool> repeated;    // the sensor's last component follows from the others
     Vector<double> units, largest; // of the states
     std::string text;
+    double decades = 0; // of P0 / R, where a kind has them
 };
 
 inline const char *nameOf(NoiseKind kind)
@@ -223,9 +224,8 @@ inline void putOnGrid(Model &model)
     }
 }
 
-inline Model randomModel(std::uint64_t seed, std::uint64_t number, double share = 1)
+inline Model hardModel(Random &random, double share)
 {
-    Random random(seed * 1000003U + number);
     Model model;
     const Index n = random.integer(1, 8), m = random.integer(1, 3);
     const bool wide = random.chance(0.7);

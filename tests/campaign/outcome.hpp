@@ -3,6 +3,7 @@
 #define KALMANQ_TESTS_CAMPAIGN_OUTCOME_HPP
 
 #include <algorithm>
+#include <array>
 #include <cstddef>
 #include <exception>
 #include <string>
@@ -17,13 +18,25 @@
 namespace campaign
 {
 
+/// The event that does not say that a result may be off
+constexpr unsigned harmless = KQ_EVENT_REDUNDANT;
+
 struct Outcome {
     Exact instants;
     std::vector<unsigned> events; // of each step: its updates, and the predict that led to it
-    unsigned smootherEvents = 0;
-    unsigned onLineEvents = 0; // of the smoothers that show means alone or work on line, and of the filters that they follow
+    std::array<unsigned, views> viewEvents{};
+    unsigned followedEvents = 0; // of the filters that smoothers on line have followed, but for what is redundant
     double indefinite = 0; // smoothed P, over what rounding makes of it where it is handed over
     std::string refused; // the call that answered an error, with its status
+
+    const Belief &shown(View view, std::size_t t) const
+    {
+        const Instant &now = instants[t];
+        return view == ofFilter ? now.filtered : view == ofHistory ? now.smoothed : now.others[view - ofMeans];
+    }
+
+    /// Of a history, its means alone, and of the filters that the others have followed
+    unsigned ofSmoothers() const { return viewEvents[ofHistory] | viewEvents[ofMeans] | followedEvents; }
 };
 
 template <class Wide> Belief toBelief(const reference::Belief<Wide> &from)
@@ -51,23 +64,53 @@ template <class T> class Campaigner
     {
     }
 
+    /// A history, smoothed step by step; means alone, a lag, and an instant
     Outcome run()
+    {
+        return tried([this](Outcome &outcome) {
+            filter(outcome);
+            smoothInSteps(outcome);
+            smoothMeans(outcome);
+            followLag(outcome, ofLag, shortLag, false);
+            followInstant(outcome);
+        });
+    }
+
+    /// A history, smoothed at once; lags that hold all of the run, and an instant
+    Outcome runOfAllViews()
+    {
+        return tried([this](Outcome &outcome) {
+            filter(outcome);
+            smoothAtOnce(outcome);
+            const int most = static_cast<int>(sequence_.steps.size()) - 1;
+            followLag(outcome, ofLag, most, true);
+            followLag(outcome, ofDelay, most, true);
+            followInstant(outcome);
+        });
+    }
+
+  private:
+    static constexpr int shortLag = 6;
+
+    template <class Run> Outcome tried(const Run &run)
     {
         Outcome outcome;
         try {
-            library_.init(filter_);
-            kq::require(Api::attach(filter_.get(), &history_.get()->attached), "history attach");
-            for (const Step &step : sequence_.steps) filter(outcome, step);
-            smooth(outcome);
-            smoothAlone(outcome);
-            smoothOnLine(outcome);
+            run(outcome);
         } catch (const std::exception &error) {
             outcome.refused = error.what();
         }
         return outcome;
     }
 
-  private:
+    void filter(Outcome &outcome)
+    {
+        library_.init(filter_);
+        kq::require(Api::attach(filter_.get(), &history_.get()->attached), "history attach");
+        for (const Step &step : sequence_.steps) filter(outcome, step);
+        for (const unsigned events : outcome.events) outcome.viewEvents[ofFilter] |= events;
+    }
+
     void filter(Outcome &outcome, const Step &step)
     {
         Instant now{};
@@ -96,7 +139,7 @@ template <class T> class Campaigner
         return events;
     }
 
-    void smooth(Outcome &outcome)
+    void smoothInSteps(Outcome &outcome)
     {
         for (std::size_t t = outcome.instants.size(); t-- > 0;) {
             const auto now = reference::smoothStep<T>(history_, nullptr, t);
@@ -106,9 +149,18 @@ template <class T> class Campaigner
             if (t + 1 == outcome.instants.size()) continue;
             instant.lagOne = now.lagOne.template cast<Real>();
         }
-        typename Api::Filter view;
-        (void)Api::smoothed(history_.get(), 0, &view);
-        outcome.smootherEvents = Api::events(filter_.get()) | Api::events(&view);
+        const auto view = reference::viewSmoothed(history_, 0);
+        outcome.viewEvents[ofHistory] = Api::events(filter_.get()) | Api::events(&view);
+    }
+
+    void smoothAtOnce(Outcome &outcome)
+    {
+        kq::require(Api::smooth(history_.get()), "smooth");
+        for (std::size_t t = 0; t < outcome.instants.size(); ++t) {
+            const auto view = reference::viewSmoothed(history_, t);
+            outcome.instants[t].smoothed = toBelief(reference::readView(library_.states(), view));
+            outcome.viewEvents[ofHistory] |= Api::events(&view);
+        }
     }
 
     void update(const Step &step)
@@ -116,47 +168,53 @@ template <class T> class Campaigner
         for (const Reading &reading : step.readings) library_.update(filter_.get(), reading);
     }
 
-    /// The run once more, for what is attached to the filter behind its first updates.
-    template <class Attach> void follow(const Attach &attach)
+    /// The run once more, for what is attached to the filter before or behind its first updates.
+    template <class Attach> void follow(bool isBefore, const Attach &attach)
     {
         library_.init(filter_);
+        if (isBefore) attach();
         update(sequence_.steps[0]);
-        attach();
+        if (!isBefore) attach();
         for (std::size_t t = 1; t < sequence_.steps.size(); ++t) {
             library_.predict(filter_.get(), sequence_.steps[t - 1]);
             update(sequence_.steps[t]);
         }
     }
 
-    void tell(Outcome &outcome, std::size_t t, int smoother, const Vector<reference::Wide<T>> &mean)
+    void smoothMeans(Outcome &outcome)
     {
-        outcome.instants[t].alone[static_cast<std::size_t>(smoother)] = mean.template cast<Real>();
-        outcome.instants[t].told |= 1u << smoother;
-    }
-
-    void smoothAlone(Outcome &outcome)
-    {
-        follow([this] { kq::require(Api::attach(filter_.get(), &history_.get()->attached), "history attach"); });
+        follow(false, [this] { kq::require(Api::attach(filter_.get(), &history_.get()->attached), "history attach"); });
         kq::require(Api::smooth_states(history_.get()), "smooth states");
-        for (std::size_t t = 0; t < outcome.instants.size(); ++t) tell(outcome, t, 0, reference::readSmoothedMean(history_, t));
-        typename Api::Filter view;
-        (void)Api::smoothed(history_.get(), 0, &view);
-        outcome.onLineEvents |= Api::events(&view);
+        for (std::size_t t = 0; t < outcome.instants.size(); ++t) {
+            outcome.instants[t].others[0].mean = reference::readSmoothedMean(history_, t).template cast<Real>();
+        }
+        const auto view = reference::viewSmoothed(history_, 0);
+        outcome.viewEvents[ofMeans] = Api::events(&view);
     }
 
-    /// At the end of the run, where they know what the textbook does: the last steps, and the first one
-    void smoothOnLine(Outcome &outcome)
+    /// What a lag holds at the end of the run, where it knows what the textbook does
+    void followLag(Outcome &outcome, View kind, int length, bool isBefore)
     {
-        constexpr int lags = 6;
-        reference::LagOwner<T> lag(library_.states(), components_, lags);
-        reference::InstantOwner<T> point(library_.states(), components_);
-        follow([&] { lag.attach(filter_); });
-        const std::size_t last = outcome.instants.size() - 1;
-        for (int k = 0; k <= lags; ++k) tell(outcome, last - static_cast<std::size_t>(k), 1, lag.smooth(k).mean);
-        outcome.onLineEvents |= Api::events(filter_.get()) & ~static_cast<unsigned>(KQ_EVENT_REDUNDANT);
-        follow([&] { point.attach(filter_); });
-        tell(outcome, 0, 2, point.smooth().mean);
-        outcome.onLineEvents |= Api::events(filter_.get()) & ~static_cast<unsigned>(KQ_EVENT_REDUNDANT);
+        reference::LagOwner<T> lag(library_.states(), components_, length, kind == ofDelay);
+        follow(isBefore, [&] { lag.attach(filter_); });
+        for (int k = 0; k <= length; ++k) {
+            const auto view = lag.view(k);
+            Instant &instant = outcome.instants[outcome.instants.size() - 1 - static_cast<std::size_t>(k)];
+            instant.others[kind - ofMeans] = toBelief(reference::readView(library_.states(), view));
+            outcome.viewEvents[kind] |= Api::events(&view);
+        }
+        outcome.followedEvents |= Api::events(filter_.get()) & ~harmless;
+    }
+
+    void followInstant(Outcome &outcome)
+    {
+        reference::InstantOwner<T> instant(library_.states(), components_);
+        follow(false, [&] { instant.attach(filter_); });
+        outcome.followedEvents |= Api::events(filter_.get()) & ~harmless;
+        Api::events_clear(filter_.get());
+        outcome.instants[0].others[ofInstant - ofMeans] = toBelief(instant.smooth());
+        outcome.viewEvents[ofInstant] = Api::events(filter_.get());
+        outcome.followedEvents |= outcome.viewEvents[ofInstant] & ~harmless;
     }
 
     const Sequence &sequence_;

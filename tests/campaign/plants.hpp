@@ -136,9 +136,8 @@ inline Plant randomPlant(Random &random)
 }
 
 /// The second sensor of some: the same, up to 100 times worse, at every third step (model.hpp).
-inline Model plantModel(std::uint64_t seed, std::uint64_t number)
+inline Model plantModel(Random &random)
 {
-    Random random(seed * 1000003U + number);
     Model model;
     const Plant plant = randomPlant(random);
     const Index n = plant.A.rows(), m = plant.H.rows();

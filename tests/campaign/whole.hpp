@@ -12,7 +12,7 @@
 namespace campaign
 {
 
-constexpr int runLength = 30;
+constexpr int wholeSteps = 30;
 
 /// A signed permutation, a chain, a part of it that forgets, or whole numbers below a diagonal.
 inline Matrix<double> wholeTransition(Random &random, Index n)
@@ -61,9 +61,8 @@ inline Matrix<double> drawn(Random &random, bool whole, Index count)
                  : Matrix<double>(reference::normals(random, count));
 }
 
-inline Model wholeModel(std::uint64_t seed, std::uint64_t number, double noiseFree)
+inline Model wholeModel(Random &random, double noiseFree)
 {
-    Random random(seed * 1000003U + number);
     Model model;
     Sequence &sequence = model.sequence;
     const Index n = random.integer(2, 6), rank = random.integer(0, static_cast<int>(n));
@@ -82,7 +81,7 @@ inline Model wholeModel(std::uint64_t seed, std::uint64_t number, double noiseFr
     const bool whole = random.chance(0.5);
     Vector<double> x = sequence.x0 + model.F * drawn(random, whole, n);
     model.largest = x.cwiseAbs();
-    for (int t = 0; t < runLength; ++t) {
+    for (int t = 0; t < wholeSteps; ++t) {
         reference::Step step{{}, 0, Vector<double>()};
         model.largest = model.largest.cwiseMax(x.cwiseAbs());
         for (std::size_t k = 0; k < sequence.sensors.size(); ++k) {

@@ -7,6 +7,8 @@
 //         run.predict(step);
 //     }
 //     std::vector<Smoothed<double>> past = run.smooth();
+//
+//     Estimates<double> all = estimates<float>(sequence);        all of that at once
 #ifndef KALMANQ_TESTS_REFERENCE_LIBRARY_RUN_HPP
 #define KALMANQ_TESTS_REFERENCE_LIBRARY_RUN_HPP
 
@@ -104,6 +106,30 @@ template <class T> class LibraryRun
     std::deque<SensorOwner<T>> sensors_;
     std::unique_ptr<HistoryOwner<T>> history_;
 };
+
+/// What the library says of a sequence: at each step filtered, how many scalar measurements each reading gave, and
+/// smoothed; the events are of the filter.
+template <class Real> struct Estimates {
+    std::vector<Belief<Real>> filtered;
+    std::vector<std::vector<int>> taken;
+    std::vector<Smoothed<Real>> past;
+    unsigned events = 0;
+};
+
+template <class T> Estimates<Wide<T>> estimates(const Sequence &sequence)
+{
+    Estimates<Wide<T>> result;
+    LibraryRun<T> run(sequence);
+    run.record();
+    for (std::size_t t = 0; t < sequence.steps.size(); ++t) {
+        result.taken.push_back(run.update(sequence.steps[t]));
+        result.filtered.push_back(run.belief());
+        if (t + 1 < sequence.steps.size()) run.predict(sequence.steps[t]);
+    }
+    result.events = run.events();
+    result.past = run.smooth();
+    return result;
+}
 
 } // namespace reference
 

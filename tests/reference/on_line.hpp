@@ -18,12 +18,12 @@ template <class T> class LagOwner : NotCopied
     using Api = kq::Api<T>;
 
   public:
-    LagOwner(const Formats<T> &states, int m, int L)
+    LagOwner(const Formats<T> &states, int m, int L, bool takesWhatIsLate = false)
         : states_(states),
           memory_(Api::length(KQ_OBJECT_LAG, states.count(), m, static_cast<std::size_t>(L)))
     {
-        kq::require(Api::lag_assign(&handle_, states.count(), m, L, memory_.data(), memory_.size()),
-                    "lag assign");
+        const auto assign = takesWhatIsLate ? Api::delay_assign : Api::lag_assign;
+        kq::require(assign(&handle_, states.count(), m, L, memory_.data(), memory_.size()), "lag assign");
     }
 
     void attach(FilterOwner<T> &filter)
@@ -33,12 +33,14 @@ template <class T> class LagOwner : NotCopied
 
     int steps() const { return (int)Api::lag_steps(&handle_); }
 
-    Belief<Wide<T>> smooth(int k)
+    typename Api::Filter view(int k)
     {
         typename Api::Filter view;
         kq::require(Api::lagged(&handle_, k, &view), "lagged");
-        return readView(states_, view);
+        return view;
     }
+
+    Belief<Wide<T>> smooth(int k) { return readView(states_, view(k)); }
 
     Vector<Wide<T>> smoothStates(int k)
     {

@@ -184,29 +184,17 @@ Sequence hardSequence(Class kind, std::uint64_t seed)
 
 // ------------------------------------------------------------------ errors
 
-/// The estimates of one run, and which scalar measurements its filter took: not those at the rounding floor.
-struct Estimates {
-    std::vector<Belief<double>> filtered, smoothed;
-    Taken taken;
-};
-
-Estimates runLibrary(const Sequence &sequence)
+/// Which scalar measurements a filter took: not those at the rounding floor.
+Taken takenOf(const Sequence &sequence, const Estimates<double> &mine)
 {
-    Estimates result;
-    LibraryRun<float> run(sequence);
-    run.record();
-    for (std::size_t t = 0; t < sequence.steps.size(); ++t) {
-        const Step &step = sequence.steps[t];
-        const std::vector<int> counts = run.update(step);
-        result.taken.emplace_back();
-        for (std::size_t k = 0; k < counts.size(); ++k) {
-            if (step.readings[k].present != 0) result.taken.back().push_back(counts[k] != 0);
+    Taken taken(sequence.steps.size());
+    for (std::size_t t = 0; t < taken.size(); ++t) {
+        const std::vector<Reading> &readings = sequence.steps[t].readings;
+        for (std::size_t k = 0; k < readings.size(); ++k) {
+            if (readings[k].present != 0) taken[t].push_back(mine.taken[t][k] != 0);
         }
-        result.filtered.push_back(run.belief());
-        if (t + 1 < sequence.steps.size()) run.predict(step);
     }
-    for (const Smoothed<double> &past : run.smooth()) result.smoothed.push_back(past.belief);
-    return result;
+    return taken;
 }
 
 /// sqrt(P_ii), but at least 1e-4 of the sigma before the measurements of the step, and 1e-7 of the
@@ -253,9 +241,10 @@ void countSkipped(Outcome &outcome, const std::vector<bool> &taken,
     }
 }
 
-Outcome judge(const Sequence &sequence, const Estimates &mine)
+Outcome judge(const Sequence &sequence, const Estimates<double> &mine)
 {
-    const BrysonFrazier exact(sequence, mine.taken);
+    const Taken taken = takenOf(sequence, mine);
+    const BrysonFrazier exact(sequence, taken);
     const std::vector<Smoothed<Quad>> past = exact.smooth();
     Vector<Quad> top = Vector<Quad>::Zero(sequence.states());
     for (const Track<Quad> &track : exact.track()) {
@@ -269,11 +258,11 @@ Outcome judge(const Sequence &sequence, const Estimates &mine)
                            errorUnits(track.filtered.covariance, prior, top));
         const Matrix<Quad> &P = past[t].belief.covariance;
         const Vector<Quad> unit = errorUnits(P, prior, top);
-        outcome.smoother.add(mine.smoothed[t], past[t].belief, unit);
+        outcome.smoother.add(mine.past[t].belief, past[t].belief, unit);
         outcome.resolved = outcome.resolved && isPositive(P, unit) &&
                            isPositive(track.filtered.covariance - P, unit);
-        countSkipped(outcome, mine.taken[t], exact.information()[t]);
-        outcome.positive = outcome.positive && smallestEigenvalue(mine.smoothed[t].covariance) >=
+        countSkipped(outcome, taken[t], exact.information()[t]);
+        outcome.positive = outcome.positive && smallestEigenvalue(mine.past[t].belief.covariance) >=
                                                    -eigenvalueRounding<float>(sequence.states());
     }
     return outcome;
@@ -325,7 +314,7 @@ void testClass(Verdict &verdict, const ClassName &name, std::uint64_t seed, Tall
     for (int k = 0; k < modelsPerClass; ++k) {
         const auto number = static_cast<std::uint64_t>(k) + 1000 * static_cast<unsigned>(name.kind);
         const Sequence sequence = hardSequence(name.kind, 100000 * seed + number);
-        const Outcome mine = judge(sequence, runLibrary(sequence));
+        const Outcome mine = judge(sequence, estimates<float>(sequence));
         library.add(mine);
         total.add(mine);
         verdict.expect(mine.positive, std::string(name.text) + " " + std::to_string(k) +

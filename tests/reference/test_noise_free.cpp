@@ -11,6 +11,7 @@
 #include <cstdio>
 #include <initializer_list>
 #include <limits>
+#include <numeric>
 #include <string>
 #include <utility>
 #include <vector>
@@ -351,45 +352,23 @@ template <class T> Vector<Quad> units(const Matrix<Quad> &P, const Matrix<Quad> 
     return positiveOr(sigma, Quad(knownUnit));
 }
 
-template <class T>
-void compareFiltered(Figures &figures, LibraryRun<T> &run, const Case &data,
-                     const BrysonFrazier &reference)
-{
-    const std::vector<Step> &steps = data.sequence.steps;
-    for (std::size_t t = 0; t < steps.size(); ++t) {
-        int taken = 0;
-        for (const int count : run.update(steps[t])) taken += count;
-        const auto expected = std::count(data.taken[t].begin(), data.taken[t].end(), true);
-        figures.rankIsRight = figures.rankIsRight && taken == static_cast<int>(expected);
-        const Belief<double> mine = run.belief();
-        const Belief<Quad> &exact = reference.track()[t].filtered;
-        figures.filtered.add(mine, exact, units<T>(exact.covariance, reference.unmeasured()[t]));
-        figures.inspectSound(mine);
-        if (t + 1 < steps.size()) run.predict(steps[t]);
-    }
-}
-
-template <class T>
-void compareSmoothed(Figures &figures, LibraryRun<T> &run, const BrysonFrazier &reference)
-{
-    const std::vector<Smoothed<double>> past = run.smooth();
-    const std::vector<Smoothed<Quad>> exactPast = reference.smooth();
-    for (std::size_t t = 0; t < past.size(); ++t) {
-        const Belief<double> &mine = past[t].belief;
-        const Belief<Quad> &exact = exactPast[t].belief;
-        figures.smoothed.add(mine, exact, units<T>(exact.covariance, reference.unmeasured()[t]));
-        figures.inspectSound(mine);
-    }
-}
-
 template <class T> Figures runLibrary(const Case &data, const BrysonFrazier &reference)
 {
     Figures figures;
-    LibraryRun<T> run(data.sequence);
-    run.record();
-    compareFiltered(figures, run, data, reference);
-    figures.events = run.events();
-    compareSmoothed(figures, run, reference);
+    const Estimates<double> mine = estimates<T>(data.sequence);
+    const std::vector<Smoothed<Quad>> past = reference.smooth();
+    figures.events = mine.events;
+    for (std::size_t t = 0; t < past.size(); ++t) {
+        const auto expected = std::count(data.taken[t].begin(), data.taken[t].end(), true);
+        const int taken = std::accumulate(mine.taken[t].begin(), mine.taken[t].end(), 0);
+        figures.rankIsRight = figures.rankIsRight && taken == static_cast<int>(expected);
+        const auto compare = [&](Worst &worst, const Belief<double> &belief, const Belief<Quad> &exact) {
+            worst.add(belief, exact, units<T>(exact.covariance, reference.unmeasured()[t]));
+            figures.inspectSound(belief);
+        };
+        compare(figures.filtered, mine.filtered[t], reference.track()[t].filtered);
+        compare(figures.smoothed, mine.past[t].belief, past[t].belief);
+    }
     return figures;
 }
 

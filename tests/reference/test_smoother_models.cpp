@@ -199,52 +199,27 @@ struct Exact {
     }
 };
 
-template <class T>
-void compareFiltered(Figures &figures, LibraryRun<T> &run, const Case &data, const Exact &exact,
-                     std::vector<Matrix<Wide<T>>> &covariances)
-{
-    const std::vector<Step> &steps = data.sequence.steps;
-    for (std::size_t t = 0; t < steps.size(); ++t) {
-        run.update(steps[t]);
-        const Belief<Wide<T>> mine = run.belief();
-        const Belief<Quad> &right = exact.track[t].filtered;
-        figures.filter.add(mine, right, exact.sigma<T>(right.covariance, t, data.kind));
-        covariances.push_back(mine.covariance);
-        if (t + 1 < steps.size()) run.predict(steps[t]);
-    }
-    figures.events = run.events();
-}
-
-template <class T>
-void compareSmoothed(Figures &figures, LibraryRun<T> &run, const Case &data, const Exact &exact,
-                     const std::vector<Matrix<Wide<T>>> &filtered)
-{
-    const std::vector<Smoothed<Wide<T>>> past = run.smooth();
-    Vector<Quad> later; // sigma of the next step
-    for (std::size_t t = past.size(); t-- > 0;) {
-        const Belief<Wide<T>> &mine = past[t].belief;
-        const Smoothed<Quad> &right = exact.past[t];
-        const Vector<Quad> sigma = exact.sigma<T>(right.belief.covariance, t, data.kind);
-        figures.add(mine, right.belief, sigma);
-        figures.inspect(mine);
-        figures.reduction = std::min(
-            figures.reduction, smallestEigenvalue(filtered[t] - mine.covariance, filtered[t]));
-        if (t + 1 < past.size()) {
-            figures.lagOne = std::max(figures.lagOne,
-                                      covarianceError(past[t].lagOne, right.lagOne, later, sigma));
-        }
-        later = sigma;
-    }
-}
-
 template <class T> Figures runLibrary(const Case &data, const Exact &exact)
 {
     Figures figures;
-    LibraryRun<T> run(data.sequence);
-    run.record();
-    std::vector<Matrix<Wide<T>>> filtered;
-    compareFiltered(figures, run, data, exact, filtered);
-    compareSmoothed(figures, run, data, exact, filtered);
+    const Estimates<Wide<T>> mine = estimates<T>(data.sequence);
+    figures.events = mine.events;
+    Vector<Quad> later; // sigma of the next step
+    for (std::size_t t = mine.past.size(); t-- > 0;) {
+        const Belief<Quad> &filtered = exact.track[t].filtered;
+        figures.filter.add(mine.filtered[t], filtered, exact.sigma<T>(filtered.covariance, t, data.kind));
+        const Belief<Wide<T>> &past = mine.past[t].belief;
+        const Smoothed<Quad> &right = exact.past[t];
+        const Vector<Quad> sigma = exact.sigma<T>(right.belief.covariance, t, data.kind);
+        figures.add(past, right.belief, sigma);
+        figures.inspect(past);
+        const Matrix<Wide<T>> &before = mine.filtered[t].covariance;
+        figures.reduction = std::min(figures.reduction, smallestEigenvalue(before - past.covariance, before));
+        if (t + 1 < mine.past.size()) {
+            figures.lagOne = std::max(figures.lagOne, covarianceError(mine.past[t].lagOne, right.lagOne, later, sigma));
+        }
+        later = sigma;
+    }
     return figures;
 }
 

@@ -3,7 +3,7 @@
  *
  * Each test file is compiled once with KQ_TEST_F32 and once with KQ_TEST_F64.  This header maps
  * the names: `num` is the number type, K(predict) is kq_predict_f32 or kq_predict_f64, K(filter)
- * is the type kq_filter_f32 or kq_filter_f64, N(0.1) is a constant of that type.
+ * is the type kq_filter_f32 or kq_filter_f64, IN_T(KQ_FILTER) the macro, N(0.1) is a constant of that type.
  *
  * The tests also run on microcontrollers: no heap, no files, large arrays static, and output
  * through Unity only.  Unity and the tests need UNITY_INCLUDE_DOUBLE.
@@ -25,6 +25,7 @@
 typedef float num;
 
 #define K(name) kq_##name##_f32
+#define IN_T(name) name##_F32
 #define EPS ((double)FLT_EPSILON)
 #define NUM_MAX FLT_MAX
 
@@ -37,42 +38,12 @@ typedef float num;
 /* the largest standard deviation of a state (filter.h) */
 #define MOST_SIGMA 0x1p60
 
-#define PROCESS KQ_PROCESS_F32
-#define SENSOR KQ_SENSOR_F32
-#define SENSOR_DIAGONAL KQ_SENSOR_DIAGONAL_F32
-#define SENSOR_TABLE KQ_SENSOR_TABLE_F32
-#define SENSOR_LEAN_TABLE KQ_SENSOR_LEAN_TABLE_F32
-#define FILTER KQ_FILTER_F32
-#define HISTORY KQ_HISTORY_F32
-#define JACOBIANS KQ_JACOBIANS_F32
-#define LAG KQ_LAG_F32
-#define INSTANT KQ_INSTANT_F32
-#define DIFFUSE KQ_DIFFUSE_F32
-#define ADAPTATION KQ_ADAPTATION_F32
-#define STEADY KQ_STEADY_F32
-#define FREEZE KQ_FREEZE_F32
-#define CONSISTENCY KQ_CONSISTENCY_F32
-
-#define SMOOTHED SMOOTHED_F32
-#define START_SMOOTHED START_SMOOTHED_F32
-
-#define FILTER_LEN KQ_FILTER_LEN_F32
-#define HISTORY_STEP_LEN KQ_PRIVATE_HISTORY_STEP_LEN_F32
-#define HISTORY_CHANGE_LEN KQ_PRIVATE_HISTORY_CHANGE_LEN_F32
-#define HISTORY_LEN KQ_HISTORY_LEN_F32
-#define JACOBIANS_LEN KQ_JACOBIANS_LEN_F32
-#define LAG_LEN KQ_LAG_LEN_F32
-#define INSTANT_LEN KQ_INSTANT_LEN_F32
-#define DIFFUSE_LEN KQ_DIFFUSE_LEN_F32
-#define ADAPTATION_LEN KQ_ADAPTATION_LEN_F32
-#define SOLVE_LEN KQ_STEADY_SOLVE_LEN_F32
-#define CONSISTENCY_LEN KQ_CONSISTENCY_LEN_F32
-
 #elif defined(KQ_TEST_F64) && !defined(KQ_TEST_F32)
 
 typedef double num;
 
 #define K(name) kq_##name##_f64
+#define IN_T(name) name##_F64
 #define EPS DBL_EPSILON
 #define NUM_MAX DBL_MAX
 
@@ -80,40 +51,41 @@ typedef double num;
 #define LARGE_SIGMA 0x1p180
 #define MOST_SIGMA 0x1p500
 
-#define PROCESS KQ_PROCESS_F64
-#define SENSOR KQ_SENSOR_F64
-#define SENSOR_DIAGONAL KQ_SENSOR_DIAGONAL_F64
-#define SENSOR_TABLE KQ_SENSOR_TABLE_F64
-#define SENSOR_LEAN_TABLE KQ_SENSOR_LEAN_TABLE_F64
-#define FILTER KQ_FILTER_F64
-#define HISTORY KQ_HISTORY_F64
-#define JACOBIANS KQ_JACOBIANS_F64
-#define LAG KQ_LAG_F64
-#define INSTANT KQ_INSTANT_F64
-#define DIFFUSE KQ_DIFFUSE_F64
-#define ADAPTATION KQ_ADAPTATION_F64
-#define STEADY KQ_STEADY_F64
-#define FREEZE KQ_FREEZE_F64
-#define CONSISTENCY KQ_CONSISTENCY_F64
-
-#define SMOOTHED SMOOTHED_F64
-#define START_SMOOTHED START_SMOOTHED_F64
-
-#define FILTER_LEN KQ_FILTER_LEN_F64
-#define HISTORY_STEP_LEN KQ_PRIVATE_HISTORY_STEP_LEN_F64
-#define HISTORY_CHANGE_LEN KQ_PRIVATE_HISTORY_CHANGE_LEN_F64
-#define HISTORY_LEN KQ_HISTORY_LEN_F64
-#define JACOBIANS_LEN KQ_JACOBIANS_LEN_F64
-#define LAG_LEN KQ_LAG_LEN_F64
-#define INSTANT_LEN KQ_INSTANT_LEN_F64
-#define DIFFUSE_LEN KQ_DIFFUSE_LEN_F64
-#define ADAPTATION_LEN KQ_ADAPTATION_LEN_F64
-#define SOLVE_LEN KQ_STEADY_SOLVE_LEN_F64
-#define CONSISTENCY_LEN KQ_CONSISTENCY_LEN_F64
-
 #else
 #error "compile each test with one of -DKQ_TEST_F32 and -DKQ_TEST_F64"
 #endif
+
+/* Objects and lengths */
+#define PROCESS IN_T(KQ_PROCESS)
+#define SENSOR IN_T(KQ_SENSOR)
+#define SENSOR_DIAGONAL IN_T(KQ_SENSOR_DIAGONAL)
+#define SENSOR_TABLE IN_T(KQ_SENSOR_TABLE)
+#define SENSOR_LEAN_TABLE IN_T(KQ_SENSOR_LEAN_TABLE)
+#define FILTER IN_T(KQ_FILTER)
+#define HISTORY IN_T(KQ_HISTORY)
+#define JACOBIANS IN_T(KQ_JACOBIANS)
+#define LAG IN_T(KQ_LAG)
+#define INSTANT IN_T(KQ_INSTANT)
+#define DIFFUSE IN_T(KQ_DIFFUSE)
+#define ADAPTATION IN_T(KQ_ADAPTATION)
+#define STEADY IN_T(KQ_STEADY)
+#define FREEZE IN_T(KQ_FREEZE)
+#define CONSISTENCY IN_T(KQ_CONSISTENCY)
+
+#define SMOOTHED IN_T(SMOOTHED)
+#define START_SMOOTHED IN_T(START_SMOOTHED)
+
+#define FILTER_LEN IN_T(KQ_FILTER_LEN)
+#define HISTORY_STEP_LEN IN_T(KQ_PRIVATE_HISTORY_STEP_LEN)
+#define HISTORY_CHANGE_LEN IN_T(KQ_PRIVATE_HISTORY_CHANGE_LEN)
+#define HISTORY_LEN IN_T(KQ_HISTORY_LEN)
+#define JACOBIANS_LEN IN_T(KQ_JACOBIANS_LEN)
+#define LAG_LEN IN_T(KQ_LAG_LEN)
+#define INSTANT_LEN IN_T(KQ_INSTANT_LEN)
+#define DIFFUSE_LEN IN_T(KQ_DIFFUSE_LEN)
+#define ADAPTATION_LEN IN_T(KQ_ADAPTATION_LEN)
+#define SOLVE_LEN IN_T(KQ_STEADY_SOLVE_LEN)
+#define CONSISTENCY_LEN IN_T(KQ_CONSISTENCY_LEN)
 
 /* A constant, rounded to the arithmetic.  Not needed for 0.5, 0.25, ..., which are exact. */
 #define N(value) ((num)(value))

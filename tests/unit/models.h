@@ -12,6 +12,7 @@
  *     ASSIGN_ADAPTATION(a, n, m), usual_rule()                  of a declared adaptation
  *     measured(s, z), driven(p, u, steps)                      the words of numbers, until the next call
  *     moved_by(&process, d)                                    an increment of the mean
+ *     of_innovations(&sensor), lean_of_innovations(&sensor, r) a sensor like it that takes innovations
  *     number(a), score_of(a), score_number(score)              a parameter, a factor; a score and back
  * Readings are numbers in the states' units, which are the same bits where the words are (reading.h):
  *     read_now(&r, f, n), read_shown(&r, view, &prior, n), read_smoothed_at(&r, &tape, t, &prior, n)
@@ -41,6 +42,26 @@ static void (*volatile before_call)(void) = do_nothing;
 #else
 #include "models_float.h"
 #endif
+
+/* Objects and lengths */
+#define S_FILTER S_IN_T(KQ_FILTER)
+#define S_HISTORY S_IN_T(KQ_HISTORY)
+#define S_LAG S_IN_T(KQ_LAG)
+#define S_INSTANT S_IN_T(KQ_INSTANT)
+#define S_DIFFUSE S_IN_T(KQ_DIFFUSE)
+#define S_ADAPTATION S_IN_T(KQ_ADAPTATION)
+#define S_STEADY S_IN_T(KQ_STEADY)
+#define S_FREEZE S_IN_T(KQ_FREEZE)
+#define S_CONSISTENCY S_IN_T(KQ_CONSISTENCY)
+#define S_JACOBIANS S_IN_T(KQ_JACOBIANS)
+#define S_JACOBIANS_LEN S_IN_T(KQ_JACOBIANS_LEN)
+#define S_CONSISTENCY_LEN S_IN_T(KQ_CONSISTENCY_LEN)
+#define S_FILTER_LEN S_IN_T(KQ_FILTER_LEN)
+#define S_HISTORY_LEN S_IN_T(KQ_HISTORY_LEN)
+#define S_LAG_LEN S_IN_T(KQ_LAG_LEN)
+#define S_INSTANT_LEN S_IN_T(KQ_INSTANT_LEN)
+#define S_DIFFUSE_LEN S_IN_T(KQ_DIFFUSE_LEN)
+#define S_SMOOTHED S_IN_T(SMOOTHED)
 
 #define ASSERT_NOTHING(word) TEST_ASSERT_TRUE(is_nothing(word))
 #define ASSERT_NO_SCORE(score) TEST_ASSERT_TRUE(is_no_score(score))

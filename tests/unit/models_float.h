@@ -11,31 +11,14 @@
 typedef num word, entry, score;
 
 #define S(name) K(name)
+#define S_IN_T IN_T
 #define ROUNDING TOLERANCE
 #define ROUNDING_OF_MEANS TOLERANCE
 #define ROUNDING_IN_TURN TOLERANCE
 
-#define S_FILTER FILTER
-#define S_HISTORY HISTORY
-#define S_LAG LAG
-#define S_INSTANT INSTANT
-#define S_DIFFUSE DIFFUSE
-#define S_ADAPTATION ADAPTATION
-#define S_STEADY STEADY
-#define S_FREEZE FREEZE
-#define S_CONSISTENCY CONSISTENCY
-#define S_JACOBIANS JACOBIANS
-#define S_JACOBIANS_LEN JACOBIANS_LEN
-#define S_CONSISTENCY_LEN CONSISTENCY_LEN
 #define S_FREEZE_LEN(n) KQ_TRIANGLE((size_t)(n))
 #define S_STEADY_LEN(n) ((size_t)(n))
-#define S_FILTER_LEN FILTER_LEN
 #define S_ROOT_LEN KQ_TRIANGLE
-#define S_HISTORY_LEN HISTORY_LEN
-#define S_LAG_LEN LAG_LEN
-#define S_INSTANT_LEN INSTANT_LEN
-#define S_DIFFUSE_LEN DIFFUSE_LEN
-#define S_SMOOTHED SMOOTHED
 #define ASSIGN_ADAPTATION(a, n, m) K(adaptation_assign)(&a, n, m, a##_memory, COUNT(a##_memory))
 
 /* What is refused as a measurement, and how */
@@ -141,6 +124,16 @@ static inline const K(sensor) *of_innovations(sensor_model *s)
     ASSERT_OK(K(sensor_assign)(&made, s->sensor.states, s->sensor.components, words, COUNT(words)));
     if (s->sensor.covariance) ASSERT_OK(K(sensor_init_extended)(&made, s->sensor.measurement, s->sensor.covariance));
     else ASSERT_OK(K(sensor_init_diagonal_extended)(&made, s->sensor.measurement, s->sensor.noise));
+    return &made;
+}
+
+/* A lean one of the same rows; r: the variances that the model was made of */
+static inline const K(sensor) *lean_of_innovations(sensor_model *s, const num *r)
+{
+    static K(sensor) made;
+    static num words[KQ_SENSOR_DIAGONAL_LEN(MAX)];
+    ASSERT_OK(K(sensor_assign)(&made, s->sensor.states, s->sensor.components, words, COUNT(words)));
+    ASSERT_OK(K(sensor_init_lean_extended)(&made, s->sensor.measurement, r));
     return &made;
 }
 

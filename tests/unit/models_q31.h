@@ -11,33 +11,17 @@ typedef kq_scaled_q31 entry;
 typedef int64_t score;
 
 #define S(name) kq_##name##_q31
+#define S_IN_T(name) name##_Q31
+
 /* What filter.h says of one call, (2n + 4) 2^-29 for n = 2.  The gain of three runs is the same
    in laws: their means are products of mantissas of 31 bits.  And the mean is summed up whole. */
 #define ROUNDING 0x1p-26
 #define ROUNDING_OF_MEANS 0x1p-29
 #define ROUNDING_IN_TURN 0.0
 
-#define S_FILTER KQ_FILTER_Q31
-#define S_HISTORY KQ_HISTORY_Q31
-#define S_LAG KQ_LAG_Q31
-#define S_INSTANT KQ_INSTANT_Q31
-#define S_DIFFUSE KQ_DIFFUSE_Q31
-#define S_ADAPTATION KQ_ADAPTATION_Q31
-#define S_STEADY KQ_STEADY_Q31
-#define S_FREEZE KQ_FREEZE_Q31
-#define S_CONSISTENCY KQ_CONSISTENCY_Q31
-#define S_JACOBIANS KQ_JACOBIANS_Q31
-#define S_JACOBIANS_LEN KQ_JACOBIANS_LEN_Q31
-#define S_CONSISTENCY_LEN KQ_CONSISTENCY_LEN_Q31
 #define S_FREEZE_LEN KQ_FREEZE_LEN_Q31
 #define S_STEADY_LEN KQ_STEADY_LEN_Q31
-#define S_FILTER_LEN KQ_FILTER_LEN_Q31
 #define S_ROOT_LEN KQ_ROOT_LEN_Q31
-#define S_HISTORY_LEN KQ_HISTORY_LEN_Q31
-#define S_LAG_LEN KQ_LAG_LEN_Q31
-#define S_INSTANT_LEN KQ_INSTANT_LEN_Q31
-#define S_DIFFUSE_LEN KQ_DIFFUSE_LEN_Q31
-#define S_SMOOTHED SMOOTHED_Q31
 #define ASSIGN_ADAPTATION(a, n, m) kq_adaptation_assign_q31(&a, n, m, a##_memory, COUNT(a##_memory), a##_root)
 
 /* What is refused as a measurement, and how */
@@ -116,6 +100,15 @@ static inline const kq_sensor_q31 *of_innovations(sensor_model *s)
     static kq_sensor_q31 made;
     if (s->table.correlated) ASSERT_OK(kq_sensor_init_extended_q31(&made, &s->table, NULL));
     else ASSERT_OK(kq_sensor_init_diagonal_extended_q31(&made, &s->table, NULL));
+    return &made;
+}
+
+/* A lean one of the same rows and variances */
+static inline const kq_sensor_q31 *lean_of_innovations(sensor_model *s, const double *r)
+{
+    static kq_sensor_q31 made;
+    (void)r;
+    ASSERT_OK(kq_sensor_init_lean_extended_q31(&made, &s->table, NULL));
     return &made;
 }
 

@@ -200,18 +200,24 @@ TEST(a_variance_that_grows_without_end_is_told)
     TEST_ASSERT_EQUAL_HEX(KQ_EVENT_OVERFLOW, kq_events_q31(&level));
 }
 
+/* Two correlated states, after so many steps without a measurement */
+static void grow(const double *transition, const double *row, int steps)
+{
+    static const double thousand[] = {1000, 1000}, none[4] = {0}, at[2] = {0}, prior[] = {1, 0.9, 0.9, 1}, r[] = {0.01};
+    put_process(&growth, 2, 0, thousand, thousand, transition, NULL, none);
+    put_sensor(&gauge, 2, 1, thousand, thousand, row, r);
+    put_prior(&seed, 2, thousand, at, prior);
+    ASSERT_OK(kq_filter_init_q31(&track, &seed.table, NULL));
+    for (int k = 0; k < steps; k++) ASSERT_OK(kq_predict_q31(&track, &growth.process, NULL));
+}
+
 /* However long state 0 has grown, a measurement of it leaves state 1 what is known of it. */
 TEST(a_state_that_grew_for_long_spoils_no_other)
 {
-    static const double thousand[] = {1000, 1000}, growing[] = {2, 0, 0, 1}, none[4] = {0}, at[2] = {0};
-    static const double prior[] = {1, 0.9, 0.9, 1}, first[] = {1, 0}, r[] = {0.01};
+    static const double growing[] = {2, 0, 0, 1}, first[] = {1, 0};
     const int32_t seen[] = {5 << 20};
     for (int steps = 30; steps < 2000; steps += steps < 300 ? 7 : 500) {
-        put_process(&growth, 2, 0, thousand, thousand, growing, NULL, none);
-        put_sensor(&gauge, 2, 1, thousand, thousand, first, r);
-        put_prior(&seed, 2, thousand, at, prior);
-        ASSERT_OK(kq_filter_init_q31(&track, &seed.table, NULL));
-        for (int k = 0; k < steps; k++) ASSERT_OK(kq_predict_q31(&track, &growth.process, NULL));
+        grow(growing, first, steps);
         for (int turn = 0; turn < 3; turn++) ASSERT_OK(kq_update_q31(&track, &gauge.sensor, seen));
         TEST_ASSERT_EQUAL_HEX(0, kq_events_q31(&track));
         const double word = 1 << 21, sigma = sqrt(1 - 0.81);
@@ -223,16 +229,11 @@ TEST(a_state_that_grew_for_long_spoils_no_other)
 /* State 1 has grown, and is measured together with state 0: what is known of that is part of what it is then. */
 TEST(a_state_that_grew_for_long_is_measured_with_others)
 {
-    static const double thousand[] = {1000, 1000}, growing[] = {1, 0, 0, 2}, none[4] = {0}, at[2] = {0};
-    static const double prior[] = {1, 0.9, 0.9, 1}, row[] = {-0.37, 0.91}, r[] = {0.01};
+    static const double growing[] = {1, 0, 0, 2}, row[] = {-0.37, 0.91};
     static const int32_t seen[] = {5 << 20};
     const double left = 1 - 0.81, word = 1 << 21;
     for (int steps = 20; steps < 2000; steps += steps < 300 ? 7 : 500) {
-        put_process(&growth, 2, 0, thousand, thousand, growing, NULL, none);
-        put_sensor(&gauge, 2, 1, thousand, thousand, row, r);
-        put_prior(&seed, 2, thousand, at, prior);
-        ASSERT_OK(kq_filter_init_q31(&track, &seed.table, NULL));
-        for (int k = 0; k < steps; k++) ASSERT_OK(kq_predict_q31(&track, &growth.process, NULL));
+        grow(growing, row, steps);
         ASSERT_OK(kq_update_q31(&track, &gauge.sensor, seen));
         TEST_ASSERT_EQUAL_HEX(0, kq_events_q31(&track));
         ASSERT_WITHIN(1e-4 * word, sqrt(left) * word, kq_sigma_q31(&track, 0));

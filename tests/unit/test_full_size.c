@@ -41,25 +41,11 @@ static kq_status init_fit(kq_least_squares_q31 *fit)
     return kq_least_squares_init_q31(fit, &track, number(0.5), radar.measurement_format);
 }
 
-static const kq_sensor_q31 *lean_of_innovations(void)
-{
-    static kq_sensor_q31 made;
-    ASSERT_OK(kq_sensor_init_lean_extended_q31(&made, &radar.table, NULL));
-    return &made;
-}
-
 #define NOISE_ENTRY(c) (radar.noise + (c))
 #else
 static kq_status change_jacobian(void) { return K(process_change_transition)(&wider.process, A); }
 
 static kq_status init_fit(K(least_squares) *fit) { return K(least_squares_init)(fit, &track, 0.5); }
-
-static const K(sensor) *lean_of_innovations(void)
-{
-    SENSOR_DIAGONAL(made, FULL, FULL);
-    ASSERT_OK(K(sensor_init_lean_extended)(&made, H, r));
-    return &made;
-}
 
 #define NOISE_ENTRY(c) (r + (c))
 #endif
@@ -122,7 +108,7 @@ static const S(sensor) *put_sensor_kind(const sensor_kind *k)
     for (int c = 0; c < FULL; c++) r[c] = N(k->size * (1 + 0.125 * c));
     if (k->rank) put_sensor(&radar, FULL, FULL, range, measured_range, H, R);
     else put_independent(&radar, FULL, FULL, range, measured_range, H, r);
-    if (k->is_lean && k->takes_innovations) return lean_of_innovations();
+    if (k->is_lean && k->takes_innovations) return lean_of_innovations(&radar, r);
     if (k->is_lean) ASSERT_OK(init_lean(&radar, r));
     return k->takes_innovations ? of_innovations(&radar) : &radar.sensor;
 }

@@ -58,22 +58,6 @@ static void put_sensors(const num *rows)
     ASSERT_OK(init_lean(&lean, r));
 }
 
-#ifdef KQ_TEST_Q31
-static const S(sensor) *lean_of_innovations(void)
-{
-    static S(sensor) made;
-    ASSERT_OK(kq_sensor_init_lean_extended_q31(&made, &lean.table, NULL));
-    return &made;
-}
-#else
-static const S(sensor) *lean_of_innovations(void)
-{
-    SENSOR_DIAGONAL(made, 2, 3);
-    ASSERT_OK(S(sensor_init_lean_extended)(&made, lean.sensor.measurement, r));
-    return &made;
-}
-#endif
-
 static void begin(void)
 {
     ASSERT_OK(init_filter(&track, &prior));
@@ -448,7 +432,7 @@ TEST(innovations_are_taken)
         sharpen(t % 4 ? 1 : SHARE / 64 * variance_of_first());
         draw(&seed);
         ASSERT_OK(S(update)(&track, of_innovations(&full), z));
-        ASSERT_OK(S(update)(&twin, lean_of_innovations(), z));
+        ASSERT_OK(S(update)(&twin, lean_of_innovations(&lean, r), z));
         assert_as_full(64 * IN_STAGES);
         predict_both();
     }

@@ -418,29 +418,23 @@ TEST(a_history_that_keeps_no_jacobians_refuses_points)
     TEST_ASSERT_EQUAL_INT(0, log.calls);
 }
 
-TEST(values_that_are_not_finite_change_nothing)
+/* One call after the other is bad, or writes nothing. */
+static void assert_bad_values_are_refused(void (*function)(void *, const num *, num *), kq_sigma_points rule)
 {
     for (int bad = 1; bad <= 5; bad++) {
         log_of_calls log = {.bad = bad};
-        ASSERT_REFUSED(KQ_ERR_NOT_FINITE, K(linearise)(&track, squares, &log, 2, KQ_SIGMA_POINTS_CUBATURE, y, J, E));
+        describe("", "bad call", bad, "", 0);
+        ASSERT_REFUSED(KQ_ERR_NOT_FINITE, K(linearise)(&track, function, &log, 2, rule, y, J, E));
         log.calls = 0;
-        ASSERT_REFUSED(KQ_ERR_NOT_FINITE, K(predict_sigma_points)(&track, &motion.process, squares, &log, KQ_SIGMA_POINTS_CUBATURE, work));
+        ASSERT_REFUSED(KQ_ERR_NOT_FINITE, K(predict_sigma_points)(&track, &motion.process, function, &log, KQ_SIGMA_POINTS_CUBATURE, work));
         log.calls = 0;
-        ASSERT_REFUSED(KQ_ERR_NOT_FINITE, K(update_sigma_points)(&track, &radar.sensor, squares, &log, KQ_SIGMA_POINTS_CENTRAL, work));
+        ASSERT_REFUSED(KQ_ERR_NOT_FINITE, K(update_sigma_points)(&track, &radar.sensor, function, &log, KQ_SIGMA_POINTS_CENTRAL, work));
     }
 }
 
-TEST(what_is_not_written_is_no_number)
-{
-    for (int bad = 1; bad <= 5; bad++) {
-        log_of_calls log = {.bad = bad};
-        ASSERT_REFUSED(KQ_ERR_NOT_FINITE, K(linearise)(&track, forgetful, &log, 2, KQ_SIGMA_POINTS_CENTRAL, y, J, E));
-        log.calls = 0;
-        ASSERT_REFUSED(KQ_ERR_NOT_FINITE, K(predict_sigma_points)(&track, &motion.process, forgetful, &log, KQ_SIGMA_POINTS_CUBATURE, work));
-        log.calls = 0;
-        ASSERT_REFUSED(KQ_ERR_NOT_FINITE, K(update_sigma_points)(&track, &radar.sensor, forgetful, &log, KQ_SIGMA_POINTS_CENTRAL, work));
-    }
-}
+TEST(values_that_are_not_finite_change_nothing) { assert_bad_values_are_refused(squares, KQ_SIGMA_POINTS_CUBATURE); }
+
+TEST(what_is_not_written_is_no_number) { assert_bad_values_are_refused(forgetful, KQ_SIGMA_POINTS_CENTRAL); }
 
 /* A bend whose square is no number makes no noise; one of 2^40 does. */
 TEST(what_bends_beyond_the_numbers_is_refused)

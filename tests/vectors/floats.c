@@ -65,6 +65,14 @@ void put_readings(const K(filter) * view, int n)
     }
 }
 
+K(filter) smoothed_view(const K(history) * h, size_t t)
+{
+    K(filter) view;
+    const kq_status shown = K(smoothed)(h, t, &view);
+    (void)shown;
+    return view;
+}
+
 void put_covariance(const K(filter) * view, int n, num *P)
 {
     put_status(K(covariance)(view, P));

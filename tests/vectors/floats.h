@@ -32,6 +32,7 @@ void put(num value);
 void put_all(const num *values, int count);
 void put_status(kq_status status);
 void put_readings(const K(filter) * view, int n); /* mean, low, sigma */
+K(filter) smoothed_view(const K(history) * h, size_t t); /* refused: it reads NaN */
 
 /** The covariance with its status, and all that a filter says; P: n x n, where it is written */
 void put_covariance(const K(filter) * view, int n, num *P);

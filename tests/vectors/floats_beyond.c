@@ -75,43 +75,25 @@ static void put_lag(K(lag) * lag, size_t k, int states_only)
     if (!status) put_all(out[0], M.n * M.n);
 }
 
-static void lag(void)
+/* All lags, at some steps their means alone; or, where each second measurement comes one to LAG steps late, the longest one. */
+static void lag(int is_late)
 {
     K(lag) past;
     num z[C];
     begin();
-    put_status(K(lag_assign)(&past, M.n, M.m, LAG, pool, LENGTH(pool)));
+    put_status((is_late ? K(delay_assign) : K(lag_assign))(&past, M.n, M.m, LAG, pool, LENGTH(pool)));
     put_status(K(attach)(&filter, &past.attached));
     for (int t = 0; t < STEPS; t++) {
         draw_measurement(z, t);
-        put_status(K(update_subset)(&filter, &sensor, z, present_at(t)));
-        const size_t steps = K(lag_steps)(&past);
-        for (size_t k = 0; k <= steps; k += 2) put_lag(&past, steps - k, t % 3 == 1);
-        put_status(K(predict)(&filter, &process, draw_control()));
-        check("lag", t);
-    }
-    put_filter(&filter, M.n, out[0]);
-    check("filter of the lag", STEPS);
-}
-
-/* Each second measurement comes one to LAG steps late. */
-static void delay(void)
-{
-    K(lag) past;
-    num z[C];
-    begin();
-    put_status(K(delay_assign)(&past, M.n, M.m, LAG, pool, LENGTH(pool)));
-    put_status(K(attach)(&filter, &past.attached));
-    for (int t = 0; t < STEPS; t++) {
-        draw_measurement(z, t);
-        if (t % 2) put_status(K(update_delayed)(&past, (size_t)(1 + t / 2 % LAG), &sensor, z, present_at(t)));
+        if (is_late && t % 2) put_status(K(update_delayed)(&past, (size_t)(1 + t / 2 % LAG), &sensor, z, present_at(t)));
         else put_status(K(update_subset)(&filter, &sensor, z, present_at(t)));
-        put_lag(&past, K(lag_steps)(&past), 0);
+        const size_t steps = K(lag_steps)(&past);
+        for (size_t k = 0; k <= (is_late ? 0 : steps); k += 2) put_lag(&past, steps - k, !is_late && t % 3 == 1);
         put_status(K(predict)(&filter, &process, draw_control()));
-        check("delay", t);
+        check(is_late ? "delay" : "lag", t);
     }
     put_filter(&filter, M.n, out[0]);
-    check("filter of the delay", STEPS);
+    check(is_late ? "filter of the delay" : "filter of the lag", STEPS);
 }
 
 /* The model's A as rates, of steps that are short, and long enough to be halved */
@@ -258,58 +240,29 @@ static void lazy(void)
 
 static void predict(void) { put_status(K(predict)(&filter, &process, draw_control())); }
 
-static void gated(void)
-{
-    K(loss) gate = {.kind = &K(loss_gate), .limit = K(chi_square_limit)(M.m, KQ_LEVEL_99), .run = 2};
-    num z[C];
-    put(gate.limit);
-    begin();
-    for (int t = 0; t < STEPS; t++) {
-        draw_measurement(z, t);
-        put_status(K(update_robust)(&filter, &sensor, z, present_at(t), &gate));
-        put_word(gate.rejected);
-        put_filter(&filter, M.n, out[0]);
-        predict();
-    }
-    check("gated", STEPS);
-}
-
-static void weighted(int is_student)
+/* A run of updates by a loss: a gate says how many it has rejected, others what the components have weighed. */
+static void robust_run(const char *name, K(loss) loss)
 {
     num z[C], weights[C] = {0};
-    K(loss) huber = {.kind = &K(loss_huber), .parameter = (num)1.5, .weights = weights};
-    K(loss) student = {.kind = &K(loss_student), .parameter = 4, .weights = weights};
+    const int is_gate = loss.kind == &K(loss_gate), is_weighted = !is_gate && loss.kind != &K(loss_jump);
+    if (is_gate) put(loss.limit);
+    if (is_weighted) loss.weights = weights;
     begin();
     for (int t = 0; t < STEPS; t++) {
         draw_measurement(z, t);
-        put_status(K(update_robust)(&filter, &sensor, z, present_at(t), is_student ? &student : &huber));
-        put_all(weights, M.m);
+        put_status(K(update_robust)(&filter, &sensor, z, present_at(t), &loss));
+        if (is_gate) put_word(loss.rejected);
+        if (is_weighted) put_all(weights, M.m);
         put_filter(&filter, M.n, out[0]);
         predict();
     }
-    check(is_student ? "Student-t" : "Huber", STEPS);
-}
-
-static void jumps(void)
-{
-    K(loss) jump = {.kind = &K(loss_jump), .parameter = 9};
-    num z[C];
-    begin();
-    for (int t = 0; t < STEPS; t++) {
-        draw_measurement(z, t);
-        put_status(K(update_robust)(&filter, &sensor, z, present_at(t), &jump));
-        put_filter(&filter, M.n, out[0]);
-        predict();
-    }
-    check("jumps", STEPS);
+    check(name, STEPS);
 }
 
 static void put_smoothed(const K(history) * h)
 {
     for (size_t t = 0; t < K(history_steps)(h); t++) {
-        K(filter) view;
-        const kq_status shown = K(smoothed)(h, t, &view); /* refused: it reads NaN */
-        (void)shown;
+        const K(filter) view = smoothed_view(h, t);
         put_readings(&view, M.n);
     }
 }
@@ -344,10 +297,11 @@ static void skip_draws(void)
 
 static void robust(void)
 {
-    gated();
-    weighted(0);
-    weighted(1);
-    jumps();
+    const num limit = K(chi_square_limit)(M.m, KQ_LEVEL_99);
+    robust_run("gated", (K(loss)){.kind = &K(loss_gate), .limit = limit, .run = 2});
+    robust_run("Huber", (K(loss)){.kind = &K(loss_huber), .parameter = (num)1.5});
+    robust_run("Student-t", (K(loss)){.kind = &K(loss_student), .parameter = 4});
+    robust_run("jumps", (K(loss)){.kind = &K(loss_jump), .parameter = 9});
     skip_draws();
     reweighted();
 }
@@ -530,7 +484,7 @@ static void learn(void)
 void run_beyond(const model_case *c)
 {
     prepare(c);
-    lag();
+    lag(0);
     point();
     steady();
     lazy();
@@ -544,7 +498,7 @@ void run_beyond(const model_case *c)
     adaptation(KQ_ADAPT_PROCESS);
     adaptation(KQ_ADAPT_SENSOR);
     learn();
-    delay();
+    lag(1);
     flow();
     drift();
 }

@@ -81,9 +81,7 @@ static void forecast(void)
 
 static void put_smoothed(size_t t)
 {
-    K(filter) view;
-    const kq_status shown = K(smoothed)(&history, t, &view); /* refused: it reads NaN */
-    (void)shown;
+    const K(filter) view = smoothed_view(&history, t);
     put_readings(&view, M.n);
     put_covariance(&view, M.n, out[0]);
 }
@@ -125,9 +123,7 @@ static void smooth_means(void)
     }
     put_status(K(smooth_states)(&history));
     for (size_t t = 0; t < STEPS; t++) {
-        K(filter) view;
-        const kq_status shown = K(smoothed)(&history, t, &view); /* refused: it reads NaN */
-        (void)shown;
+        const K(filter) view = smoothed_view(&history, t);
         for (int i = 0; i < M.n; i++) put(K(mean)(&view, i));
     }
     check("means", STEPS);

@@ -73,6 +73,12 @@ static void linearise_process(void)
     put_status(K(process_change_transition)(&process, A));
 }
 
+static void predict_extended(void)
+{
+    linearise_process();
+    put_status(K(predict_extended)(&filter, &process, d));
+}
+
 static void linearise_sensor(void)
 {
     num x[N] = {0}; /* n > 0: of that some compilers are not sure */
@@ -149,10 +155,7 @@ static void run_extended(void)
     record();
     for (int t = 0; t < STEPS; t++) {
         draw(t);
-        if (t) {
-            linearise_process();
-            put_status(K(predict_extended)(&filter, &process, d));
-        }
+        if (t) predict_extended();
         update_extended(t);
         for (int i = 0; t == 4 && i < M.n; i++) back[i] = -K(mean)(&filter, i) / 2;
         if (t == 4) put_status(K(move)(&filter, back));
@@ -170,10 +173,7 @@ static void run_lag(void)
     put_status(K(attach)(&filter, &lag.attached));
     for (int t = 0; t < STEPS; t++) {
         draw(t);
-        if (t) {
-            linearise_process();
-            put_status(K(predict_extended)(&filter, &process, d));
-        }
+        if (t) predict_extended();
         linearise_sensor();
         put_status(K(update)(&filter, &sensor, e));
         K(filter) lag_view;

@@ -234,27 +234,20 @@ static void put_memory(const vector_sink *sink, const kq_filter_q31 *f)
     put_words(sink, "root exponent", f->memory + 2 * n + KQ_TRIANGLE(n), n);
 }
 
-/* All that predict and update change */
-static void put_filter(const vector_sink *sink, const kq_filter_q31 *f)
+/* All that predict and update change.  While a start has unknowns left, what is one number of the whole state is not in the
+   vectors, nor is sigma, which put_start has. */
+static void put_filter_of(const vector_sink *sink, const kq_filter_q31 *f, int is_known)
 {
-    const int n = machine.n;
     put_word(sink, "events", (int32_t)kq_events_q31(f));
-    put_word(sink, "taken", kq_taken_q31(f));
-    put_score(sink, "NIS", kq_nis_q31(f));
-    for (int i = 0; i < n; i++) sink->put(sink->to, "sigma", i, kq_sigma_q31(f, i));
+    put_word(sink, "taken", is_known ? kq_taken_q31(f) : -1);
+    put_score(sink, "NIS", is_known ? kq_nis_q31(f) : KQ_NOT_A_SCORE_Q31);
+    for (int i = 0; i < machine.n; i++) {
+        sink->put(sink->to, "sigma", i, is_known ? kq_sigma_q31(f, i) : KQ_NOT_A_VALUE_Q31);
+    }
     put_memory(sink, f);
 }
 
-/* The same while a start has unknowns left: what is one number of the whole state is not in the vectors
-   then, nor is sigma, which put_start has. */
-static void put_filter_unknown(const vector_sink *sink, const kq_filter_q31 *f)
-{
-    put_word(sink, "events", (int32_t)kq_events_q31(f));
-    put_word(sink, "taken", -1);
-    put_score(sink, "NIS", KQ_NOT_A_SCORE_Q31);
-    for (int i = 0; i < machine.n; i++) sink->put(sink->to, "sigma", i, KQ_NOT_A_VALUE_Q31);
-    put_memory(sink, f);
-}
+static void put_filter(const vector_sink *sink, const kq_filter_q31 *f) { put_filter_of(sink, f, 1); }
 
 /* All that can be read of a filter */
 static void put_reading(const vector_sink *sink, const kq_filter_q31 *f)
@@ -272,6 +265,15 @@ static void put_reading(const vector_sink *sink, const kq_filter_q31 *f)
 static void put_status(const vector_sink *sink, kq_status status)
 {
     put_word(sink, "status", status);
+}
+
+/* Of a call that moves the filter by so many steps */
+static int put_moved(const vector_sink *sink, kq_status status, int steps)
+{
+    put_status(sink, status);
+    put_filter(sink, &machine.filter);
+    machine.step += steps;
+    return 0;
 }
 
 static void put_range_error(const vector_sink *sink, const kq_range_error_q31 *range_error)
@@ -410,10 +412,7 @@ static int predict(words_in *in, const vector_sink *sink)
     process_slot *slot = take_process(in);
     const int32_t *u = take_controls(in, slot->controls);
     if (!is_complete(in)) return -1;
-    put_status(sink, kq_predict_q31(&machine.filter, &slot->process, u));
-    put_filter(sink, &machine.filter);
-    machine.step++;
-    return 0;
+    return put_moved(sink, kq_predict_q31(&machine.filter, &slot->process, u), 1);
 }
 
 /* All components by the plain call, others by that with a mask */
@@ -428,9 +427,7 @@ static int update(words_in *in, const vector_sink *sink)
 {
     const reading r = take_reading(in);
     if (!is_complete(in)) return -1;
-    put_status(sink, update_by(&r));
-    put_filter(sink, &machine.filter);
-    return 0;
+    return put_moved(sink, update_by(&r), 0);
 }
 
 static int step(words_in *in, const vector_sink *sink)
@@ -440,10 +437,7 @@ static int step(words_in *in, const vector_sink *sink)
     const int32_t *u = take_controls(in, process->controls);
     const int32_t *z = take(in, (size_t)sensor->components);
     if (!is_complete(in)) return -1;
-    put_status(sink, kq_step_q31(&machine.filter, &process->process, u, &sensor->sensor, z));
-    put_filter(sink, &machine.filter);
-    machine.step++;
-    return 0;
+    return put_moved(sink, kq_step_q31(&machine.filter, &process->process, u, &sensor->sensor, z), 1);
 }
 
 static int read_filter(words_in *in, const vector_sink *sink)
@@ -593,12 +587,18 @@ static void put_view(const vector_sink *sink, const kq_filter_q31 *view)
     }
 }
 
-static void put_smoothed(const vector_sink *sink, size_t t, int with_sigma)
+static kq_filter_q31 smoothed_view(size_t t)
 {
     kq_filter_q31 view;
-    const int n = machine.n;
     const kq_status shown = kq_smoothed_q31(&machine.history, t, &view); /* refused: it reads NaN */
     (void)shown;
+    return view;
+}
+
+static void put_smoothed(const vector_sink *sink, size_t t, int with_sigma)
+{
+    const kq_filter_q31 view = smoothed_view(t);
+    const int n = machine.n;
     for (int i = 0; i < n; i++) sink->put(sink->to, "smoothed mean", i, kq_mean_q31(&view, i));
     for (int i = 0; i < n; i++) sink->put(sink->to, "smoothed low", i, kq_mean_low_q31(&view, i));
     for (int i = 0; i < n && with_sigma; i++) {
@@ -647,9 +647,7 @@ static int smooth(words_in *in, const vector_sink *sink)
     if (t + 1 < kq_history_steps_q31(h)) put_extras(sink, what);
     put_smoothed(sink, t, 1);
     if (what & VECTOR_COVARIANCE) {
-        kq_filter_q31 view;
-        const kq_status shown = kq_smoothed_q31(h, t, &view); /* refused: it reads NaN */
-        (void)shown;
+        const kq_filter_q31 view = smoothed_view(t);
         put_word(sink, "covariance status", kq_covariance_q31(&view, machine.out[0]));
         put_symmetric(sink, "smoothed covariance", machine.out[0], machine.n);
     }
