@@ -165,6 +165,18 @@ def test_a_smoothed_track_is_written_as_gpx(seed, tmp_path):
     assert [one.time for one in points] == [BEGUN + timedelta(seconds=one) for one in seconds]
 
 
+def test_a_track_has_what_is_known(tmp_path):
+    """Of a start of which nothing is known: a place without a speed, a place without a height, no place"""
+    model, data, out = tmp_path / "m.toml", tmp_path / "d.csv", tmp_path / "o.gpx"
+    model.write_text("[model]\nA = [[1, 1, 0, 0], [0, 1, 0, 0], [0, 0, 1, 0], [0, 0, 0, 1]]\nQ = [0, 0.1, 0.1, 0.1]\n"
+                     'H = [[1, 0, 0, 0], [0, 0, 1, 0], [0, 0, 0, 1]]\nR = [1, 1, 1]\nP0 = "unknown"\n[measurements]\nnames = ["east", "north", "up"]\n')
+    data.write_text("latitude,longitude,height\n,,\n47,11,\n47,11,500\n")
+    done = kalmanq("run", model, data, "-o", out)
+    assert done.returncode == 0, done.stderr
+    points = gpxpy.parse(out.read_text()).tracks[0].segments[0].points
+    assert [(round(one.latitude, 6), round(one.longitude, 6), one.elevation and round(one.elevation, 3)) for one in points] == [(47, 11, None), (47, 11, 500)]
+
+
 def test_without_heights_the_track_stays_on_the_ground(tmp_path):
     """However far it goes: a plane would be 780 m off the ground in 100 km, and its points 12 m off"""
     from kalmanq.data.ground import degrees

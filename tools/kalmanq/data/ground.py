@@ -78,10 +78,13 @@ def _places(header: Sequence[str]) -> tuple[int, ...]:
 
 
 def degrees(metres: np.ndarray, origin: tuple[float, float, float]) -> np.ndarray:
-    """T x 3 of T x 2 or T x 3 metres.  Without `up` at the height of the origin, however far"""
+    """T x 2 or T x 3 of metres.  Without `up`, or where it is not known, at the height of the origin, however far"""
     pymap3d = _pymap3d(None)
     if metres.shape[1] > 2:
-        return np.column_stack(pymap3d.enu2geodetic(*metres.T, *origin))
+        made = np.column_stack(pymap3d.enu2geodetic(*metres.T, *origin))
+        if (flat := np.isnan(metres[:, 2])).any():
+            made[flat, :2] = degrees(metres[flat, :2], origin)
+        return made
     up = np.zeros(len(metres))
     for _ in range(4):  # the plane leaves the ellipsoid by 8 m in 10 km
         made = np.column_stack(pymap3d.enu2geodetic(*metres.T, up, *origin))

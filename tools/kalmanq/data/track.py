@@ -28,8 +28,12 @@ def axes_of(model: Any) -> list[int]:
 
 def metres(model: Model, x: np.ndarray) -> np.ndarray:
     """Where the states (T x n) are, as sensors without noise would say it"""
-    z = x @ model.H.T + (0.0 if model.d is None else model.d)
-    return np.column_stack([(z[:, k] - one.offset) / one.factor for k in axes_of(model) for one in (model.measurements[k].reading,)])
+    made = []
+    for k in axes_of(model):
+        seen, reading = np.flatnonzero(model.H[k]), model.measurements[k].reading  # other states may not be known yet
+        z = x[:, seen] @ model.H[k, seen] + (0.0 if model.d is None else model.d[k])
+        made.append((z - reading.offset) / reading.factor)
+    return np.column_stack(made)
 
 
 @contextmanager

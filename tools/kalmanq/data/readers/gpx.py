@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from contextlib import contextmanager
 from datetime import timezone
+from math import isnan
 from pathlib import Path
 from typing import Any, Callable, Iterator, Optional, Sequence
 
@@ -36,7 +37,7 @@ def _cells(point: Any) -> list[str]:
 
 @contextmanager
 def writing(path: Path, inputs: Sequence[Any]) -> Iterator[Callable[[np.ndarray, Optional[np.ndarray]], None]]:
-    """`write` takes rows of latitude, longitude and, if it is known, height; and dates of UTC, or None"""
+    """`write` takes rows of latitude, longitude and height, NaN where it is not known; and dates of UTC, or None"""
     made = gpxpy.gpx.GPX()
     made.creator = "kalmanq"
     segment = gpxpy.gpx.GPXTrackSegment()
@@ -45,7 +46,9 @@ def writing(path: Path, inputs: Sequence[Any]) -> Iterator[Callable[[np.ndarray,
 
     def write(places: np.ndarray, dates: Optional[np.ndarray]) -> None:
         at = [None] * len(places) if dates is None else [one.replace(tzinfo=timezone.utc) for one in dates.astype("datetime64[us]").tolist()]
-        segment.points += [gpxpy.gpx.GPXTrackPoint(*map(float, place), time=time) for place, time in zip(places, at)]
+        for place, time in zip(places.tolist(), at):
+            if not any(map(isnan, place[:2])):  # where it is not known yet is no point
+                segment.points.append(gpxpy.gpx.GPXTrackPoint(*(one for one in place if not isnan(one)), time=time))
 
     yield write
     with whole(path, inputs) as temporary:
