@@ -3,6 +3,7 @@ most of a short command's time on that.  Streams, exit code, signals and working
 
 from __future__ import annotations
 
+import json
 import os
 import subprocess
 import sys
@@ -11,6 +12,7 @@ import threading
 import traceback
 import warnings
 from pathlib import Path
+from typing import Any
 
 import matplotlib.pyplot  # noqa: F401
 import scipy.optimize  # noqa: F401
@@ -44,6 +46,26 @@ def kalmanq(*arguments: object, folder: object = None, input: str | None = None)
         return subprocess.CompletedProcess(said, code, *(_text(stream) for stream in (out, error)))
 
 
+def succeeds(*arguments: object, **given: Any) -> subprocess.CompletedProcess:
+    """A command that has to end well"""
+    done = kalmanq(*arguments, **given)
+    assert done.returncode == 0, done.stderr
+    return done
+
+
+def json_of(*arguments: object, **given: Any) -> Any:
+    """What a command says with --json, which has to end well"""
+    return json.loads(succeeds(*arguments, "--json", **given).stdout)
+
+
+def refused(done: subprocess.CompletedProcess, said: str | tuple[str, ...], folder: Path | None = None) -> None:
+    """A command has refused in one line, which has each text of `said`, and has left no output (named out or .out) in the folder"""
+    assert done.returncode == 1 and done.stdout == "", done.stdout
+    assert done.stderr.count("\n") == 1 and done.stderr.startswith("kalmanq: "), done.stderr
+    assert all(one in done.stderr for one in ([said] if isinstance(said, str) else said)), done.stderr
+    assert folder is None or [path.name for path in folder.iterdir() if path.name.startswith((".", "out"))] == []
+
+
 def twice(folder: Path, *arguments: object) -> dict[str, bytes]:
     """The files that `kalmanq compile ... -o cart.c` writes: the same by two new processes, with other hashes of texts"""
     made = []
@@ -55,6 +77,19 @@ def twice(folder: Path, *arguments: object) -> dict[str, bytes]:
         made.append({one.name: one.read_bytes() for one in place.iterdir()})
     assert made[0] == made[1] and str(folder).encode() not in b"".join(made[0].values())
     return made[0]
+
+
+def in_two_processes(*arguments: object) -> list[Any]:
+    """What --json says in two new processes, with other hashes of texts, of which the second one is disturbed"""
+    made = []
+    for seed in ("0", "1"):
+        other = subprocess.Popen([sys.executable, "-c", "while True: pass"]) if seed == "1" else None
+        done = subprocess.run([sys.executable, "-m", "kalmanq.command_line", *map(str, arguments), "--json"], capture_output=True, text=True,
+                              env={**os.environ, "PYTHONHASHSEED": seed})
+        if other:
+            other.kill()
+        made.append(json.loads(done.stdout))
+    return made
 
 
 def _text(stream: object) -> str:

@@ -7,14 +7,13 @@ import subprocess
 from pathlib import Path
 
 import numpy as np
-from library import objects, written
+from library import ROOT, objects, written
 
 from kalmanq.core import arithmetic_of, ffi
 from kalmanq.compiler.text.over_library import source
 from kalmanq.model import model_file
 from kalmanq.run.parts import Parts
 
-ROOT = Path(__file__).resolve().parents[2]
 
 
 FLAGS = ("-std=c11", "-O1", "-Wall", "-Wextra", "-Wpedantic", "-Wconversion", "-Wdouble-promotion", "-Wshadow", "-Werror", "-ffp-contract=off", "-fPIC",

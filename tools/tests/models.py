@@ -2,10 +2,14 @@
 
 from __future__ import annotations
 
+from pathlib import Path
+
 import numpy as np
+from library import saved
 
 import kalmanq
 from kalmanq import Quantity
+from kalmanq.model import model_file
 
 DT = 0.5
 # A file of a sensor that is late
@@ -33,6 +37,10 @@ R = 0.1
 ranges = [100]
 delay = 3
 """
+
+
+def file_of(model: kalmanq.Model, folder: Path) -> Path:
+    return saved(folder / "model.toml", model_file.text_of(model))
 
 
 def cart() -> kalmanq.Model:
@@ -69,31 +77,48 @@ def data(model: kalmanq.Model, rows: int, seed: int) -> tuple[np.ndarray, np.nda
     return z, u
 
 
-def filtered(model: kalmanq.Model, z: np.ndarray, u: np.ndarray | None) -> tuple[list, ...]:
-    """Of each row: mean, covariance, both before its measurement, and its term of the log-likelihood"""
-    x, P = model.x0, model.P0
-    mean, full, before, terms = [], [], [], []
+def updated(x: np.ndarray, P: np.ndarray, e: np.ndarray, H: np.ndarray, R: np.ndarray) -> tuple[np.ndarray, np.ndarray, float]:
+    """Mean, covariance (in Joseph's form) and term of the log-likelihood of an innovation; NaN: a component is missing"""
+    there = ~np.isnan(e)
+    if not np.any(there):
+        return x, P, 0.0
+    e, H, R = e[there], H[there], R[np.ix_(there, there)]
+    S = H @ P @ H.T + R
+    K = np.linalg.solve(S, H @ P).T
+    left = np.eye(len(P)) - K @ H
+    term = -(e @ np.linalg.solve(S, e) + np.linalg.slogdet(2 * np.pi * S)[1]) / 2
+    return x + K @ e, left @ P @ left.T + K @ R @ K.T, float(term)
+
+
+def varied(of: dict[str, np.ndarray], x: np.ndarray, P: np.ndarray, z: np.ndarray, u: np.ndarray) -> tuple[np.ndarray, ...]:
+    """Of each row: mean, covariance, both before its measurement, and its term of the log-likelihood; `of` has arrays of T
+    matrices A, B, Q (of the step to the next row), H, R, D and of T vectors d"""
+    made = []
     for t in range(len(z)):
         if t:
-            x, P = moved(model, x, u, t), model.A @ P @ model.A.T + model.Q
-        before.append((x, P))
-        term = 0.0
-        if np.any(~np.isnan(z[t])):
-            e, S, K = innovation(model, x, P, z[t])
-            x, P = x + K @ e, P - K @ S @ K.T
-            term = -0.5 * (np.log(np.linalg.det(2 * np.pi * S)) + e @ np.linalg.solve(S, e))
-        mean.append(x), full.append(P), terms.append(term)
-    return mean, full, before, terms
+            x, P = of["A"][t - 1] @ x + of["B"][t - 1] @ u[t - 1], of["A"][t - 1] @ P @ of["A"][t - 1].T + of["Q"][t - 1]
+        before = x, P
+        x, P, term = updated(x, P, z[t] - of["H"][t] @ x - of["D"][t] @ u[t] - of["d"][t], of["H"][t], of["R"][t])
+        made.append((x, P, *before, term))
+    return tuple(map(np.array, zip(*made)))
+
+
+def filtered(model: kalmanq.Model, z: np.ndarray, u: np.ndarray | None) -> tuple[np.ndarray, ...]:
+    """The same of a model, whose matrices are the same in all rows"""
+    T, n, m, l = len(z), model.n, model.m, 0 if u is None else model.l
+    given = {name: getattr(model, name) for name in "AQHR"} | {"B": model.B if l else np.zeros((n, 0)), "D": np.zeros((m, l)), "d": np.zeros(m)}
+    of = {name: np.broadcast_to(one, (T, *one.shape)) for name, one in given.items()}
+    return varied(of, model.x0, model.P0, z, np.zeros((T, 0)) if u is None else u)
 
 
 def textbook(model: kalmanq.Model, z: np.ndarray, u: np.ndarray | None) -> dict[str, np.ndarray]:
     """Means, covariances and log-likelihood terms, filtered; means and covariances, smoothed."""
-    mean, full, before, terms = filtered(model, z, u)
+    mean, full, x, P, terms = filtered(model, z, u)
     smoothed, smoothed_full = [mean[-1]], [full[-1]]
     for t in range(len(z) - 2, -1, -1):
-        C = np.linalg.solve(before[t + 1][1], model.A @ full[t]).T
-        smoothed.insert(0, mean[t] + C @ (smoothed[0] - before[t + 1][0]))
-        smoothed_full.insert(0, full[t] + C @ (smoothed_full[0] - before[t + 1][1]) @ C.T)
+        C = np.linalg.solve(P[t + 1], model.A @ full[t]).T
+        smoothed.insert(0, mean[t] + C @ (smoothed[0] - x[t + 1]))
+        smoothed_full.insert(0, full[t] + C @ (smoothed_full[0] - P[t + 1]) @ C.T)
     return {name: np.array(of) for name, of in (
         ("mean", mean), ("covariance", full), ("log_likelihood", terms), ("smoothed", smoothed),
         ("smoothed_covariance", smoothed_full))}

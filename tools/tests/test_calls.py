@@ -4,13 +4,13 @@ from __future__ import annotations
 
 import ctypes
 import subprocess
-from pathlib import Path
 from typing import Any, Optional
 
 import numpy as np
 import pytest
 
 import models
+from library import ROOT
 from random_models import random_model
 from kalmanq import _core
 from kalmanq import AdaptiveFilter, Filter, LagSmoother, Quantity, Robust, Smoother, SteadyFilter
@@ -18,7 +18,6 @@ from kalmanq.core import ffi, lib
 from kalmanq.run.robust import LEVELS
 from test_twin import ARITHMETICS, LIMITS, SEEDS, unknown
 
-ROOT = Path(__file__).resolve().parents[2]
 pytestmark = pytest.mark.filterwarnings("ignore::kalmanq.KalmanqWarning")
 LOSSES = [None, Robust("gate", 0.95, 2), Robust("huber", 1.5), Robust("student", 4.0), Robust("jump", 9.0)]
 VIEW = ("mean", "mean_low", "sigma")

@@ -23,8 +23,10 @@ from kalmanq.run.diagnostics import nees
 from kalmanq.run.monte_carlo import Study, one_run, summary
 from kalmanq.run.simulation import simulate
 from campaign_tasks import ends_its_process, refuses_five, third
+from command import kalmanq, refused, succeeds
+from library import EXAMPLES, saved
 from models import cart
-from test_commands import EXAMPLES, kalmanq, refused, rows_of
+from test_commands import rows_of
 from whole import first
 
 TRACK, NILE = EXAMPLES / "track.toml", EXAMPLES / "nile.toml"
@@ -38,8 +40,7 @@ def campaign(journal, function=third, tasks=range(20), **options):
 
 
 def study(out, *options):
-    done = kalmanq("simulate", TRACK, *STUDY, "--out", out, *options)
-    assert done.returncode == 0, done.stderr
+    succeeds("simulate", TRACK, *STUDY, "--out", out, *options)
     assert not journal_of(out).exists()
     return out.read_bytes()
 
@@ -91,8 +92,7 @@ def test_the_journal_of_another_campaign_is_refused_and_stays(tmp_path):
 
 @pytest.mark.parametrize("content", ["a,b\n1,2\n", "{}\n", "[1]\n", "precious"])
 def test_a_file_that_is_no_journal_is_never_written(content, tmp_path):
-    journal = tmp_path / "journal"
-    journal.write_text(content)
+    journal = saved(tmp_path / "journal", content)
     with pytest.raises(KalmanqError, match="journal: .*no journal"):
         campaign(journal, workers=1, fresh=True)
     assert journal.read_text() == content
@@ -189,8 +189,8 @@ def test_interrupted_and_resumed_gives_the_same_bytes(workers, tmp_path):
     done = journal.read_bytes().count(b"\n") - 1
     assert said == f"kalmanq: interrupted: {done} of 40 are done; the same command goes on from there\n"
     assert 4 <= done < 40 and [path.name for path in tmp_path.iterdir()] == ["out.csv.journal"]
-    assert kalmanq("simulate", TRACK, *LONG, "--workers", 2, "--out", out).returncode == 0
-    assert kalmanq("simulate", TRACK, *LONG, "--workers", 1, "--out", whole).returncode == 0
+    succeeds("simulate", TRACK, *LONG, "--workers", 2, "--out", out)
+    succeeds("simulate", TRACK, *LONG, "--workers", 1, "--out", whole)
     assert out.read_bytes() == whole.read_bytes() and not journal.exists()
 
 
@@ -210,18 +210,15 @@ def test_another_campaigns_journal_is_refused_by_name(tmp_path):
     out = tmp_path / "out.csv"
     campaign(journal_of(out), tasks=range(2), workers=1)
     command = ("simulate", NILE, "-n", 20, "--runs", 4, "--workers", 1, "--out", out)
-    done = kalmanq(*command)
-    assert done.returncode == 1 and done.stdout == "" and not out.exists()
-    assert "out.csv.journal: is of another campaign" in done.stderr and "--fresh" in done.stderr
-    assert done.stderr.count("\n") == 1
-    assert kalmanq(*command, "--fresh").returncode == 0
+    refused(kalmanq(*command), ("out.csv.journal: is of another campaign", "--fresh"))
+    assert not out.exists()
+    succeeds(*command, "--fresh")
 
 
 def test_a_run_is_what_it_is_however_many_there_are(tmp_path):
     few, many = tmp_path / "few.csv", tmp_path / "many.csv"
     for out, runs in ((few, 3), (many, 6)):
-        done = kalmanq("simulate", NILE, "-n", 30, "--runs", runs, "--workers", 1, "--out", out)
-        assert done.returncode == 0, done.stderr
+        succeeds("simulate", NILE, "-n", 30, "--runs", runs, "--workers", 1, "--out", out)
     assert rows_of(few) == rows_of(many)[:3]
     assert len({row["loglik"] for row in rows_of(many)}) == 6
 
@@ -290,8 +287,7 @@ def test_odd_models(tmp_path):
     model, out = tmp_path / "odd.toml", tmp_path / "out.csv"
     model.write_text(text)
     for rows, runs in ((1, 3), (40, 1)):
-        done = kalmanq("simulate", model, "-n", rows, "--runs", runs, "--smooth", "--workers", 1, "--out", out)
-        assert done.returncode == 0, done.stderr
+        done = succeeds("simulate", model, "-n", rows, "--runs", runs, "--smooth", "--workers", 1, "--out", out)
         assert done.stderr == "" and len(rows_of(out)) == runs
     assert cart().l == 1 and one_run(Study(cart(), 50, 1, "q31", False, None), 0)["events"] == ""
 
@@ -307,8 +303,7 @@ def test_odd_models(tmp_path):
     (["--runs", "3", "--workers", "1", "--out", "out.csv", "--arith", "q31"], "run 0: "),
 ])
 def test_bad_options_are_one_line(options, said, tmp_path, monkeypatch):
-    model = tmp_path / "model.toml"
-    model.write_text(NILE.read_text().replace("4000", "100"))
+    model = saved(tmp_path / "model.toml", NILE.read_text().replace("4000", "100"))
     monkeypatch.chdir(tmp_path)
     done = CliRunner().invoke(command_line.app, ["simulate", str(model), *options])
     assert done.exit_code == 1 and said in done.output and done.output.count("\n") == 1
@@ -316,8 +311,7 @@ def test_bad_options_are_one_line(options, said, tmp_path, monkeypatch):
 
 
 def test_the_model_is_not_overwritten(tmp_path):
-    model = tmp_path / "model.toml"
-    model.write_text(NILE.read_text())
+    model = saved(tmp_path / "model.toml", NILE.read_text())
     refused(kalmanq("simulate", model, "--runs", 2, "--out", model), "is an input", tmp_path)
     assert model.read_text() == NILE.read_text()
 

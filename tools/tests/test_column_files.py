@@ -7,7 +7,8 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from command import kalmanq
+from command import json_of, kalmanq, succeeds
+from library import saved
 from test_columns import textbook
 
 from kalmanq.model import model_file
@@ -30,9 +31,8 @@ def gps(seed: int, folder: Path, text: str = GPS) -> tuple[Path, Path, np.ndarra
     t, accuracy = np.round(np.cumsum(draw.uniform(0.3, 2.5, 120)), 3), np.round(draw.uniform(0.5, 20, 120), 3)
     z = np.cumsum(np.cumsum(draw.normal(size=120))) + accuracy * draw.normal(size=120)
     z[5::17] = np.nan
-    model, data = folder / "gps.toml", folder / "gps.csv"
-    model.write_text(text)
-    data.write_text("time,position,accuracy\n" + "".join(
+    model = saved(folder / "gps.toml", text)
+    data = saved(folder / "gps.csv", "time,position,accuracy\n" + "".join(
         f"{a},,\n" if np.isnan(b) else f"{a},{b!r},{c}\n" for a, b, c in zip(t.tolist(), z.tolist(), accuracy.tolist())))
     return model, data, t, z, accuracy
 
@@ -48,9 +48,7 @@ def test_the_accuracy_of_each_fix_at_irregular_times(options, seed, tmp_path):
     T, none = len(z), np.zeros((len(z), 1))
     right = textbook({"A": A, "B": np.zeros((T, 2, 1)), "Q": Q, "H": np.tile([[1.0, 0.0]], (T, 1, 1)), "R": accuracy[:, None, None] ** 2,
                       "D": np.zeros((T, 1, 1)), "d": none}, np.zeros(2), np.diag([1000.0, 10.0]), z[:, None], none)
-    done = kalmanq("run", model, data, "--json", *options, folder=tmp_path)
-    assert done.returncode == 0, done.stderr
-    told = json.loads(done.stdout)
+    told = json_of("run", model, data, *options, folder=tmp_path)
     most = 1e-4 if "f32" in options else 1e-9
     assert np.all(np.abs(np.array(told["mean"]) - right[0][-1]) < most * np.sqrt(np.diag(right[1][-1])))
     assert abs(told["log_likelihood"] - right[2]) < most * abs(right[2])
@@ -75,9 +73,9 @@ def test_a_column_as_a_receiver_writes_it(options, tmp_path):
         cells = zip(t.tolist(), z.tolist(), np.rint(1000 * accuracy).astype(int).tolist())
         data.write_text("time,position,hAcc\n" + "".join(f"{a},,4294967295\n" if np.isnan(b) else f"{a},{b!r},{c}\n" for a, b, c in cells))
         (tmp_path / "again.toml").write_text(model_file.text_of(model_file.read(model)))
-        told = [json.loads(kalmanq("run", one, data, "--json", *options).stdout) for one in (model, tmp_path / "again.toml")]
+        told = [json_of("run", one, data, *options) for one in (model, tmp_path / "again.toml")]
         plain, metres, *_ = gps(seed, tmp_path, GPS + "[recording]\npause = 2.4\n")
-        right = json.loads(kalmanq("run", plain, metres, "--json", *options).stdout)
+        right = json_of("run", plain, metres, *options)
         assert told[0]["mean"] == told[1]["mean"] and np.allclose(told[0]["mean"], right["mean"], rtol=1e-12)
         assert abs(told[0]["log_likelihood"] - right["log_likelihood"]) < 1e-9 * abs(right["log_likelihood"])
 
@@ -121,10 +119,10 @@ def test_a_cell_whose_resistance_is_measured_fits(seed, tmp_path):
     model, data, soc = battery(seed, tmp_path)
     for options in ((), ("--arith", "f32"), ("--arith", "q31"), ("--compiled",), ("--compiled", "--arith", "q31"), ("--smooth", "--plot", tmp_path / "a.png"),
                     ("--lag", 3, "--forecast", 2)):
-        told = json.loads(kalmanq("run", model, data, "--json", *options).stdout)
+        told = json_of("run", model, data, *options)
         assert 0.75 < told["nis_per_measurement"] < 1.3 and abs(told["mean"][0] - soc) < 0.005, options
     without, *_ = battery(seed, tmp_path, "0.0")
-    assert json.loads(kalmanq("run", without, data, "--json").stdout)["nis_per_measurement"] > 50
+    assert json_of("run", without, data)["nis_per_measurement"] > 50
 
 
 def test_commands_take_such_a_model(tmp_path):
@@ -151,8 +149,7 @@ def test_commands_take_such_a_model(tmp_path):
     ('G = ["a", 1.0]', "write Q"), ('R = [["a or b"]]', "no column"), ('R = ["(lambda: 0)()"]', "calls"), (f'R = ["{"-" * 200}a"]', "nested"),
     (f'R = ["a{"+a" * 600}"]', "1000"), ('R = ["True*a"]', "no column"), ('R = ["1j*a"]', "no column"), ("R = [\"'a'\"]", "no column")])
 def test_what_is_no_expression(line, said, tmp_path):
-    path = tmp_path / "model.toml"
-    path.write_text(f"[model]\nA = [[1.0]]\nH = [1.0]\nQ = [1.0]\nP0 = [1.0]\n{line}\n")
+    path = saved(tmp_path / "model.toml", f"[model]\nA = [[1.0]]\nH = [1.0]\nQ = [1.0]\nP0 = [1.0]\n{line}\n")
     with pytest.raises(model_file.ModelFileError) as problem:
         model_file.read(path)
     assert said in str(problem.value) and "line 6" in str(problem.value) and "\n" not in str(problem.value)
@@ -170,7 +167,7 @@ def test_what_the_data_lack(change, said, tmp_path):
         done = kalmanq(*command)
         assert done.returncode and said in " ".join(done.stderr.split()) and done.stderr.count("\n") == 1, done.stderr
     data.write_text("z,accuracy\n1,3\n,\n3.5,2\n2,4\n")
-    assert kalmanq("run", model, data).returncode == 0
+    succeeds("run", model, data)
 
 
 SENSORS = """[model]
@@ -205,8 +202,7 @@ def test_columns_of_a_sensor_come_with_its_measurements(late, tmp_path):
     (tmp_path / "m.toml").write_text(SENSORS + (f"delay = {late}\n" if late else ""))
     (tmp_path / "imu.csv").write_text("time,speed,push\n" + "".join(f"{t},{a!r},{b}\n" for t, (a, b) in enumerate(zip(speed.tolist(), push.tolist()))))
     (tmp_path / "gps.csv").write_text("time,east,hacc,scale,lever\n" + "".join(f"{t + late},{east[t]},{hacc[t]},{scale[t]},{lever[t]}\n" for t in there))
-    done = kalmanq("run", tmp_path / "m.toml", tmp_path / "imu.csv", tmp_path / "gps.csv", "--json")
-    assert done.returncode == 0, done.stderr
+    done = succeeds("run", tmp_path / "m.toml", tmp_path / "imu.csv", tmp_path / "gps.csv", "--json")
     z, H = np.column_stack([speed, np.where(np.isin(np.arange(T), there), east, np.nan)]), np.zeros((T, 2, 2))
     H[:, 0, 1], H[:, 1, 0] = 1, scale
     of = {"A": np.tile([[1.0, 1.0], [0.0, 1.0]], (T, 1, 1)), "B": np.tile([[0.5], [1.0]], (T, 1, 1)), "Q": np.tile([[1 / 3, 0.5], [0.5, 1.0]], (T, 1, 1)),

@@ -8,6 +8,8 @@ from typing import Any
 
 import numpy as np
 import pytest
+from library import saved
+from models import varied
 
 from kalmanq import Filter, KalmanqError, LagSmoother, Model, Smoother, Varying, fit, likelihood, run_series
 from kalmanq.compiler.run.equation_run import CompiledEquations, FixedEquations
@@ -21,21 +23,9 @@ KEYS = ("A", "B", "Q", "H", "R", "D", "d")
 
 
 def textbook(of: dict[str, np.ndarray], x: np.ndarray, P: np.ndarray, z: np.ndarray, u: np.ndarray) -> tuple[np.ndarray, np.ndarray, float]:
-    """Means, covariances and the log-likelihood, in long double but for the inverses; A, B, Q of row t lead to row t + 1"""
-    means, covariances, total = [], [], 0.0
-    for t in range(len(z)):
-        at = np.flatnonzero(~np.isnan(z[t]))
-        if len(at):
-            H, e = of["H"][t][at], z[t][at] - (of["H"][t] @ x + of["D"][t] @ u[t] + of["d"][t])[at]
-            S = H @ P @ H.T + of["R"][t][np.ix_(at, at)]
-            K = np.linalg.solve(S, H @ P).T
-            x, I = x + K @ e, np.eye(len(x)) - K @ H
-            P = I @ P @ I.T + K @ of["R"][t][np.ix_(at, at)] @ K.T
-            total -= (e @ np.linalg.solve(S, e) + np.linalg.slogdet(2 * np.pi * S)[1]) / 2
-        means.append(x)
-        covariances.append(P)
-        x, P = of["A"][t] @ x + of["B"][t] @ u[t], of["A"][t] @ P @ of["A"][t].T + of["Q"][t]
-    return np.array(means), np.array(covariances), float(total)
+    """Means, covariances and the log-likelihood"""
+    means, covariances, _, _, terms = varied(of, x, P, z, u)
+    return means, covariances, float(np.sum(terms))
 
 
 def cell(key: str, at: tuple[int, ...], value: float, columns: dict[str, np.ndarray], draw: Any) -> tuple[str, np.ndarray]:
@@ -67,8 +57,7 @@ def case(seed: int, n: int, keys: str, folder: Path, share: float = 0.7) -> tupl
     for section, count, span in (("states", n, 400), ("measurements", m, 2000), ("controls", l, 8)):
         lines += [f"[{section}]", f"ranges = {[span] * count}"]
     lines += ["[columns]", f"names = {json.dumps(list(columns))}", f"ranges = {[[0.5, 1.5]] * len(columns)}"] if columns else []
-    path = folder / "model.toml"
-    path.write_text("\n".join(lines))
+    path = saved(folder / "model.toml", "\n".join(lines))
     u, x, z = np.round(draw.normal(size=(ROWS, l)), 3), draw.normal(size=n), np.empty((ROWS, m))
     for t in range(ROWS):
         z[t] = of["H"][t] @ x + of["D"][t] @ u[t] + of["d"][t] + np.sqrt(np.diag(of["R"][t])) * draw.normal(size=m)

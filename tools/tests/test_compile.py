@@ -12,8 +12,9 @@ from dataclasses import replace
 from pathlib import Path
 
 import pytest
-from command import kalmanq
+from command import kalmanq, refused
 from compiled_models import kinematic
+from library import EXAMPLES, saved
 from models import cart
 
 from kalmanq import Model, Quantity
@@ -21,8 +22,6 @@ from kalmanq.commands import GONE
 from kalmanq.compiler.given.names import named
 from kalmanq.compiler.text.product import compiled
 from kalmanq.model import model_file
-
-EXAMPLES = Path(model_file.__file__).parents[1] / "examples"
 
 
 def changed(**what: object) -> Model:
@@ -40,14 +39,12 @@ def test_an_option_that_is_gone_says_what_replaced_it(option: str, value: str, m
 
 
 def test_the_command_refuses_in_one_line_and_leaves_no_file(tmp_path: Path) -> None:
-    path = tmp_path / "m.toml"
-    path.write_text(model_file.text_of(changed(R=0.0)))
+    path = saved(tmp_path / "m.toml", model_file.text_of(changed(R=0.0)))
     for words, said in (((path, "-o", tmp_path / "cart.c"), "R: range has no noise"),
                         ((path, "-o", tmp_path / "Lift_P1.c"), f"write {tmp_path / 'lift_p1.c'}"),
                         ((path, "-o", tmp_path / "math.c"), "math is a word or a header of C"),
                         ((tmp_path / "no.toml", "-o", tmp_path / "cart.c"), "no such file")):
-        done = kalmanq("compile", *words)
-        assert done.returncode == 1 and said in done.stderr and done.stderr.count("\n") == 1 and not done.stdout
+        refused(kalmanq("compile", *words), said)
     assert [one.name for one in tmp_path.iterdir()] == ["m.toml"]
 
 

@@ -9,7 +9,9 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from test_commands import EXAMPLES, kalmanq, refused, rows_of
+from command import json_of, kalmanq, refused, succeeds
+from library import EXAMPLES, saved
+from test_commands import rows_of
 from test_report import Page
 from whole import first
 
@@ -32,10 +34,8 @@ CART, GAUGES = EXAMPLES / "cart.toml", EXAMPLES / "two_gauges.toml"
 def known(tmp_path_factory):
     """The cart with a start that is known, and data of it with a gap"""
     folder = tmp_path_factory.mktemp("known")
-    path = folder / "cart.toml"
-    path.write_text(CART.read_text().replace('"unknown"', "4.0"))
-    done = kalmanq("simulate", path, "-n", 150, "--seed", 3, "--gap", 40, 45, "--out", folder / "z.csv")
-    assert done.returncode == 0, done.stderr
+    path = saved(folder / "cart.toml", CART.read_text().replace('"unknown"', "4.0"))
+    succeeds("simulate", path, "-n", 150, "--seed", 3, "--gap", 40, 45, "--out", folder / "z.csv")
     return path, folder / "z.csv"
 
 
@@ -59,7 +59,7 @@ def test_compare_has_rows_of_the_emitted_c(known, tmp_path):
         assert told[f"compiled {name}"] == json.loads(json.dumps(beside(run, Filter(model, "f64").run(z, u))[1]))
         assert told[f"compiled {name}"]["mean_error_in_sigma"] < 1e-3
         assert told[f"compiled {name}"]["sigma_relative_error"] < 1e-4
-    plain = json.loads(kalmanq("compare", cart, pushed, "--json").stdout)
+    plain = json_of("compare", cart, pushed)
     assert plain == {name: told[name] for name in ("f32", "q31")}
     shown = kalmanq("compare", cart, pushed, "--compiled").stdout
     assert "compiled f32" in shown and "compiled q31" in shown
@@ -71,7 +71,7 @@ def test_an_event_of_the_emitted_c_has_its_own_name(tmp_path):
     z = drawn(model, 30, 1, None)[1]
     z[10] = 10 * model.measurements[0].range
     path.write_text("range,push\n" + "".join(f"{one!r},0\n" for one in z[:, 0].tolist()))
-    told = json.loads(kalmanq("compare", CART, path, "--compiled", "--json").stdout)
+    told = json_of("compare", CART, path, "--compiled")
     assert told["compiled f32"]["events"] == ["refused"]
     run = emitted(model, "f32", path)[2]
     events = [one for one in verdict.findings(run, z) if one.subject == "Events"]
@@ -79,12 +79,11 @@ def test_an_event_of_the_emitted_c_has_its_own_name(tmp_path):
 
 
 def test_what_is_not_compiled_is_said_and_the_others_stay(tmp_path):
-    path, data = tmp_path / "still.toml", tmp_path / "z.csv"
-    path.write_text("[model]\nA = 1\nH = 1\nQ = 1\nR = 0\nP0 = 1\n")
-    data.write_text("z0\n" + "\n".join(map(str, range(20))) + "\n")
+    path = saved(tmp_path / "still.toml", "[model]\nA = 1\nH = 1\nQ = 1\nR = 0\nP0 = 1\n")
+    data = saved(tmp_path / "z.csv", "z0\n" + "\n".join(map(str, range(20))) + "\n")
     name = model_file.read(path).measurements[0].name
     data.write_text(data.read_text().replace("z0", name))
-    told = json.loads(kalmanq("compare", path, data, "--compiled", "--json").stdout)
+    told = json_of("compare", path, data, "--compiled")
     assert "mean_error_in_sigma" in told["f32"] and "has no noise" in told["compiled f32"]["refused"]
     refused(kalmanq("report", path, data, "--compiled", "-o", tmp_path / "r.html"), "has no noise", tmp_path)
     refused(kalmanq("simulate", path, "--compiled", "--runs", 2, "--workers", 1, "--out", tmp_path / "o.csv"),
@@ -93,8 +92,8 @@ def test_what_is_not_compiled_is_said_and_the_others_stay(tmp_path):
 
 def test_a_nonlinear_model_in_q31_is_the_device_over_the_library(tmp_path):
     model, data = EXAMPLES / "range_bearing.py", EXAMPLES / "range_bearing.csv"
-    told = json.loads(kalmanq("run", model, data, "--compiled", "--arith", "q31", "--json").stdout)
-    near = json.loads(kalmanq("run", model, data, "--compiled", "--arith", "f64", "--json").stdout)
+    told = json_of("run", model, data, "--compiled", "--arith", "q31")
+    near = json_of("run", model, data, "--compiled", "--arith", "f64")
     assert told["taken"] == near["taken"] and told["log_likelihood"] == pytest.approx(near["log_likelihood"], abs=0.01)
     for more, said in ((("--smooth",), "--smooth"), (("--method", "iterated"), "--method iterated")):
         refused(kalmanq("run", model, data, "--compiled", "--arith", "q31", *more), f"is an extended filter: leave {said} out", tmp_path)
@@ -107,8 +106,7 @@ def test_a_nonlinear_model_in_q31_is_the_device_over_the_library(tmp_path):
 def test_the_report_is_of_the_emitted_c(arithmetic, known, tmp_path):
     """Of a start that is unknown the emitted filter counts the first rows, with a wide sigma: the library does not."""
     out, pushed = tmp_path / "report.html", known[1]
-    done = kalmanq("report", CART, pushed, "--compiled", "--arith", arithmetic, "-o", out)
-    assert done.returncode == 0, done.stderr
+    done = succeeds("report", CART, pushed, "--compiled", "--arith", arithmetic, "-o", out)
     assert "left out: smoothed states and sigmas; the emitted filter looks at no later row" in done.stdout
     text = Page(out).text
     assert f"arithmetic {arithmetic}, compiled" in text and "left out: smoothed states" in text
@@ -127,8 +125,7 @@ def test_the_report_is_of_the_emitted_c(arithmetic, known, tmp_path):
 @pytest.mark.parametrize("arithmetic", ("f32", "q31"))
 def test_a_campaign_is_of_the_emitted_c(arithmetic, tmp_path):
     out, common = tmp_path / "runs.csv", ("simulate", CART, "-n", 60, "--seed", 5, "--compiled", "--arith", arithmetic)
-    done = kalmanq(*common, "--runs", 6, "--workers", 1, "--out", out, "--json")
-    assert done.returncode == 0, done.stderr
+    done = succeeds(*common, "--runs", 6, "--workers", 1, "--out", out, "--json")
     assert json.loads(done.stdout)["way"] == "compiled"
     rows, model = rows_of(out), model_file.read(CART)
     with CompiledFilter(model, arithmetic) as one:
@@ -147,8 +144,7 @@ def test_a_campaign_is_of_the_emitted_c(arithmetic, tmp_path):
 
 def test_a_campaign_says_what_it_leaves_out(tmp_path):
     out = tmp_path / "runs.csv"
-    done = kalmanq("simulate", GAUGES, "-n", 20, "--runs", 3, "--compiled", "--smooth", "--workers", 1, "--out", out)
-    assert done.returncode == 0, done.stderr
+    done = succeeds("simulate", GAUGES, "-n", 20, "--runs", 3, "--compiled", "--smooth", "--workers", 1, "--out", out)
     assert "left out: --smooth; the emitted filter looks at no later row" in done.stdout
     assert not any("smoothed" in name for name in rows_of(out)[0])
 
@@ -174,8 +170,7 @@ def test_smoothed_nonlinear(tmp_path, options):
     out, common = tmp_path / "out.csv", ("run", EXAMPLES / "range_bearing.py", EXAMPLES / "range_bearing.csv", "--arith", "f64", "--smooth")
     columns = []
     for more in (("--compiled",), ()):
-        done = kalmanq(*common, *options, *more, "--out", out)
-        assert done.returncode == 0, done.stderr
+        succeeds(*common, *options, *more, "--out", out)
         columns.append(np.genfromtxt(out, delimiter=",", names=True))
     names = [one for one in columns[0].dtype.names if one.endswith(("_mean", "_sigma", "_smoothed", "_smoothed_sigma"))]
     assert len(names) == 4 * 4
@@ -191,8 +186,7 @@ def test_smoothed_error_states(tmp_path, seed):
     x, z, u = nonlinear.simulate(model, 300, seed)
     with writing(tmp_path / "z.csv", [one.name for one in (*model.measurements, *model.controls)]) as write:
         write([*z.T, *u.T])
-    done = kalmanq("run", path, tmp_path / "z.csv", "--arith", "f64", "--smooth", "--out", tmp_path / "out.csv")
-    assert done.returncode == 0, done.stderr
+    succeeds("run", path, tmp_path / "z.csv", "--arith", "f64", "--smooth", "--out", tmp_path / "out.csv")
     made = np.genfromtxt(tmp_path / "out.csv", delimiter=",", names=True)
     names = model.carried_names
     of = {kind: np.array([model.minus(np.array([row[f"{one}_{kind}"] for one in names]), truth) for row, truth in zip(made, x)])

@@ -13,7 +13,8 @@ import numpy as np
 import pytest
 from command import twice
 from driven import Driven
-from library import cc, written
+from equations import STRICT
+from library import cc, passes, saved, written
 from products import ALL, drone, gps, heart, interferometer, load_cell, rover, spring, tank, tilt, ultrasound, well
 from scipy.stats import chi2
 from whole import WHOLE, first
@@ -31,14 +32,9 @@ from kalmanq.errors import KalmanqError
 from kalmanq.model import model_file
 
 ARITHMETICS = ("f32", "f64")
-STRICT = ("-std=c11", "-Wall", "-Wextra", "-Wpedantic", "-Wconversion", "-Wdouble-promotion", "-Wshadow", "-Werror")
 LONG = np.longdouble
 MEAN = {"f32": 3e-4, "f64": 3e-6}  # sigma; f64: what a gain that counts as constant leaves
 COVARIANCE = {"f32": 1e-4, "f64": 2e-6}  # sigma_i sigma_j
-
-
-def built(folder: Path, name: str, *command: str) -> None:
-    cc(*command, *STRICT, f"{name}.c", f"{name}_test.c", folder=folder)
 
 
 @pytest.mark.parametrize("arithmetic", [*ARITHMETICS, "q31"])
@@ -60,13 +56,10 @@ def accurate(model: Model, arithmetic: str, rows: int, seeds: tuple, folder: Pat
         made = tried(product, host, rows, seeds, 10 * max(model.gaps.max_gap, GAP))
         texts = report.files(product, trial(product, host), [], "")
     written(folder, texts)
-    built(folder, model.name, "gcc", "-O1", "-ffp-contract=off", "-lm", "-o", "trial")
-    done = subprocess.run([str(folder / "trial")], capture_output=True, text=True)
-    assert done.returncode == 0 and done.stdout.endswith("OK\n"), done.stdout
-    digest = done.stdout.split("digest ")[1].split()[0]
+    digest = passes(folder, model.name, compiler="gcc", flags=(*STRICT, "-O1", "-ffp-contract=off")).split("digest ")[1].split()[0]
     assert f"(-ffp-contract=off): {digest}." in texts[f"{model.name}_test.c"]
     if shutil.which("clang"):
-        built(folder, model.name, "clang", "-fsyntax-only")
+        cc("clang", *STRICT, "-fsyntax-only", f"{model.name}.c", f"{model.name}_test.c", folder=folder)
     assert max(one.mean for one in made) < MEAN[arithmetic]
     assert max(one.covariance for one in made) < COVARIANCE[arithmetic]
     return made
@@ -172,18 +165,10 @@ SETTLING = [make for make in ALL if compiled(make(), "x").steady is not None]
 SOON = [make for make in SETTLING if compiled(make(), "x").steady.samples < 500 and make is not drone]
 
 
-@pytest.mark.parametrize("make", SOON)
-def test_it_has_settled_after_any_past(make: Callable[[], Model]) -> None:
-    settles(make(), 40)
-
-
-@pytest.mark.parametrize("make", [pytest.param(one, marks=WHOLE) for one in SETTLING])
-def test_it_has_settled_after_any_of_many_pasts(make: Callable[[], Model]) -> None:
+@pytest.mark.parametrize("make, many", [*((make, False) for make in SOON), *first(0, [(make, True) for make in SETTLING])])
+def test_it_has_settled_after_any_past(make: Callable[[], Model], many: bool) -> None:
     model = make()
-    settles(model, 10_000 if model.n < 4 else 1000)
-
-
-def settles(model: Model, count: int) -> None:
+    count = 40 if not many else 10_000 if model.n < 4 else 1000
     pasts = Pasts(model, count, 1)
     pasts.begin()
     pasts.full(pasts.steady.samples)
@@ -405,9 +390,7 @@ def test_nothing_is_undefined(what: str, tmp_path: Path) -> None:
     with Host(product) as host:
         texts = report.files(product, trial(product, host), [], "")
     written(tmp_path, texts)
-    built(tmp_path, "flt", "gcc", "-O1", "-fsanitize=undefined,address", "-fno-sanitize-recover", "-lm", "-o", "trial")
-    done = subprocess.run([str(tmp_path / "trial")], capture_output=True, text=True)
-    assert done.returncode == 0 and done.stdout.endswith("OK\n"), done.stderr
+    passes(tmp_path, "flt", compiler="gcc", flags=(*STRICT, "-O1", "-fsanitize=undefined,address", "-fno-sanitize-recover"))
 
 
 def test_every_entry_is_read_where_a_part_is_constant(tmp_path: Path) -> None:
@@ -492,6 +475,15 @@ def run(one: Driven, z: np.ndarray, u: np.ndarray) -> dict[str, np.ndarray]:
             "nis": np.array(nis), "likelihood": np.array(likelihood), "taken": np.array(taken)}
 
 
+def by_library(model: Model, z: np.ndarray, u: np.ndarray, robust: Optional[kalmanq.Robust] = None) -> kalmanq.Run:
+    return kalmanq.Filter(model, "f64").run(z, u if model.l else None, robust=robust)
+
+
+def apart(one: dict[str, np.ndarray], other: kalmanq.Run, after: int = 0) -> float:
+    """Of means, in sigma"""
+    return float(np.abs((one["mean"] - other.mean) / other.sigma)[after:].max())
+
+
 def sampled(model: Model, rows: int, seed: int, missing: float = 0.05) -> tuple[np.ndarray, np.ndarray]:
     record = drawn(compiled(model, "x").given, rows, seed)
     z = record.z.copy()
@@ -506,7 +498,7 @@ def test_nis_and_likelihood(make: Callable[[], Model], tmp_path: Path) -> None:
     for arithmetic, tolerance in (("f64", 1e-5), ("f32", 1e-3)):
         one = Driven(model, tmp_path / arithmetic, Options(arithmetic, nis=True))
         z, u = sampled(model, 300, 1)
-        ours, library = run(one, z, u), kalmanq.Filter(model, "f64").run(z, u if model.l else None)
+        ours, library = run(one, z, u), by_library(model, z, u)
         there = ~np.isnan(z).all(axis=1)
         assert np.allclose(ours["mean"], library.mean, rtol=1e-5, atol=1e-3 * library.sigma.min())
         assert np.allclose(ours["sigma"], library.sigma, rtol=1e-4)
@@ -520,12 +512,12 @@ def test_correlated_measurements(arithmetic: str, tmp_path: Path) -> None:
     one = Driven(model, tmp_path, Options(arithmetic, nis=True))
     z, u = sampled(model, 300, 1, missing=0)
     z[np.random.default_rng(1).random(len(z)) < 0.1] = np.nan
-    ours, library = run(one, z, u), kalmanq.Filter(model, "f64").run(z, u)
+    ours = run(one, z, u)
     taken = ours["taken"] == 3
     assert taken.sum() > 200
     z[~taken] = np.nan
-    library = kalmanq.Filter(model, "f64").run(z, u)
-    assert np.abs((ours["mean"] - library.mean) / library.sigma).max() < 1e-5
+    library = by_library(model, z, u)
+    assert apart(ours, library) < 1e-5
     assert np.allclose(ours["sigma"], library.sigma, rtol=1e-5)
     assert np.allclose(ours["nis"][taken], library.nis[taken], rtol=1e-3, atol=1e-4)
     assert np.allclose(ours["likelihood"][taken], library.log_likelihood[taken], rtol=1e-3, atol=1e-3)
@@ -548,10 +540,9 @@ def test_a_gate_is_the_library_s(make: Callable[[], Model], arithmetic: str, tmp
     one = Driven(model, tmp_path, Options(arithmetic, gate=float(np.sqrt(chi2.ppf(level, 1)))))
     z, u = outliers(model, 400, 1, in_a_row=6)  # the ninth the library takes with a covariance that it raises
     ours = run(one, z, u)
-    library = kalmanq.Filter(model, "f64").run(z, u if model.l else None, robust=kalmanq.Robust("gate", level))
     there = ~np.isnan(z[:, 0])
     assert 10 < np.sum(ours["taken"][there] == 0) < 200
-    assert np.abs((ours["mean"] - library.mean) / library.sigma).max() < 1e-4
+    assert apart(ours, by_library(model, z, u, kalmanq.Robust("gate", level))) < 1e-4
     assert one.events & 2
 
 
@@ -599,10 +590,8 @@ def test_student_is_the_library_s(make: Callable[[], Model], nu: float, arithmet
     one = Driven(model, tmp_path, Options(arithmetic, student=nu))
     z, u = outliers(model, 400, 3)
     ours = run(one, z, u)
-    library = kalmanq.Filter(model, "f64").run(z, u if model.l else None, robust=kalmanq.Robust("student", nu))
-    plain = kalmanq.Filter(model, "f64").run(z, u if model.l else None)
-    apart = np.abs((ours["mean"] - library.mean) / library.sigma).max()
-    assert apart < 1e-3 < np.abs((plain.mean - library.mean) / library.sigma).max()
+    library = by_library(model, z, u, kalmanq.Robust("student", nu))
+    assert apart(ours, library) < 1e-3 < apart(vars(by_library(model, z, u)), library)
 
 
 @pytest.mark.parametrize("arithmetic", ARITHMETICS)
@@ -629,9 +618,8 @@ def test_an_unknown_start_is_the_library_s(arithmetic: str, tmp_path: Path) -> N
                         ("part", tank().changed(P0=[0, 1], unknown=["level"]))):
         one = Driven(model, tmp_path / name, Options(arithmetic))
         z, u = sampled(well() if name == "well" else model.changed(P0=np.ones(model.n), unknown=()), 200, 1, missing=0)
-        ours, library = run(one, z, u), kalmanq.Filter(model, "f64").run(z, u if model.l else None)
-        apart = np.abs((ours["mean"] - library.mean) / library.sigma)
-        assert apart[4:].max() < 2e-4
+        ours, library = run(one, z, u), by_library(model, z, u)
+        assert apart(ours, library, 4) < 2e-4
         assert np.allclose(ours["sigma"][4:], library.sigma[4:], rtol=1e-4)
 
 
@@ -647,8 +635,7 @@ def test_the_same_text_whatever_was_compiled_before() -> None:
 
 
 def test_the_same_input_gives_the_same_bytes(tmp_path: Path) -> None:
-    path = tmp_path / "m.toml"
-    path.write_text(model_file.text_of(rover()))
+    path = saved(tmp_path / "m.toml", model_file.text_of(rover()))
     assert set(twice(tmp_path, path, "--robust", "gate=4", "--nis")) == {"cart.c", "cart.h", "cart_test.c", "cart_report.txt"}
 
 

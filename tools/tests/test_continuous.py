@@ -7,6 +7,7 @@ from decimal import Decimal, localcontext
 import numpy as np
 import pytest
 from driven import Driven
+from library import saved
 
 from kalmanq import KalmanqError, Model, ModelError
 from kalmanq.compiler.given.request import Options
@@ -63,8 +64,7 @@ def test_a_step_is_that_of_60_digits(seed):
 
 def test_a_file_of_it_reads_back_to_the_same(tmp_path):
     model = random_model(4)
-    path = tmp_path / "model.toml"
-    path.write_text(model_file.text_of(model))
+    path = saved(tmp_path / "model.toml", model_file.text_of(model))
     again = model_file.read(path)
     assert "F = " in path.read_text() and all(np.array_equal(getattr(model, key), getattr(again, key)) for key in "AQBHR")
     assert again.continuous.dt == model.continuous.dt
@@ -83,8 +83,7 @@ def test_a_file_of_it_reads_back_to_the_same(tmp_path):
     ("F = [[0.0]]\nL = 1e200\nQc = 1\ndt = 1\nH = 1\nR = 1\nP0 = 1", "line 3: L: .*representable"),
     ("A = [[1.0]]\nL = 1\nQ = 1\nH = 1\nR = 1\nP0 = 1", "line 2: A: .*steps")])
 def test_what_is_no_model_is_refused(text, said, tmp_path):
-    path = tmp_path / "model.toml"
-    path.write_text(f"[model]\n{text}\n")
+    path = saved(tmp_path / "model.toml", f"[model]\n{text}\n")
     with pytest.raises(KalmanqError, match=said):
         model_file.read(path)
 

@@ -3,19 +3,17 @@
 from __future__ import annotations
 
 import json
-import os
 import re
-import shutil
 import subprocess
 import sys
 from pathlib import Path
 
 import pytest
-from command import kalmanq
+from command import in_two_processes, json_of, kalmanq, succeeds
 from equations import path_of
-from library import ROOT
+from library import EXAMPLES, ROOT, failing_gcc, host_alone
+from models import file_of
 from products import PRODUCTS
-from test_commands import EXAMPLES
 from whole import MEASURED, WHOLE, first
 
 from kalmanq import Model
@@ -24,7 +22,6 @@ from kalmanq.compiler.report import costs
 from kalmanq.compiler.text.product import compiled
 from kalmanq.firmware import measured
 from kalmanq.firmware.cores import BY_NAME, CORES
-from kalmanq.model import model_file
 
 pytestmark = MEASURED
 
@@ -37,17 +34,10 @@ def product(name: str) -> Model:
     return next(make for make in PRODUCTS if make.__name__ == name)()
 
 
-def file_of(model: Model, folder: Path) -> Path:
-    path = folder / "model.toml"
-    path.write_text(model_file.text_of(model), encoding="utf-8")
-    return path
-
-
 def written(path: Path, folder: Path, *options: object) -> dict:
     """The files, and what was told of them beside them"""
     folder.mkdir()
-    done = kalmanq("compile", path, "-o", folder / f"{NAME}.c", "--json", *options)
-    assert done.returncode == 0, done.stderr
+    done = succeeds("compile", path, "-o", folder / f"{NAME}.c", "--json", *options)
     (folder / "compiled.json").write_text(done.stdout)
     return json.loads(done.stdout)
 
@@ -74,9 +64,7 @@ def test_what_is_told_is_what_the_tool_counts(name: str, arithmetic: str, tmp_pa
 @WHOLE  # half a minute
 def test_the_readme_has_what_design_prints() -> None:
     """Of the two ways to use the library, the same model"""
-    found = kalmanq("design", EXAMPLES / "track.toml", "--core", "m4f", "--arith", "f32", "--json")
-    assert found.returncode == 0, found.stderr
-    told = json.loads(found.stdout)
+    told = json_of("design", EXAMPLES / "track.toml", "--core", "m4f", "--arith", "f32")
     compiled, lean = told["compiled"][0], next(one for one in told["ways"] if (one["arithmetic"], one["way"]) == ("f32", "lean"))
     said = re.search(r"(\d+) bytes of flash; (\d+) instructions a row, (\d+) once .* (\d+) bytes of flash; (\d+) instructions a row",
                      (ROOT / "README.md").read_text(encoding="utf-8"))
@@ -100,15 +88,7 @@ def test_the_compiler_is_the_one_of_the_tests(core) -> None:
 
 
 def test_figures_are_the_same_twice(tmp_path: Path) -> None:
-    """In two processes, of which one is disturbed"""
-    path, made = file_of(product("tank"), tmp_path), []
-    for seed in ("0", "1"):
-        other = subprocess.Popen([sys.executable, "-c", "while True: pass"]) if seed == "1" else None
-        done = subprocess.run([sys.executable, "-m", "kalmanq.command_line", "compile", str(path), "-o", str(tmp_path / "tank.c"), "--json"],
-                              capture_output=True, text=True, env={**os.environ, "PYTHONHASHSEED": seed})
-        if other:
-            other.kill()
-        made.append(json.loads(done.stdout)["costs"])
+    made = [one["costs"] for one in in_two_processes("compile", file_of(product("tank"), tmp_path), "-o", tmp_path / "tank.c")]
     assert made[0] == made[1] and {one.split()[0] for one in made[0]} == {*costs.USUAL}
 
 
@@ -141,9 +121,7 @@ def test_every_option_is_counted(options: Options) -> None:
     ("unicorn", "unicorn cannot be imported: pip install './tools[costs]'")])
 def test_without_a_tool_there_are_no_figures(missing: str, said: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     if missing == "compiler":
-        for name in ("cc", "as", "ld"):  # and no other is on the path
-            (tmp_path / name).symlink_to(shutil.which("gcc" if name == "cc" else name))
-        monkeypatch.setenv("PATH", str(tmp_path))
+        monkeypatch.setenv("PATH", host_alone(tmp_path))
     else:
         found = measured.find_spec
         monkeypatch.setattr(measured, "find_spec", lambda name: None if name == missing else found(name))
@@ -160,9 +138,6 @@ def test_without_a_tool_there_are_no_figures(missing: str, said: str, tmp_path: 
 
 
 def test_a_compiler_that_fails_is_told_in_a_line(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
-    gcc = tmp_path / "arm-none-eabi-gcc"
-    gcc.write_text("#!/bin/sh\necho 'cannot find -lc' >&2\nexit 1\n")
-    gcc.chmod(0o755)
-    monkeypatch.setenv("PATH", str(tmp_path), prepend=":")
+    monkeypatch.setenv("PATH", failing_gcc(tmp_path), prepend=":")
     made = costs.costs_of(compiled(product("tilt"), "failed"), ["m3"])["m3"]
     assert made == costs.Cost({}, "arm-none-eabi-gcc: cannot find -lc")

@@ -4,14 +4,13 @@ from __future__ import annotations
 
 import csv
 import ctypes
-import json
-import subprocess
 
 import numpy as np
 import pytest
-from command import kalmanq
+from command import json_of, kalmanq, refused, succeeds
 from driven import Called
 from firmware_here import Firmware
+from library import passes, saved
 from whole import first
 
 from kalmanq import Filter
@@ -207,8 +206,7 @@ CONTINUOUS = "F = [[-0.2, 0.5], [0.0, -1.0]]\nB = [1.0, 0.0]\nQc = [0.1, 0.2]\nd
 
 
 def room(folder, model: str = IN_STEPS, delay: float = 4, more: str = ""):
-    path = folder / "room.toml"
-    path.write_text(ROOM.format(model=model, delay=delay, more=more))
+    path = saved(folder / "room.toml", ROOM.format(model=model, delay=delay, more=more))
     return path
 
 
@@ -352,26 +350,21 @@ def test_a_nonlinear_filter_takes_what_is_late(seed, arithmetic, tmp_path):
 
 def test_a_late_log_of_a_nonlinear_model(tmp_path):
     """The command's run of a log that tells late is that of the log in which nothing is late; and its test program passes"""
-    path = tmp_path / "rover.py"
-    path.write_text(ROVER)
-    on_time = tmp_path / "on_time.py"
-    on_time.write_text(ROVER.replace('delays = {"gps": 0.2, "mast": 0.1}', ""))
+    path = saved(tmp_path / "rover.py", ROVER)
+    on_time = saved(tmp_path / "on_time.py", ROVER.replace('delays = {"gps": 0.2, "mast": 0.1}', ""))
     for model, log in ((path, "late.csv"), (on_time, "log.csv")):
-        assert kalmanq("simulate", model, "-n", "90", "--seed", "2", "--out", tmp_path / log).returncode == 0
+        succeeds("simulate", model, "-n", "90", "--seed", "2", "--out", tmp_path / log)
     rows = list(csv.reader((tmp_path / "log.csv").open()))
     for row in rows[-4:]:
         row[2:4] = ["", ""]
     for row in rows[-2:]:
         row[4] = ""
     (tmp_path / "log.csv").write_text("\n".join(map(",".join, rows)) + "\n")
-    late, right = (json.loads(kalmanq("run", model, tmp_path / log, "--json").stdout) for model, log in ((path, "late.csv"), (on_time, "log.csv")))
+    late, right = (json_of("run", model, tmp_path / log) for model, log in ((path, "late.csv"), (on_time, "log.csv")))
     assert late["taken"] == right["taken"] and late["log_likelihood"] == pytest.approx(right["log_likelihood"], rel=1e-12)
     assert np.allclose(late["mean"], right["mean"], rtol=1e-9) and late["taken"] < 360
-    done = kalmanq("compile", path, "-o", tmp_path / "rover.c")
-    assert done.returncode == 0 and "rover_delayed: " in done.stdout, done.stderr
-    subprocess.run(["gcc", "-std=c11", "-O2", "-Wall", "-Wextra", "-Wconversion", "-Werror", "rover.c", "rover_test.c", "-lm", "-o", "rover"],
-                   cwd=tmp_path, check=True)
-    assert subprocess.run([str(tmp_path / "rover")], capture_output=True, text=True).stdout.endswith("OK\n")
+    assert "rover_delayed: " in succeeds("compile", path, "-o", tmp_path / "rover.c").stdout
+    passes(tmp_path, "rover", compiler="gcc")
 
 
 @pytest.mark.parametrize("old, new, command, said", [
@@ -383,6 +376,5 @@ def test_what_is_no_delay_is_refused(old, new, command, said, tmp_path):
     (tmp_path / "rover.py").write_text(ROVER.replace(old, new, 1))
     (tmp_path / "log.csv").write_text("time,compass,gps_east,gps_north,range,speed,turn\n0,0,0,0,5,1,0\n0.05,0,0,0,5,1,0\n")
     given = [] if command[0] == "compile" else [tmp_path / "log.csv"]
-    done = kalmanq(command[0], tmp_path / "rover.py", *given, *(tmp_path / one if one.endswith(".c") else one for one in command[1:]))
-    assert done.returncode == 1 and said in done.stderr and done.stderr.count("\n") == 1, done.stderr
+    refused(kalmanq(command[0], tmp_path / "rover.py", *given, *(tmp_path / one if one.endswith(".c") else one for one in command[1:])), said)
     assert not (tmp_path / "rover.c").exists()

@@ -2,11 +2,7 @@
 
 from __future__ import annotations
 
-import json
-import os
-import shutil
 import subprocess
-import sys
 from dataclasses import replace
 from pathlib import Path
 from typing import Optional, Sequence
@@ -14,8 +10,8 @@ from typing import Optional, Sequence
 import five
 import numpy as np
 import pytest
-from command import kalmanq
-from library import ROOT
+from command import in_two_processes, json_of, kalmanq
+from library import EXAMPLES, ROOT, failing_gcc, host_alone, saved
 from models import LATE
 from random_models import random_model
 from whole import MEASURED, WHOLE, first
@@ -36,7 +32,6 @@ from kalmanq.run.parts import Parts
 
 pytestmark = MEASURED
 
-EXAMPLES = ROOT / "tools" / "kalmanq" / "examples"
 CORES = ("m3", "m0", "m4f", "m7", "m33", "rv32")
 LARGE = replace(BY_NAME["avr"], gcc=("avr-gcc", "-mmcu=atmega1284p"),  # which simavr runs, with all RAM that AVR has
                 link_flags=("-Wl,--defsym=__DATA_REGION_LENGTH__=0xFF00,--defsym=__stack=0xFFFF",))
@@ -123,9 +118,9 @@ def test_what_comes_late_is_counted(tmp_path: Path) -> None:
 
 @pytest.mark.parametrize("more, way", [({"any_dt": True}, ("f32", "init")), ({"steps": 4}, ("q31", "tables"))])
 def test_longer_steps_are_counted(more: dict, way: tuple[str, str], tmp_path: Path) -> None:
-    path = tmp_path / "cart.toml"
-    path.write_text("[model]\nF = [[0.0, 1.0], [0.0, -0.5]]\nQc = [0.0, 0.3]\ndt = 0.1\nH = [1.0, 0.0]\nR = 0.04\nP0 = [4.0, 1.0]\n"
-                    "[states]\nranges = [100, 10]\n[measurements]\nranges = [100]\n")
+    path = saved(tmp_path / "cart.toml",
+                 "[model]\nF = [[0.0, 1.0], [0.0, -0.5]]\nQc = [0.0, 0.3]\ndt = 0.1\nH = [1.0, 0.0]\nR = 0.04\nP0 = [4.0, 1.0]\n"
+                 "[states]\nranges = [100, 10]\n[measurements]\nranges = [100]\n")
     model = with_ranges(model_file.read(path), [])[0]
     (plain, longer) = (costs_of(model, "m4f", [way], **one)[0] for one in ({}, more))
     is_whole([plain, longer])
@@ -133,15 +128,7 @@ def test_longer_steps_are_counted(more: dict, way: tuple[str, str], tmp_path: Pa
 
 
 def test_figures_are_the_same_twice() -> None:
-    """In two processes, of which one is disturbed"""
-    made = []
-    for seed in ("0", "1"):
-        other = subprocess.Popen([sys.executable, "-c", "while True: pass"]) if seed == "1" else None
-        done = subprocess.run([sys.executable, "-m", "kalmanq.command_line", "design", str(EXAMPLES / "track.toml"), "--core", "m4f", "--json"],
-                              capture_output=True, text=True, env={**os.environ, "PYTHONHASHSEED": seed})
-        if other:
-            other.kill()
-        made.append(json.loads(done.stdout)["ways"])
+    made = [one["ways"] for one in in_two_processes("design", EXAMPLES / "track.toml", "--core", "m4f")]
     assert made[0] == made[1] and all(one["instructions"] > 0 and one["fits"] for one in made[0]) and len(made[0]) == 10
 
 
@@ -167,13 +154,11 @@ def test_every_cost_says_its_flags(tmp_path: Path) -> None:
 
 
 def test_without_a_compiler_the_reason_is_told(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    for name in ("cc", "as", "ld"):  # and no other is on the path
-        (tmp_path / name).symlink_to(shutil.which("gcc" if name == "cc" else name))
-    monkeypatch.setenv("PATH", str(tmp_path))
+    monkeypatch.setenv("PATH", host_alone(tmp_path))
     for core, gcc in (("m3", "arm-none-eabi-gcc"), ("avr", "avr-gcc")):
         said = f"{gcc} was not found: `kalmanq doctor` says how to get it"
         done = kalmanq("design", EXAMPLES / "track.toml", "--core", core, "-o", tmp_path)
-        told = json.loads(kalmanq("design", EXAMPLES / "track.toml", "--core", core, "--json").stdout)
+        told = json_of("design", EXAMPLES / "track.toml", "--core", core)
         assert done.returncode == 0 and f"-: {said}" in " ".join(done.stdout.split()), done.stderr
         assert f"- instructions a step, - bytes of flash and - of RAM" in (tmp_path / "track.h").read_text()
         for one in told["ways"]:
@@ -195,10 +180,7 @@ def test_without_the_sources_too(monkeypatch: pytest.MonkeyPatch, tmp_path: Path
 
 
 def test_a_compiler_that_fails_is_told_in_a_line(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
-    gcc = tmp_path / "arm-none-eabi-gcc"
-    gcc.write_text("#!/bin/sh\necho 'cannot find -lc' >&2\nexit 1\n")
-    gcc.chmod(0o755)
-    monkeypatch.setenv("PATH", str(tmp_path), prepend=":")
+    monkeypatch.setenv("PATH", failing_gcc(tmp_path), prepend=":")
     assert costs.costs(BY_NAME["m3"], designs_of(five.level(), "m3", 1)) == [(Cost(), "arm-none-eabi-gcc: cannot find -lc")] * 2
 
 

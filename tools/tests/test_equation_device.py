@@ -6,7 +6,6 @@ import ctypes
 import os
 import re
 import shutil
-import subprocess
 from copy import copy
 from dataclasses import replace
 from pathlib import Path
@@ -14,10 +13,10 @@ from typing import Sequence
 
 import numpy as np
 import pytest
-from command import kalmanq
+from command import succeeds
 from equation_random import random_model
 from equations import path_of
-from library import STRICT, cc, objects, written
+from library import EXAMPLES, STRICT, cc, objects, passes, written
 from whole import first
 
 import kalmanq as kalmanq_package
@@ -32,7 +31,6 @@ from kalmanq.compiler.text.product import Product
 from kalmanq.nonlinear import NonlinearModel, NonlinearSmoother, read
 
 ROOT, OWN = Path(__file__).resolve().parents[2], Path(__file__).parent / "equations"
-EXAMPLES = Path(kalmanq_package.__file__).parent / "examples"
 MODELS = [EXAMPLES / "battery.py", EXAMPLES / "range_bearing.py", OWN / "attitude.py", OWN / "drift.py"]
 TIMED = [OWN / "timed" / f"{name}.py" for name in ("battery", "correlated", "radar", "vehicle")]  # of noises that are functions
 MORE = {"range_bearing": ("--iterate", 4)}  # options of a model
@@ -278,12 +276,9 @@ def test_start_at_is_a_start_of_another_model(path, arithmetic, tmp_path):
 @pytest.mark.parametrize("path", MODELS, ids=lambda path: path.stem)
 def test_its_files_are_free_of_warnings_and_its_test_says_ok(path, tmp_path):
     for T in ("f32", "f64"):
-        done = kalmanq("compile", path, "--library", "--arith", T, *MORE.get(path.stem, ()), "-o", tmp_path / f"own_{T}.c")
-        assert done.returncode == 0, done.stderr
-        sources = [f"own_{T}.c", f"own_{T}_test.c"]
-        for compiler in [one for one in ("gcc", "clang") if shutil.which(one)]:
-            cc(compiler, *STRICT, f"-I{ROOT / 'include'}", "-ffp-contract=off", *sources, *parts(T), "-lm", "-o", "trial", folder=tmp_path)
-            assert subprocess.run([tmp_path / "trial"], capture_output=True, text=True).stdout.endswith("OK\n"), compiler
+        succeeds("compile", path, "--library", "--arith", T, *MORE.get(path.stem, ()), "-o", tmp_path / f"own_{T}.c")
+        for compiler in filter(shutil.which, ("gcc", "clang")):
+            passes(tmp_path, f"own_{T}", *parts(T), compiler=compiler, flags=(*STRICT, f"-I{ROOT / 'include'}", "-ffp-contract=off"))
         cc("g++", "-std=c++17", "-Wall", "-Wextra", "-Wpedantic", "-Werror", f"-I{ROOT / 'include'}", "-fsyntax-only", "-x", "c++",
            "-include", f"own_{T}.h", os.devnull, folder=tmp_path)
 

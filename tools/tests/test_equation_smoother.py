@@ -12,7 +12,8 @@ from typing import Any, Sequence
 
 import numpy as np
 import pytest
-from command import kalmanq
+from command import kalmanq, succeeds
+from library import EXAMPLES, STRICT, passes
 
 from kalmanq.compiler.given import exact
 from kalmanq.compiler.given.request import Options, groups
@@ -21,11 +22,8 @@ from kalmanq.compiler.run.host import PREDICTS, UPDATES, Host, Ran, Smoothed, nu
 from kalmanq.compiler.run.record import Record, in_whole_groups
 from kalmanq.compiler.text.equation_product import compiled_equations
 from kalmanq.compiler.text.product import Product
-from kalmanq.model import model_file
 from kalmanq.nonlinear import NonlinearModel, NonlinearSmoother, read
 
-EXAMPLES = Path(model_file.__file__).parents[1] / "examples"
-STRICT = ("-std=c11", "-O2", "-Wall", "-Wextra", "-Wpedantic", "-Wconversion", "-Wdouble-promotion", "-Wshadow", "-Werror")
 ROWS, SEEDS = 150, (1, 2, 3)
 LOOPS = (False, True)
 
@@ -249,8 +247,7 @@ def test_steps_that_are_not_finite_and_rows_without_a_step() -> None:
 
 
 def compile_file(folder: Path, name: str, *options: str) -> str:
-    done = kalmanq("compile", EXAMPLES / f"{name}.py", "-o", folder / f"{name}.c", *options)
-    assert done.returncode == 0, done.stderr
+    done = succeeds("compile", EXAMPLES / f"{name}.py", "-o", folder / f"{name}.c", *options)
     return " ".join(done.stdout.split())
 
 
@@ -260,9 +257,7 @@ def test_files_compile_and_their_test_is_ok(name: str, form: str, arithmetic: st
     said = compile_file(tmp_path, name, "--smooth", "9", form, "--arith", arithmetic)
     assert f"the history holds 9 steps of {size} bytes" in said
     for compiler in filter(shutil.which, ("gcc", "clang")):
-        subprocess.run([compiler, *STRICT, f"{name}.c", f"{name}_test.c", "-lm", "-o", "t"], cwd=tmp_path, check=True)
-        done = subprocess.run([tmp_path / "t"], capture_output=True, text=True, check=True)
-        assert done.stdout.endswith("OK\n")
+        passes(tmp_path, name, compiler=compiler)
     text = (tmp_path / f"{name}_test.c").read_text()
     begin = text.index("smoothed[9]")
     place = text.index("{", text.index("{", begin) + 1) + 1  # a mean of the table, that the program has to find wrong

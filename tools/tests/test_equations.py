@@ -3,20 +3,19 @@
 from __future__ import annotations
 
 import copy
-import json
 import re
 import shutil
 import subprocess
 from pathlib import Path
-from typing import Any, Callable
+from typing import Any, Callable, Sequence
 
 import numpy as np
 import pytest
-from command import kalmanq
+from command import json_of, kalmanq
 from equation_random import random_model, tried
 from equations import FOLDER, NAMES, STRICT, Bare, apart, by_library, model_of, path_of, product_of, ran, rows_of, wrong_lines
-from library import cc, written
-from whole import WHOLE, first
+from library import cc, passes, printed, saved, written
+from whole import first
 
 from kalmanq import Model, Quantity
 from kalmanq.compiler.algorithm.equation_rounding import EPSILON, parts_of, visited
@@ -41,46 +40,27 @@ MEAN, COVARIANCE = 2e-3, 1e-3
 # ------------------------------------------------------------------------------ the C is the filter
 
 
-@pytest.mark.parametrize("name", first(12, NAMES[::2] + NAMES[1::2]))
-def test_double_is_the_library_and_float_is_near(name: str) -> None:
-    model, double, single = model_of(name), product_of(name, "f64"), product_of(name, "f32")
+ITERATED = [(name, 300, SEEDS[:1], 2 + k % 3) for k, name in enumerate(NAMES)]
+LINEAR_SENSORS = ("bicycle",)  # of those that are iterated every day
+
+
+@pytest.mark.parametrize("name, rows, seeds, rounds", [
+    *first(12, [(name, 120, SEEDS[:1], 1) for name in NAMES[::2] + NAMES[1::2]]), *first(0, [(name, 1000, SEEDS, 1) for name in NAMES]), *first(3, ITERATED)])
+def test_double_is_the_library_and_float_is_near(name: str, rows: int, seeds: Sequence[int], rounds: int) -> None:
+    model, options = model_of(name), {"iterate": rounds} if rounds > 1 else {}
+    double, single = product_of(name, "f64", **options), product_of(name, "f32", **options)
     with Host(double) as of_double, Host(single) as of_single:
-        _compare(model, double, of_double, of_single, TOLD.get(name, MEAN), 120, SEEDS[:1], 1)
-
-
-@WHOLE
-@pytest.mark.parametrize("name", NAMES)
-def test_they_are_over_many_rows(name: str) -> None:
-    model, double, single = model_of(name), product_of(name, "f64"), product_of(name, "f32")
-    with Host(double) as of_double, Host(single) as of_single:
-        _compare(model, double, of_double, of_single, TOLD.get(name, MEAN), 1000, SEEDS, 1)
-
-
-@pytest.mark.parametrize("name, rounds", first(3, [(name, 2 + k % 3) for k, name in enumerate(NAMES)]))
-def test_iterated(name: str, rounds: int) -> None:
-    model, double, single = model_of(name), product_of(name, "f64", iterate=rounds), product_of(name, "f32", iterate=rounds)
-    with Host(double) as of_double, Host(single) as of_single:
-        _compare(model, double, of_double, of_single, TOLD.get(name, MEAN), 300, SEEDS[:1], rounds)
-        record = rows_of(double, model, 300, 1)
+        for seed in seeds:
+            record = rows_of(double, model, rows, seed)
+            exact, low = ran(of_double, record), ran(of_single, record)
+            assert (exact.taken == record.present).all() and (low.taken == exact.taken).all()
+            assert max(apart(exact, by_library(model, record.measured, record.now, rounds))) < 1e-9
+            mean, covariance = apart(low, exact)
+            assert mean < TOLD.get(name, MEAN) and covariance < COVARIANCE * (2 if name == "induction_motor" else 1), (mean, covariance)
+    if rounds > 1:  # there is something to iterate, but of linear sensors
         with Host(product_of(name, "f64")) as once:
-            is_linear = len(double.arithmetic.linear) == len(model.sensors) or apart(ran(once, record), ran(of_double, record))[0] < 1e-9
+            is_linear = len(double.arithmetic.linear) == len(model.sensors) or apart(ran(once, record), exact)[0] < 1e-9
         assert is_linear == (name in LINEAR_SENSORS)
-
-
-LINEAR_SENSORS = ("bicycle",)  # of those for every day
-
-
-def _compare(model: NonlinearModel, double: Any, of_double: Host, of_single: Host, most: float, rows: int, seeds: Any,
-             rounds: int) -> None:
-    for seed in seeds:
-        record = rows_of(double, model, rows, seed)
-        exact, low = ran(of_double, record), ran(of_single, record)
-        library = by_library(model, record.measured, record.now, rounds)
-        assert (exact.taken == record.present).all()
-        assert (low.taken == exact.taken).all()
-        assert max(apart(exact, library)) < 1e-9
-        mean, covariance = apart(low, exact)
-        assert mean < most and covariance < COVARIANCE * (2 if model.name == "induction_motor" else 1), (mean, covariance)
 
 
 def test_where_float_is_coarse_the_report_says_so() -> None:
@@ -155,11 +135,8 @@ def test_its_program_prints_ok_and_the_digest(name: str, arithmetic: str, tmp_pa
         record = drawn(model_of(name), trial.ROWS, 1)
         text = trial.trial(product, host, record)
     written(tmp_path, {**product.sources(), "kf_test.c": text})
-    flags = (*STRICT, "-O2", "-ffp-contract=off")
-    cc(compiler(), *flags, tmp_path / "kf.c", tmp_path / "kf_test.c", "-lm", "-o", tmp_path / "trial")
-    done = subprocess.run([str(tmp_path / "trial")], capture_output=True, text=True)
     digest = re.search(r"ffp-contract=off\): (\w{8})", text)[1]
-    assert done.returncode == 0 and done.stdout.endswith("OK\n") and f"digest {digest}" in done.stdout
+    assert f"digest {digest}" in passes(tmp_path, "kf", compiler=compiler(), flags=(*STRICT, "-O2", "-ffp-contract=off"))
 
 
 def test_its_program_finds_another_filter(tmp_path: Path) -> None:
@@ -190,26 +167,17 @@ def test_its_program_bears_another_math_library(options: dict, tmp_path: Path) -
     other = "#include <math.h>\nfloat other(float x);\nfloat other(float x) { return nextafterf(cosf(x), 2.0f); }\n"
     written(tmp_path, {**product.sources(), "kf_test.c": text, "other.c": other})
     (tmp_path / "kf.c").write_text(product.code.replace("cosf(", "other(").replace("<math.h>", "<math.h>\nfloat other(float x);"), encoding="utf-8")
-    cc(compiler(), "-O1", *(tmp_path / one for one in ("kf.c", "kf_test.c", "other.c")), "-lm", "-o", tmp_path / "trial")
-    assert subprocess.run([str(tmp_path / "trial")], capture_output=True, text=True).stdout.endswith("OK\n")
+    passes(tmp_path, "kf", "other.c", compiler=compiler(), flags=["-O1"])
 
 
 # ------------------------------------------------------------------------------ random models
 
 
-def test_random_models_stay_positive() -> None:
-    _sound(tried(range(20)))
-
-
-@WHOLE
-def test_many_random_models_stay_positive() -> None:
-    for begin in range(0, 10000, 1000):
-        _sound(tried(range(begin, begin + 1000)))
-
-
-def _sound(made: list) -> None:
+@pytest.mark.parametrize("seeds", first(1, [range(20), *(range(begin, begin + 1000) for begin in range(0, 10000, 1000))]), ids=str)
+def test_random_models_stay_positive(seeds: Sequence[int]) -> None:
     """D is above 0, and all is finite; where float is far off though double follows the truth, an event says so, or the report
     has warned: of a function f that rounds a state without noise by more than sigma"""
+    made = tried(seeds)
     assert not [one.name for one in made if not (one.single.is_sound and one.double.is_sound and one.single.least.min() > 0)]
     for one in made:
         if one.is_wrong and not one.single.events:
@@ -506,19 +474,15 @@ def test_start_at(tmp_path: Path) -> None:
 
 @pytest.mark.parametrize("name", first(2, ["diff_drive", "pv_panel", "coordinated_turn", "drone"]))
 def test_the_command(name: str, tmp_path: Path) -> None:
-    done = kalmanq("compile", FOLDER / f"{name}.py", "-o", tmp_path / "kf.c", "--json", "--robust", "gate=5", "--nis")
-    assert done.returncode == 0, done.stderr
-    told = json.loads(done.stdout)
+    told = json_of("compile", FOLDER / f"{name}.py", "-o", tmp_path / "kf.c", "--robust", "gate=5", "--nis")
     assert sorted(one.name for one in tmp_path.iterdir()) == ["kf.c", "kf.h", "kf_report.txt", "kf_test.c"]
     assert (told["n"], told["m"], told["l"]) == (model_of(name).n, model_of(name).m, model_of(name).l)
     assert [one["name"] for one in told["sensors"]] == [one.name for one in model_of(name).sensors]
     assert all(one["arguments"][0] == "z" for one in told["sensors"]) and told["predict"] == {"pv_panel": ["u", "t"]}.get(name, ["u"] * (told["l"] > 0))
-    cc(compiler(), *STRICT, "-O1", "-ffp-contract=off", tmp_path / "kf.c", tmp_path / "kf_test.c", "-lm", "-o", tmp_path / "trial")
-    assert subprocess.run([str(tmp_path / "trial")], capture_output=True, text=True).stdout.endswith("OK\n")
-    size = subprocess.run([compiler(), "-x", "c", "-", "-o", str(tmp_path / "size")], text=True, capture_output=True, input=(
-        f'#include "{tmp_path}/kf.h"\n#include <stdio.h>\nint main(void) {{ printf("%zu", sizeof(kf_filter)); return 0; }}\n'))
-    assert size.returncode == 0, size.stderr
-    assert int(subprocess.run([str(tmp_path / "size")], capture_output=True, text=True).stdout) == told["ram"]
+    passes(tmp_path, "kf", compiler=compiler(), flags=(*STRICT, "-O1", "-ffp-contract=off"))
+    saved(tmp_path / "size.c", '#include "kf.h"\n#include <stdio.h>\nint main(void) { printf("%zu", sizeof(kf_filter)); return 0; }\n')
+    cc(compiler(), "size.c", "-o", "size", folder=tmp_path)
+    assert int(printed(tmp_path / "size")) == told["ram"]
 
 
 FINE = """\

@@ -9,6 +9,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from library import saved
 
 import fit_cases
 import kalmanq
@@ -220,9 +221,8 @@ names = ["y"]
 def daily(folder: Path, seed: int) -> tuple[Path, Path]:
     random, t = np.random.default_rng(seed), np.arange(300)
     y = 20 + 8 * np.sin(2 * np.pi * t / 90 - 1) + np.cumsum(0.15 * random.normal(size=300)) + 1.2 * random.normal(size=300)
-    model, data = folder / "daily.toml", folder / "daily.csv"
-    model.write_text(DAILY)
-    data.write_text("time [day],y\n" + "".join(f"{k},{value:.3f}\n" for k, value in zip(t, y) if random.random() > 0.1))
+    model = saved(folder / "daily.toml", DAILY)
+    data = saved(folder / "daily.csv", "time [day],y\n" + "".join(f"{k},{value:.3f}\n" for k, value in zip(t, y) if random.random() > 0.1))
     return model, data
 
 
@@ -260,8 +260,7 @@ def test_the_fitted_text_says_what_was_fitted(changed, tmp_path):
             "sensors": "A = [[1, 1], [0, 1]]\nQ = [1, 2]\nP0 = [1, 1]\n[[sensors]]\nname = 'a'\nH = [1, 0]\nR = 3 # a\n[[sensors]]\nname = 'b'\nH = [1, 0]\nR = 4 # b\n",
             "builder": "builder = 'level'\ndrift = 2.0 # d\nnoise = 3.0\nP0 = 'unknown'\n",
             "with L": "F = [[0, 1], [0, 0]]\nL = [[0], [2]]\nQc = 0.5 # c\ndt = 1.0\nH = [1, 0]\nR = 2.0\nP0 = [1, 1]\n"}[changed]
-    path = tmp_path / "m.toml"
-    path.write_text(head + body)
+    path = saved(tmp_path / "m.toml", head + body)
     given = model_file.read(path)
     more = {"Qc": 1.5 * given.continuous.Qc} if given.continuous else {"Q": 1.5 * given.Q}
     found = given.flowing(**more, R=2 * given.R) if given.continuous else given.changed(**more, R=2 * given.R)

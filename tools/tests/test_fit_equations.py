@@ -8,7 +8,8 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from command import kalmanq as command
+from command import json_of, kalmanq as command, succeeds
+from library import saved
 from scipy.stats import chi2
 
 import kalmanq
@@ -72,8 +73,7 @@ def begun(name: str, seed: int, folder: Path) -> Path:
     space: dict = {}
     exec(source, space)
     free = {key: np.array(space[key]) for key in read(FITTED / f"{name}.py").free}
-    path = folder / f"{name}.py"
-    path.write_text(written(source, {key: one * np.exp(draw.normal(scale=0.2, size=one.shape)) for key, one in free.items()}))
+    path = saved(folder / f"{name}.py", written(source, {key: one * np.exp(draw.normal(scale=0.2, size=one.shape)) for key, one in free.items()}))
     return path
 
 
@@ -118,8 +118,7 @@ def log(tmp_path: Path, name: str) -> Path:
 def test_file(tmp_path):
     """What is written is the file, with other numbers of what was free; a constant that is made of them follows"""
     path, out = begun("cell", 3, tmp_path), tmp_path / "fitted.py"
-    done = command("fit", path, log(tmp_path, "cell"), "--json", "--out", out)
-    assert done.returncode == 0, done.stderr
+    done = succeeds("fit", path, log(tmp_path, "cell"), "--json", "--out", out)
     said, again = json.loads(done.stdout), constants_of(out)
     assert list(again) == ["CAPACITY", "TAU", "R1", "R0", "SIGMA", "NOISE"] and again == {key: said[key][0] for key in again}
     before, after = path.read_text().splitlines(), out.read_text().splitlines()
@@ -130,9 +129,7 @@ def test_file(tmp_path):
 
 def test_file_of_covariances(tmp_path):
     path, out = begun("gyro", 3, tmp_path), tmp_path / "fitted.py"
-    done = command("fit", path, log(tmp_path, "gyro"), "--json", "--out", out, "--free", "GAIN,R", "--r-form", "diagonal")
-    assert done.returncode == 0, done.stderr
-    said = json.loads(done.stdout)
+    said = json_of("fit", path, log(tmp_path, "gyro"), "--out", out, "--free", "GAIN,R", "--r-form", "diagonal")
     assert np.allclose(read(out).R, said["R"], 1e-12, 0) and f"GAIN, WALK = {said['GAIN'][0]!r}, " in out.read_text()
 
 

@@ -12,9 +12,9 @@ from pathlib import Path
 import fixed_functions
 import numpy as np
 import pytest
-from command import kalmanq
+from command import kalmanq, succeeds
 from equations import path_of
-from library import STRICT, cc, objects, written
+from library import ROOT, STRICT, cc, objects, passes, saved, written
 from whole import first
 
 import kalmanq as kalmanq_package
@@ -35,9 +35,7 @@ from kalmanq.formulas.graph import FUNCTIONS
 from kalmanq.model import Quantity
 from kalmanq.nonlinear import NonlinearModel, read
 
-ROOT = Path(__file__).resolve().parents[2]
 SANITIZED = (*STRICT, "-fsanitize=undefined", "-fno-sanitize-recover", f"-I{ROOT / 'include'}")
-EXAMPLES = Path(kalmanq_package.__file__).parent / "examples"
 MOST = {  # sigma: of a mean beside double
     "battery": 1e-5, "range_bearing": 1e-3, "gps_imu": 2e-5, "falling_body": 5e-4, "range_rate": 1e-5, "two_rc": 1e-5,
     "pv_panel": 1e-5, "sir": 1e-4, "house": 1e-5, "orbit": 1e-3, "two_link_arm": 1e-5, "attitude": 5e-5, "drone": 5e-4}
@@ -125,8 +123,8 @@ def test_what_is_not_near_is_told(tmp_path):
     far = np.flatnonzero(np.any(np.abs(ran.mean - exact.mean) > 1e-2 * sigmas(exact), axis=1))
     told = np.flatnonzero(ran.events)
     assert len(far) and told[0] <= far[0]
-    turn = tmp_path / "turn.py"  # with quotients near 0
-    turn.write_text(path_of("coordinated_turn").read_text(encoding="utf-8").replace("abs(w) > 1e-2", "abs(w) > 1e-4"), encoding="utf-8")
+    # with quotients near 0
+    turn = saved(tmp_path / "turn.py", path_of("coordinated_turn").read_text(encoding="utf-8").replace("abs(w) > 1e-2", "abs(w) > 1e-4"))
     model = read(turn)
     product = compiled_fixed(model, "device", simulated(model))
     found = fixed_report.tried(model, product)
@@ -362,14 +360,12 @@ def test_its_files_are_free_of_warnings_and_its_test_says_ok(name, tmp_path):
     texts = []
     for folder in ("one", "two"):
         (tmp_path / folder).mkdir()
-        done = kalmanq("compile", path_of(name), "--library", "--arith", "q31", "-o", tmp_path / folder / "own.c")
-        assert done.returncode == 0, done.stderr
+        succeeds("compile", path_of(name), "--library", "--arith", "q31", "-o", tmp_path / folder / "own.c")
         texts.append({path.name: path.read_text() for path in (tmp_path / folder).iterdir()})
     assert texts[0] == texts[1] and sorted(texts[0]) == ["own.c", "own.h", "own_report.txt", "own_test.c"]
     report = " ".join(texts[0]["own_report.txt"].split())
     assert "means within" in report and "2 bits more than they used" in report
-    for compiler in [one for one in ("gcc", "clang") if shutil.which(one)]:
-        cc(compiler, *SANITIZED, "own.c", "own_test.c", *objects(*PARTS), "-o", "trial", folder=tmp_path / "one")
-        assert subprocess.run([tmp_path / "one" / "trial"], capture_output=True, text=True).stdout.endswith("OK\n"), compiler
+    for compiler in filter(shutil.which, ("gcc", "clang")):
+        passes(tmp_path / "one", "own", *objects(*PARTS), compiler=compiler, flags=SANITIZED)
     cc("g++", "-std=c++17", "-Wall", "-Wextra", "-Wpedantic", "-Werror", f"-I{ROOT / 'include'}", "-fsyntax-only", "-x", "c++", "-include",
        "own.h", os.devnull, folder=tmp_path / "one")

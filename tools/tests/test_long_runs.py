@@ -10,6 +10,7 @@ from typing import Callable
 import numpy as np
 import pytest
 from driven import Driven, library
+from library import EXAMPLES
 from products import ALL, quartz, scale, tank
 from whole import WHOLE, first
 
@@ -24,8 +25,6 @@ from kalmanq.compiler.text.equation_product import compiled_equations
 from kalmanq.compiler.text.product import compiled
 from kalmanq.model import model_file
 from kalmanq.nonlinear import NonlinearModel
-
-EXAMPLES = Path(model_file.__file__).parents[1] / "examples"
 
 
 # ------------------------------------------------------------------------------ what grows without end

@@ -7,6 +7,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from library import saved
 
 from kalmanq import Model, Quantity
 from kalmanq.errors import ModelError
@@ -26,8 +27,7 @@ def same(a: Model, b: Model) -> bool:
 @pytest.mark.parametrize("path", EXAMPLES, ids=lambda path: path.stem)
 def test_examples_read_and_come_back(path, tmp_path):
     model = model_file.read(path)
-    copy = tmp_path / "copy.toml"
-    copy.write_text(model_file.text_of(model), encoding="utf-8")
+    copy = saved(tmp_path / "copy.toml", model_file.text_of(model))
     assert same(model, model_file.read(copy))
 
 
@@ -38,14 +38,12 @@ def test_random_models_come_back_bit_for_bit(seed, tmp_path):
     root = draw.normal(size=(n, n)) * 10.0 ** draw.integers(-9, 9, (n, 1))
     model = Model(draw.normal(size=(n, n)), H=draw.normal(size=(m, n)), R=draw.random(m), Q=root @ root.T,
                   x0=draw.normal(size=n), P0=draw.random(n), name='a "name" \\ and é')
-    path = tmp_path / "model.toml"
-    path.write_text(model_file.text_of(model), encoding="utf-8")
+    path = saved(tmp_path / "model.toml", model_file.text_of(model))
     assert same(model, model_file.read(path))
 
 
 def test_a_range_may_have_two_ends(tmp_path):
-    path = tmp_path / "model.toml"
-    path.write_text(LEVEL + "[states]\nranges = [[-5, 2]]\n[measurements]\nranges = [7]\n", encoding="utf-8")
+    path = saved(tmp_path / "model.toml", LEVEL + "[states]\nranges = [[-5, 2]]\n[measurements]\nranges = [7]\n")
     model = model_file.read(path)
     assert (model.states[0].range, model.states[0].ends) == (5, (-5, 2)) and model.measurements[0].ends is None
     path.write_text(model_file.text_of(model), encoding="utf-8")
@@ -99,8 +97,7 @@ LEVEL = '[model]\nA = [[1.0]]\nH = [[1.0]]\nQ = [[1.0]]\nR = [[1.0]]\nP0 = [[1.0
     ('[model]\nbuilder = "ar"\nphi = [1.1]\nvariance = 1\n', "stationary"),
 ])
 def test_what_is_wrong_is_one_line(text, said, tmp_path):
-    path = tmp_path / "model.toml"
-    path.write_text(text, encoding="utf-8")
+    path = saved(tmp_path / "model.toml", text)
     with pytest.raises(ModelFileError) as refused:
         model_file.read(path)
     assert said in str(refused.value) and "\n" not in str(refused.value)
@@ -108,8 +105,7 @@ def test_what_is_wrong_is_one_line(text, said, tmp_path):
 
 
 def test_data_in_the_place_of_the_model(tmp_path):
-    path = tmp_path / "data.csv"
-    path.write_text("t,level\n1,2\n", encoding="utf-8")
+    path = saved(tmp_path / "data.csv", "t,level\n1,2\n")
     with pytest.raises(ModelFileError, match="line 1: .*: t,level; .*first"):
         model_file.read(path)
 
@@ -125,8 +121,7 @@ def test_files_that_are_none(tmp_path):
 
 
 def test_a_start_that_is_in_part_unknown(tmp_path):
-    path = tmp_path / "model.toml"
-    path.write_text('[model]\nA=[[1.0,1.0],[0.0,1.0]]\nH=[1.0,0.0]\nQ=[1.0,1.0]\nR=1.0\nP0=[4.0,"unknown"]\n')
+    path = saved(tmp_path / "model.toml", '[model]\nA=[[1.0,1.0],[0.0,1.0]]\nH=[1.0,0.0]\nQ=[1.0,1.0]\nR=1.0\nP0=[4.0,"unknown"]\n')
     model = model_file.read(path)
     assert model.unknown.tolist() == [False, True] and model.P0[0, 0] == 4
 
@@ -167,8 +162,7 @@ def test_a_new_builder_is_one_row_of_the_table(prior, tmp_path, monkeypatch):
         "A": np.eye(2), "H": np.ones((1, 2)), "R": np.ones(1), "Q": of["drift"] * np.eye(2),
         "P0": np.diag(of["variance"]), "states": ["left", "right"]})
     monkeypatch.setitem(builders.BUILDERS, "pair", row)
-    path = tmp_path / "pair.toml"
-    path.write_text(f'[model]\nbuilder = "pair"\ndrift = 0.5\n{prior}\n')
+    path = saved(tmp_path / "pair.toml", f'[model]\nbuilder = "pair"\ndrift = 0.5\n{prior}\n')
     if isinstance(PRIORS[prior], str):
         with pytest.raises(ModelFileError, match=PRIORS[prior]):
             model_file.read(path)
@@ -188,8 +182,7 @@ def test_every_builder_takes_a_prior_of_its_own(name, tmp_path):
     priors = [one.name for one in builders.BUILDERS[name].parameters if one.is_prior]
     lines = [line for line in text.splitlines() if line.split("=")[0].strip() not in (*priors, "P0")]
     end = next((k for k, line in enumerate(lines[1:], 1) if line.startswith("[") and line != "[model]"), len(lines))
-    path = tmp_path / "model.toml"
-    path.write_text("\n".join([*lines[:end], 'P0 = "unknown"', *lines[end:]]))
+    path = saved(tmp_path / "model.toml", "\n".join([*lines[:end], 'P0 = "unknown"', *lines[end:]]))
     assert np.all(model_file.read(path).unknown)
 
 

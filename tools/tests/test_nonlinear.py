@@ -14,14 +14,13 @@ from pathlib import Path
 import models
 import numpy as np
 import pytest
-from command import kalmanq
+from command import json_of, kalmanq, refused, succeeds
+from library import EXAMPLES, saved
 from scipy.optimize import least_squares
-from test_commands import refused
 
 from kalmanq import KalmanqError, KalmanqWarning, ModelError, Quantity, Smoother, _core
 from kalmanq.compiler.run.equation_run import CompiledEquations
 from kalmanq.data import joining
-from kalmanq.model import model_file
 from kalmanq.nonlinear import NonlinearFilter, NonlinearModel, NonlinearSmoother, read, simulate
 from kalmanq.nonlinear.checks import findings
 from kalmanq.nonlinear.jacobians import points_along, prior_points, worst_entry, wrong_entries
@@ -30,7 +29,6 @@ sys.path.insert(0, str(Path(__file__).parents[2] / "tests/reference"))
 import nonlinear_models as textbook  # noqa: E402
 from shared_library import Library  # noqa: E402
 
-EXAMPLES = Path(model_file.__file__).parents[1] / "examples"
 TRACK, TRACK_DATA = EXAMPLES / "range_bearing.py", EXAMPLES / "range_bearing.csv"
 BATTERY, BATTERY_DATA = EXAMPLES / "battery.py", EXAMPLES / "battery.csv"
 LINEARISE = {"extended": textbook.linearise_extended, "cubature": textbook.linearise_cubature}
@@ -544,8 +542,7 @@ BAD_JACOBIANS = {
 
 def written(folder: Path, change: tuple[str, str]) -> Path:
     assert change[0] in GOOD
-    path = folder / "bad.py"
-    path.write_text(GOOD.replace(*change, 1))
+    path = saved(folder / "bad.py", GOOD.replace(*change, 1))
     return path
 
 
@@ -651,8 +648,7 @@ def columns(path: Path, *names: str) -> np.ndarray:
 
 @pytest.mark.parametrize("path, data, rows, seed", [(TRACK, TRACK_DATA, 60, 2), (BATTERY, BATTERY_DATA, 200, 1)])
 def test_the_examples_data_are_simulated(path, data, rows, seed, tmp_path):
-    done = kalmanq("simulate", path, "-n", rows, "--seed", seed, "--truth", "--out", tmp_path / "data.csv")
-    assert done.returncode == 0, done.stderr
+    succeeds("simulate", path, "-n", rows, "--seed", seed, "--truth", "--out", tmp_path / "data.csv")
     names = list(table(data)[0])
     assert list(table(tmp_path / "data.csv")[0]) == names
     # libm's last bits may be another machine's
@@ -688,32 +684,27 @@ def test_compare_and_check(tmp_path):
     run = NonlinearSmoother(read(TRACK), "f64", "cubature").run(z)
     east = np.sqrt(np.mean((run.smoothed - states)[:, 0] ** 2))
     assert abs(methods["cubature"]["smoothed_rms"]["east"] / east - 1) < 1e-12
-    without = tmp_path / "without.csv"
-    without.write_text("range,bearing\n" + "".join(f"{a},{b}\n" for a, b in z))
-    assert "smoothed_rms" not in json.loads(kalmanq("compare", TRACK, without, "--json").stdout)["methods"]["extended"]
+    without = saved(tmp_path / "without.csv", "range,bearing\n" + "".join(f"{a},{b}\n" for a, b in z))
+    assert "smoothed_rms" not in json_of("compare", TRACK, without)["methods"]["extended"]
     said = kalmanq("compare", TRACK, without).stdout
     assert "posterior" in said and "6 passes" not in said and "simulate --truth" in said
     for path, data in ((TRACK, TRACK_DATA), (BATTERY, None)):
         done = kalmanq("check", path, *([data] if data else []), "--json")
         assert done.returncode == 0 and json.loads(done.stdout)["ranges"]["good"], done.stderr
-    wrong = tmp_path / "wrong.py"
-    wrong.write_text(GOOD.replace("-x[1] / r2, x[0] / r2", "x[1] / r2, x[0] / r2"))
+    wrong = saved(tmp_path / "wrong.py", GOOD.replace("-x[1] / r2, x[0] / r2", "x[1] / r2, x[0] / r2"))
     done = kalmanq("check", wrong)
     assert done.returncode == 1 and "NO  H: H[bearing, east] is" in done.stdout
     told = kalmanq("run", wrong, TRACK_DATA)
     assert told.returncode == 0 and "wrong.py: H[bearing, east] is" in told.stderr and told.stderr.count("\n") == 1
     assert kalmanq("run", wrong, TRACK_DATA, "--method", "cubature").stderr == ""  # which does not use them
-    narrow = tmp_path / "narrow.py"
-    narrow.write_text(GOOD.replace("[2000, 1000]", "[2000, 0.5]"))
+    narrow = saved(tmp_path / "narrow.py", GOOD.replace("[2000, 1000]", "[2000, 0.5]"))
     done = kalmanq("check", narrow)
     assert done.returncode == 1 and "H: bearing needs" in " ".join(done.stdout.split())
 
 
 @functools.lru_cache
 def compared() -> dict:
-    done = kalmanq("compare", TRACK, TRACK_DATA, "--json")
-    assert done.returncode == 0, done.stderr
-    return json.loads(done.stdout)
+    return json_of("compare", TRACK, TRACK_DATA)
 
 
 def page_of_the_chapter() -> str:
@@ -753,8 +744,7 @@ def test_the_pages_figures_are_what_compare_says():
 def test_the_command_line_refuses_in_one_line(tmp_path):
     nile, nile_data = EXAMPLES / "nile.toml", EXAMPLES / "nile.csv"
     broken = written(tmp_path, BAD_FUNCTIONS["line 30: h: ZeroDivisionError: division by zero"])
-    data = tmp_path / "data.csv"
-    data.write_text("range,bearing\n1,2\nx,3\n")
+    data = saved(tmp_path / "data.csv", "range,bearing\n1,2\nx,3\n")
     out = ("--out", tmp_path / "out.csv")
     for said, arguments in {
         "range_bearing.csv: row 2: ": ("run", broken, TRACK_DATA, *out),

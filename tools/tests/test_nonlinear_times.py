@@ -4,14 +4,15 @@ from __future__ import annotations
 
 import json
 import runpy
-import subprocess
 from pathlib import Path
 from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
 import pytest
-from test_commands import kalmanq, refused
+from command import json_of, kalmanq, refused, succeeds
+from library import passes, saved
+from models import updated
 from whole import first
 
 from kalmanq import KalmanqError
@@ -44,7 +45,7 @@ def drawn(model: NonlinearModel, seed: int, rows: int = ROWS) -> SimpleNamespace
 
 def by_hand(name: str, of: dict[str, Any], data: SimpleNamespace) -> SimpleNamespace:
     """The textbook's extended filter and Rauch-Tung-Striebel smoother, with A(dt), Q(dt) and R(x)"""
-    n, x, P = len(of["x0"]), np.array(of["x0"], float), np.diag(of["P0"]).astype(float)
+    x, P = np.array(of["x0"], float), np.diag(of["P0"]).astype(float)
     made: dict[str, list] = {key: [] for key in ("mean", "covariance", "predicted", "ahead", "A", "log_likelihood")}
     for k, z in enumerate(data.z):
         u = None if data.u is None else data.u[k]
@@ -62,15 +63,10 @@ def by_hand(name: str, of: dict[str, Any], data: SimpleNamespace) -> SimpleNames
             made["A"].append(A), made["predicted"].append(x), made["ahead"].append(P)
         likelihood = 0.0
         for first, h, H, R in sensors_by_hand(name, of, float(k), u):
-            there = ~np.isnan(z[first:first + len(np.atleast_1d(h(x)))])
-            if not there.any():
-                continue
-            S_x, e = np.atleast_2d(H(x))[there], np.atleast_1d(z[first:first + len(there)] - h(x))
+            e = np.atleast_1d(z[first:first + len(np.atleast_1d(h(x)))] - h(x))
             e[1:] = (e[1:] + np.pi) % (2 * np.pi) - np.pi if name == "radar" else e[1:]
-            S = S_x @ P @ S_x.T + np.diag(np.atleast_1d(R(x)))[np.ix_(there, there)]
-            K, e = P @ S_x.T @ np.linalg.inv(S), e[there]
-            likelihood -= (e @ np.linalg.solve(S, e) + np.linalg.slogdet(2 * np.pi * S)[1]) / 2
-            x, P = x + K @ e, (np.eye(n) - K @ S_x) @ P
+            x, P, term = updated(x, P, e, np.atleast_2d(H(x)), np.diag(np.atleast_1d(R(x))))
+            likelihood += term
         made["mean"].append(x), made["covariance"].append(P), made["log_likelihood"].append(likelihood)
     return SimpleNamespace(**{key: np.array(one) for key, one in made.items()})
 
@@ -181,8 +177,7 @@ def test_t_is_seconds_where_rows_have_times_or_a_step(tmp_path):
 
 
 def csv_of(folder: Path, times: np.ndarray, z: np.ndarray, name: str = "t [ms]") -> Path:
-    path = folder / "data.csv"
-    path.write_text("\n".join([f"{name},z", *(f"{1000 * t:.17g},{v:.17g}" for t, v in zip(times, z))]) + "\n")
+    path = saved(folder / "data.csv", "\n".join([f"{name},z", *(f"{1000 * t:.17g},{v:.17g}" for t, v in zip(times, z))]) + "\n")
     return path
 
 
@@ -265,13 +260,12 @@ def test_a_bad_file_is_refused_in_one_line(said, tmp_path):
 
 @pytest.mark.parametrize("times", OF_DATA)
 def test_bad_times_are_refused_in_one_line(times, tmp_path):
-    data = tmp_path / "data.csv"
-    data.write_text("t [ms],z\n" + "".join(f"{one},0\n" for one in times.split(",")))
+    data = saved(tmp_path / "data.csv", "t [ms],z\n" + "".join(f"{one},0\n" for one in times.split(",")))
     (tmp_path / "m.py").write_text(AT_TIMES)
     for command in (["run", "--out", tmp_path / "out.csv"], ["compare"], ["check"], ["report", "-o", tmp_path / "out.html"]):
         refused(kalmanq(command[0], tmp_path / "m.py", data, *command[1:]), OF_DATA[times], tmp_path)
     if OF_DATA[times].endswith("--sort sorts the rows"):
-        assert kalmanq("run", tmp_path / "m.py", data, "--sort").returncode == 0
+        succeeds("run", tmp_path / "m.py", data, "--sort")
 
 
 def test_what_has_no_step_or_no_times_is_refused_in_one_line(tmp_path):
@@ -328,7 +322,7 @@ def test_constants_of_steps_and_noises_are_fitted_from_rows_at_their_times(tmp_p
     assert found["converged"], found
     for label, true in zip(("omega", "damping", "q", "r"), truth):
         assert abs(np.ravel(found[label])[0] - true) < 3.5 * np.ravel(found["standard_errors"][label])[0]
-    again = json.loads(kalmanq("fit", tmp_path / "fitted.py", data, "--json").stdout)
+    again = json_of("fit", tmp_path / "fitted.py", data)
     assert again["log_likelihood"] == pytest.approx(found["log_likelihood"], rel=1e-9)
 
 
@@ -344,7 +338,7 @@ def test_files_of_two_sensors_are_joined_by_their_times(tmp_path):
     (tmp_path / "both.csv").write_text("t [s],a,b\n" + "".join(
         f"{t},{','.join('' if np.isnan(one) else str(one) for one in v)}\n" for t, v in zip(both[there], z[there])))
     for out, files in (("joined", ("a.csv", "b.csv")), ("one", ("both.csv",))):
-        assert kalmanq("run", tmp_path / "m.py", *(tmp_path / one for one in files), "--out", tmp_path / f"{out}_out.csv").returncode == 0
+        succeeds("run", tmp_path / "m.py", *(tmp_path / one for one in files), "--out", tmp_path / f"{out}_out.csv")
     assert (tmp_path / "joined_out.csv").read_text() == (tmp_path / "one_out.csv").read_text()
 
 
@@ -380,9 +374,8 @@ COMPILED = [*OPTIONS.items(), ("vehicle", ["--arith", "f64", "--robust", "gate=4
 @pytest.mark.parametrize("name, options", first(5, COMPILED))
 def test_the_c_has_no_warning_and_its_test_says_ok(name, options, tmp_path):
     path, out = TIMED / f"{name}.py", tmp_path / f"{name}.c"
-    done = kalmanq("compile", path, "-o", out, *options)
-    assert done.returncode == 0, done.stderr
-    assert "OK" in built(tmp_path, name)
+    succeeds("compile", path, "-o", out, *options)
+    passes(tmp_path, name, compiler=compiler())
     model = read(path)
     takes = ", const float u[1]" if model.l else ""
     assert f"void {name}_predict({name}_filter *f{takes}{', float dt' if model.takes_step else ''})" in out.with_suffix(".h").read_text() \
@@ -410,13 +403,6 @@ def test_the_c_of_random_noises_is_the_host(seed):
     assert not run.event_names and np.abs((run.mean - wanted.mean) / wanted.sigma).max() < 1e-9
     assert np.abs((run.smoothed - wanted.smoothed) / wanted.sigma).max() < 1e-7
     assert np.allclose(run.log_likelihood, wanted.log_likelihood, 1e-7, 1e-7)
-
-
-def built(folder: Path, name: str) -> str:
-    """What NAME_test prints, of C without a warning"""
-    flags = ["-std=c11", "-Wall", "-Wextra", "-Wpedantic", "-Wconversion", "-Wdouble-promotion", "-Werror", "-O1"]
-    subprocess.run([compiler(), *flags, folder / f"{name}.c", folder / f"{name}_test.c", "-lm", "-o", folder / "t"], check=True)
-    return subprocess.run([folder / "t"], capture_output=True, text=True).stdout
 
 
 def test_the_c_refuses_a_noise_that_is_none(tmp_path):
@@ -455,7 +441,7 @@ def test_commands_take_the_times(tmp_path):
     """run --compiled, report and compare see what run sees; simulate --at draws at them"""
     path, at, data = TIMED / "vehicle.py", tmp_path / "at.csv", tmp_path / "data.csv"
     at.write_text("time [s]\n" + "".join(f"{t}\n" for t in np.cumsum([0, *np.random.default_rng(1).exponential(0.8, 99)])))
-    assert kalmanq("simulate", path, "--at", at, "--truth", "--out", data).returncode == 0
+    succeeds("simulate", path, "--at", at, "--truth", "--out", data)
     said = {}
     for name, given in (("host", ()), ("c", ("--compiled",))):
         done = kalmanq("run", path, data, "--smooth", *given, "--out", tmp_path / f"{name}.csv", "--digits", 17, "--plot", tmp_path / "p.png")

@@ -9,15 +9,15 @@ from pathlib import Path
 import numpy as np
 import pytest
 from compiled_models import kinematic
+from library import EXAMPLES
+from models import file_of
 from products import PRODUCTS
-from test_commands import EXAMPLES
 from typer.testing import CliRunner
 
 from kalmanq import Model, Quantity, command_line
 from kalmanq.commands import design
 from kalmanq.compiler.report import offers
 from kalmanq.compiler.run.simulation import CompiledFilter
-from kalmanq.model import model_file
 from kalmanq.pages import report
 from kalmanq.run.filters import Filter
 from kalmanq.run.simulation import simulate
@@ -30,12 +30,6 @@ def called(*arguments: object) -> str:
     done = CliRunner().invoke(command_line.app, [str(one) for one in arguments])
     assert done.exit_code == 0, done.output
     return done.stdout
-
-
-def file_of(model: Model, folder: Path) -> Path:
-    path = folder / "model.toml"
-    path.write_text(model_file.text_of(model), encoding="utf-8")
-    return path
 
 
 def data_of(model: Model, folder: Path) -> Path:

@@ -6,8 +6,8 @@ from typing import Any, Optional
 
 import numpy as np
 import pytest
-from command import kalmanq
-from test_commands import refused
+from command import kalmanq, refused, succeeds
+from library import saved
 from whole import first
 
 from kalmanq import Filter, Model, Quantity, Smoother, likelihood
@@ -111,20 +111,18 @@ def test_c_of_a_continuous_model_acts_over_each_step(seed):
 
 
 def test_files_and_commands(tmp_path):
-    path = tmp_path / "fall.toml"
-    path.write_text(FILE)
+    path = saved(tmp_path / "fall.toml", FILE)
     model = model_file.read(path)
     assert model.c is not None and list(model.d) == [113, 0, 0] and model.inputs == ()
     text = model_file.text_of(model)
     path.write_text(text)
     assert model_file.text_of(model_file.read(path)) == text
     data = tmp_path / "data.csv"
-    assert kalmanq("simulate", path, "-n", 200, "--seed", 3, "--out", data).returncode == 0
+    succeeds("simulate", path, "-n", 200, "--seed", 3, "--out", data)
     assert data.read_text().splitlines()[0] == "step,barometer,radar1,radar2"
     for more in (["run", "--smooth", "--out", tmp_path / "run.csv", "--plot", tmp_path / "a.png"], ["run", "--arith", "q31"],
                  ["run", "--forecast", 9], ["report", "-o", tmp_path / "page.html"], ["compare"], ["fit", "--out", tmp_path / "fitted.toml"]):
-        done = kalmanq(more[0], path, data, *more[1:])
-        assert done.returncode == 0, done.stderr
+        succeeds(more[0], path, data, *more[1:])
     fitted = model_file.read(tmp_path / "fitted.toml")
     assert np.array_equal(fitted.c, model.c) and np.array_equal(fitted.d, model.d)
     refused(kalmanq("fit", path, data, "--free", "R,d"), "d is no parameter", tmp_path)

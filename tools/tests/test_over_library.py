@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 import re
 import shutil
 from pathlib import Path
@@ -10,9 +9,9 @@ from typing import Any, Optional
 
 import numpy as np
 import pytest
-from command import kalmanq
+from command import json_of, kalmanq, succeeds
 from firmware_here import Firmware
-from library import ROOT, STRICT, cc
+from library import EXAMPLES, ROOT, STRICT, cc
 from models import LATE
 
 from kalmanq import Filter, Robust
@@ -20,15 +19,12 @@ from kalmanq.firmware.ranges import with_ranges
 from kalmanq.model import model_file
 from kalmanq.run.simulation import simulate
 
-EXAMPLES = Path(model_file.__file__).parents[1] / "examples"
 LOSSES = (None, ("gate", 2.5), ("student", 4.0), ("huber", 1.5), ("jump", 6.0))
 ROWS = 150
 
 
 def compiled(folder: Path, model: Path, *options: Any) -> dict[str, Any]:
-    done = kalmanq("compile", model, "-o", folder / "own.c", "--library", "--json", *options)
-    assert done.returncode == 0, done.stderr
-    return json.loads(done.stdout)
+    return json_of("compile", model, "-o", folder / "own.c", "--library", *options)
 
 
 @pytest.mark.parametrize("arithmetic", ["f32", "f64", "q31"])
@@ -101,8 +97,7 @@ def test_what_comes_late_is_taken(arithmetic: str, tmp_path: Path) -> None:
 @pytest.mark.parametrize("arithmetic", ["f32", "q31"])
 def test_the_header_names_the_files_that_it_links_with(model: str, arithmetic: str, tmp_path: Path) -> None:
     """Those of src/, as they stand, and no other"""
-    done = kalmanq("compile", EXAMPLES / model, "-o", tmp_path / "own.c", "--library", "--arith", arithmetic)
-    assert done.returncode == 0, done.stderr
+    succeeds("compile", EXAMPLES / model, "-o", tmp_path / "own.c", "--library", "--arith", arithmetic)
     named = re.search(r"add of its src/ alone (kq_\w+\.c) and (kq_\w+\.c)", (tmp_path / "own.h").read_text())
     assert named
     (tmp_path / "main.c").write_text('#include "own.h"\nint main(void) { return 0; }\n')

@@ -7,17 +7,16 @@ import shlex
 import shutil
 import subprocess
 import sys
-from pathlib import Path
 
 import pytest
 from command import kalmanq
+from library import ROOT
 from whole import WHOLE
 from worked import KNOWN, languages, skip_without_webassembly, work_through
 
 from kalmanq.command_line import loaded
 from kalmanq.commands import COMMANDS
 
-ROOT = Path(__file__).resolve().parents[2]
 PAGES = sorted((ROOT / "tools/docs").glob("[gr]*/*.md"))
 EVERY_DAY = {"model_files", "tasks", "coming_from", "nonlinear"}  # the others take seconds of a processor
 

@@ -3,17 +3,16 @@
 import doctest
 import inspect
 import re
-from pathlib import Path
 
 import numpy as np
 import pytest
+from library import EXAMPLES
 
 import kalmanq
 from kalmanq.model import builders, model_file
 from kalmanq.model.model_file import tomllib
 from kalmanq.model.textbook import _ABOUT
 
-EXAMPLES = Path(__file__).resolve().parents[1] / "kalmanq" / "examples"
 CART = dict(A=[[1, 1], [0, 1]], H=[1, 0], R=4, G=[0.5, 1], P0=[100, 10])
 CONE = dict(f=lambda x: x, h=lambda x: x, Q=1.0, R=1.0, x0=[0.0], P0=[1.0])
 Z = [1.0, 2.0, np.nan, 4.0]

@@ -11,6 +11,7 @@ from typing import Iterator, Sequence
 import numpy as np
 import pytest
 from equations import FOLDER
+from library import EXAMPLES
 from models import LATE
 from whole import WHOLE
 
@@ -21,10 +22,8 @@ from kalmanq.compiler.given.request import Options
 from kalmanq.compiler.report import settling
 from kalmanq.compiler.text.product import compiled, settling as settling_of
 from kalmanq.errors import KalmanqError
-from kalmanq.model import model_file
 from kalmanq.run import checks
 
-EXAMPLES = Path(model_file.__file__).parents[1] / "examples"
 FILES = {
     "drifts.toml": "[model]\nA = [[1, 1], [0, 1]]\nH = [1, 0]\nR = 1.0\nQ = [0.1, 0]\nP0 = [1, 1]\n",
     "late.toml": LATE,

@@ -14,14 +14,14 @@ from typer.testing import CliRunner
 
 from kalmanq import Filter, Model, Quantity
 from kalmanq import command_line
-from kalmanq.pages import report
 from kalmanq.model import model_file
 from kalmanq.pages.across import Across, spoken
 from kalmanq.pages.charts import envelope
 from kalmanq.pages.verdict import findings, headline, whiteness
 from kalmanq.run.diagnostics import autocorrelation, ljung_box, mean_bounds, share_bounds
 from kalmanq.run.simulation import simulate
-from test_commands import EXAMPLES, kalmanq, refused
+from command import kalmanq, refused, succeeds
+from library import EXAMPLES, saved
 from whole import MEASURED, WHOLE
 
 NILE, MODEL, TRACK = EXAMPLES / "nile.csv", EXAMPLES / "nile.toml", EXAMPLES / "track.toml"
@@ -195,7 +195,7 @@ def test_a_hundred_thousand_rows_stay_small(tmp_path):
 def track(folder: Path) -> Path:
     """Rows that the track's model has drawn"""
     data = folder / "track.csv"
-    assert kalmanq("simulate", EXAMPLES / "track.toml", "-n", 40, "--out", data).returncode == 0
+    succeeds("simulate", EXAMPLES / "track.toml", "-n", 40, "--out", data)
     return data
 
 
@@ -348,7 +348,7 @@ def test_a_report_of_times_has_them_across(tmp_path):
     data.write_text("time,slow,fast\n" + "\n".join(rows) + "\n")
     model.write_text("""[model]\nF = [[0.0]]\nQc = [0.01]\ndt = 0.1\nP0 = [1.0]\n[[sensors]]\nname = "slow"\nH = [1.0]\nR = 1.0
 [[sensors]]\nname = "fast"\nH = [1.0]\nR = 0.01\n""")
-    assert kalmanq("report", model, data, "-o", page).returncode == 0
+    succeeds("report", model, data, "-o", page)
     text = page.read_text()
     assert ">time [s]<" in text and ">row<" not in text and ">140<" in text
     cells = [re.findall(r"<t[hd][^>]*>([^<]*)</t[hd]>", row) for row in re.findall(r"<tr>.*?</tr>", text, re.S)]
@@ -382,12 +382,10 @@ def test_figures_are_those_of_the_books():
 
 def narrow(tmp_path):
     """A track whose velocity goes beyond its range, and nothing else is wrong."""
-    model = tmp_path / "m.toml"
-    model.write_text("[model]\nA = [[1.0, 1.0], [0.0, 1.0]]\nH = [[1.0, 0.0]]\nG = [0.5, 1.0]\nR = [[1.0]]\nP0 = [100.0, 4.0]\n"
-                     '[states]\nnames = ["position", "velocity"]\nranges = [1e5, 6]\n[measurements]\nranges = [1e5]\n')
+    model = saved(tmp_path / "m.toml", "[model]\nA = [[1.0, 1.0], [0.0, 1.0]]\nH = [[1.0, 0.0]]\nG = [0.5, 1.0]\nR = [[1.0]]\nP0 = [100.0, 4.0]\n"
+                                       '[states]\nnames = ["position", "velocity"]\nranges = [1e5, 6]\n[measurements]\nranges = [1e5]\n')
     x, z = simulate(model_file.read(model), 400, 3)
-    data = tmp_path / "z.csv"
-    data.write_text("z1\n" + "".join(f"{value}\n" for value in z[:, 0]))
+    data = saved(tmp_path / "z.csv", "z1\n" + "".join(f"{value}\n" for value in z[:, 0]))
     return model, data, float(np.abs(x[:, 1]).max())
 
 

@@ -8,16 +8,16 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from command import kalmanq
+from command import json_of, kalmanq, succeeds
+from library import EXAMPLES
 from whole import first
 
 from kalmanq import Filter, KalmanqWarning, LagSmoother, Model, Quantity, Smoother, SteadyFilter
 from kalmanq.compiler.run.simulation import CompiledFilter
-from kalmanq.model import __file__ as package, model_file
+from kalmanq.model import model_file
 from kalmanq.pages import verdict
 from kalmanq.run.resolution import coarse_of, told_of
 
-EXAMPLES = Path(package).parents[1] / "examples"
 
 # A receiver's raw position, 1e-7 degrees, near 478e6 and -1221e6: a float's steps are 32 and 128 there
 UBX = """[model]
@@ -108,7 +108,7 @@ def test_commands_say_it_with_the_cure(tmp_path):
         assert "f32 is too coarse for these measurements" in done.stdout or "--compiled" in more  # whose NIS is of double
     assert "step" not in kalmanq("run", model, data, "--arith", "q31").stderr
     model = written(tmp_path, LEVEL)[0]
-    told = json.loads(kalmanq("compile", model, "-o", tmp_path / "nav.c", "--json").stdout)["resolution"]
+    told = json_of("compile", model, "-o", tmp_path / "nav.c")["resolution"]
     report = " ".join((tmp_path / "nav_report.txt").read_text().split())
     assert told.startswith("lon may be 2e+09") and LON in told and f"Measurements are coarse in f32: {told}." in report
 
@@ -147,7 +147,7 @@ def test_design_names_the_cause(tmp_path, data):
 def test_with_an_origin_subtracted_nothing_is_said(tmp_path):
     text = UBX.replace("478e6, 0, -1221e6", "0, 0, 0") + RANGES.replace("2e9", "1e5")
     model, data = written(tmp_path, text, (478120000, -1221230000))
-    assert kalmanq("check", model).returncode == 0
+    succeeds("check", model)
     done = kalmanq("run", model, data, "--arith", "f32")
     assert done.returncode == 0 and not done.stderr and "too coarse" not in done.stdout
     read, z = model_file.read(model), np.loadtxt(data, delimiter=",", skiprows=1)
@@ -180,7 +180,7 @@ def test_a_nonlinear_model_is_judged_where_h_is(tmp_path):
     for data in ((), (rows,)):
         done = kalmanq("check", path, *data)
         assert done.returncode == 1 and "NO  resolution: f32: z is" in done.stdout and " ".join(done.stdout.split()).endswith(LON), done.stdout
-        assert kalmanq("check", path, *data, "--arith", "f64").returncode == 0
+        succeeds("check", path, *data, "--arith", "f64")
     done = kalmanq("compile", path, "-o", tmp_path / "lon.c")
     said = " ".join(done.stdout.split())
     assert "Measurements are coarse: z is -1.221e+09 at first" in said and LON in said and "loses most" not in said

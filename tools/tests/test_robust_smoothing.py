@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from command import kalmanq
+from command import succeeds
 
 from kalmanq import KalmanqError, Model, NonlinearFilter, NonlinearModel, NonlinearSmoother, Quantity, ReweightedSmoother, Robust, Smoother, Varying
 from kalmanq.model import model_file
@@ -149,8 +149,7 @@ SEEN = "temperature\n78.62\n\n78.12\n\n77.81\n77.69\n-127\n\n85\n\n77.12\n76.87\
 def test_the_command_smooths_a_file_with_wild_values(robust, tmp_path):
     model, data, out = tmp_path / "probe.toml", tmp_path / "probe.csv", tmp_path / "out.csv"
     model.write_text(PROBE), data.write_text(SEEN)
-    done = kalmanq("run", model, data, "--smooth", "--robust", robust, "-o", out)
-    assert done.returncode == 0, done.stderr
+    succeeds("run", model, data, "--smooth", "--robust", robust, "-o", out)
     table = np.genfromtxt(out, delimiter=",", names=True, deletechars="")
     assert np.allclose(table["temperature_smoothed"][[6, 8]], [77.55, 77.30], atol=0.05)
 
@@ -159,8 +158,7 @@ def test_the_command_smooths_jumps_by_reweighting(tmp_path):
     model, data, out = tmp_path / "probe.toml", tmp_path / "probe.csv", tmp_path / "out.csv"
     z = np.concatenate([np.full(30, 20.0), np.full(30, 60.0)]) + np.random.default_rng(1).normal(0, 0.05, 60)
     model.write_text(PROBE), data.write_text("temperature\n" + "\n".join(map(repr, map(float, z))) + "\n")
-    done = kalmanq("run", model, data, "--smooth", "--robust", "jump", "--forecast", "2", "--digits", 17, "-o", out)
-    assert done.returncode == 0, done.stderr
+    succeeds("run", model, data, "--smooth", "--robust", "jump", "--forecast", "2", "--digits", 17, "-o", out)
     table = np.genfromtxt(out, delimiter=",", names=True, deletechars="")
     wanted = ReweightedSmoother(model_file.read(model)).run(z)
     assert table["temperature_smoothed"].tolist() == wanted.smoothed[:, 0].tolist()

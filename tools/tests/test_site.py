@@ -8,13 +8,12 @@ import runpy
 import shutil
 import subprocess
 import sys
-from pathlib import Path
 
 import pytest
+from library import ROOT
 
 import kalmanq
 
-ROOT = Path(__file__).resolve().parents[2]
 BLOCKS = re.findall(r"^```sh\n(.*?)^```", (ROOT / "tools/docs/start.md").read_text(encoding="utf-8"), re.S | re.M)
 
 

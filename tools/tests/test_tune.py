@@ -15,7 +15,8 @@ import pytest
 
 import browser
 import tune_node
-from command import kalmanq
+from command import kalmanq, succeeds
+from library import EXAMPLES, ROOT, saved
 from kalmanq import Estimation, Filter, LagSmoother, Robust, Smoother, fit
 from kalmanq.compiler.given.request import Options
 from kalmanq.compiler.report.costs import costs_of
@@ -30,9 +31,6 @@ from kalmanq.tune import page
 from tune_node import nameless, needs_browser, needs_node, numbers, ready, settled, shown
 from whole import MEASURED, WHOLE
 
-HERE = Path(__file__).parent
-ROOT = HERE.parents[1]
-EXAMPLES = Path(page.HERE).parent / "examples"
 SOURCES = {"model": "model.toml", "data": "data.csv"}
 FILTERED = ("mean", "sigma", "innovation", "innovation_sigma", "nis", "log_likelihood")
 
@@ -288,8 +286,7 @@ def model_of(content, theta, dt=None):
         return repr(one["of"] * (theta[one["root"]] / content["noises"][one["root"]]["value"]) ** 0.5)
     text = "".join(one if isinstance(one, str) else value(one) for one in content["template"])
     with tempfile.TemporaryDirectory() as folder:
-        path = Path(folder) / "tuned.toml"
-        path.write_text(text, encoding="utf-8")
+        path = saved(Path(folder) / "tuned.toml", text)
         return model_file.read(path)
 
 
@@ -388,8 +385,7 @@ def test_golden_vectors_in_webassembly(tmp_path):
 @pytest.fixture(scope="module")
 def nile(tmp_path_factory):
     path = tmp_path_factory.mktemp("tune") / "nile.html"
-    made = kalmanq("tune", EXAMPLES / "nile.toml", EXAMPLES / "nile.csv", "-o", path)
-    assert made.returncode == 0, made.stderr
+    succeeds("tune", EXAMPLES / "nile.toml", EXAMPLES / "nile.csv", "-o", path)
     return path
 
 
@@ -404,11 +400,10 @@ def test_commands_take_the_files_and_their_layout(tmp_path):
     (tmp_path / "model.toml").write_text(MODEL % (1.0, 2.0))
     (tmp_path / "my data.csv").write_text("time;flow\n0;1,5\n1;-9\n3;2,5\n4;2\n")
     options = ["--decimal=,", "--missing=-9", "--rename=z1=flow", "--time=none"]
-    made = kalmanq("tune", "model.toml", "my data.csv", *options, folder=tmp_path)
-    assert made.returncode == 0, made.stderr
+    succeeds("tune", "model.toml", "my data.csv", *options, folder=tmp_path)
     content = json.loads(re.search(r'id="content">(.*?)</script>', (tmp_path / "tune.html").read_text(encoding="utf-8")).group(1))
     assert content["sources"]["files"] == ["my data.csv"] and content["sources"]["options"] == options
-    assert kalmanq("run", "model.toml", *content["sources"]["files"], *content["sources"]["options"], folder=tmp_path).returncode == 0
+    succeeds("run", "model.toml", *content["sources"]["files"], *content["sources"]["options"], folder=tmp_path)
 
 
 def test_what_is_late_is_where_it_was_measured(tmp_path):
@@ -549,9 +544,8 @@ def test_gaps_are_painted_and_taken_along(nile, chromium, tmp_path):
     assert script.startswith("cat > nile_tuned.toml <<'END_OF_MODEL'") and script.rstrip().endswith("nile_tuned.c")
     chromium.run("setNoise(1, 5000)")
     settled(chromium)
-    again, tuned = tmp_path / "again.html", tmp_path / "tuned.toml"
-    again.write_text(chromium.run("pageText()"), encoding="utf-8")
-    tuned.write_text(chromium.run("modelText()"), encoding="utf-8")
+    again = saved(tmp_path / "again.html", chromium.run("pageText()"))
+    tuned = saved(tmp_path / "tuned.toml", chromium.run("modelText()"))
     assert model_file.read(tuned).R == 5000
     tuned.rename(tmp_path / "nile_tuned.toml")
     for name in ("nile.toml", "nile.csv"):
@@ -559,8 +553,7 @@ def test_gaps_are_painted_and_taken_along(nile, chromium, tmp_path):
     said, *lines = chromium.run("commands()").splitlines()
     assert said.startswith("# of the recording as it was")
     for line in lines[:2]:  # fit and run
-        made = kalmanq(*shlex.split(line)[1:], folder=tmp_path)
-        assert made.returncode == 0, made.stderr
+        succeeds(*shlex.split(line)[1:], folder=tmp_path)
     told = [chromium.run("JSON.stringify([set, drawn.total])"), *shown(chromium, "smoothed.smoothed")]
     ready(chromium, again)
     settled(chromium)
@@ -641,8 +634,7 @@ def test_widths_names_and_the_tree(nile, chromium, tmp_path):
     # text of others: shown, never run
     bad = "</script><img src=x onerror=alert(1)>"
     model = Model([[1.0]], H=[[1.0]], R=[[1.0]], Q=[[1.0]], name=bad, states=[bad], measurements=[Quantity(bad, "\"'<b>", 9.0)])
-    path = tmp_path / "bad.html"
-    path.write_text(page.page(model, np.zeros((20, 1)), None, None, {"model": bad, "data": bad}), encoding="utf-8")
+    path = saved(tmp_path / "bad.html", page.page(model, np.zeros((20, 1)), None, None, {"model": bad, "data": bad}))
     ready(chromium, path)
     assert chromium.run("document.images.length") == 0 and chromium.run("document.getElementById('name').textContent") == bad
     assert not chromium.errors

@@ -9,8 +9,9 @@ import browser
 import numpy as np
 import pytest
 import tune_node
-from command import kalmanq
+from command import kalmanq, succeeds
 from equations import EXAMPLES, FOLDER
+from library import saved
 from tune_node import nameless, needs_browser, needs_node, numbers, ready, settled, shown
 from whole import WHOLE
 
@@ -55,8 +56,7 @@ def h(x): return [6 * np.exp(-0.3 * x[0])]
 @pytest.fixture(scope="module")
 def exact(tmp_path_factory):
     """A model, its recording, and a page's content and WebAssembly"""
-    path = tmp_path_factory.mktemp("exact") / "exact.py"
-    path.write_text(EXACT)
+    path = saved(tmp_path_factory.mktemp("exact") / "exact.py", EXACT)
     model = read(path)
     _, z, u = simulate(model, 60, 2)
     z[20:25] = np.nan
@@ -76,8 +76,7 @@ def h(x): return [np.hypot(x[0], x[1]), np.arctan2(x[1], x[0])]
 
 
 def test_a_range_and_a_bearing_have_one_form_for_all_noises(tmp_path):
-    path = tmp_path / "tracker.py"
-    path.write_text(TRACKER)
+    path = saved(tmp_path / "tracker.py", TRACKER)
     model = read(path)
     noises = noises_of(model)
     made = emitted.variants(lambda sizes: with_sizes(model, sizes), [one.value for one in noises], 60, "tracker")
@@ -164,8 +163,7 @@ def test_the_c_is_the_text_that_compile_writes(exact):
 
 @pytest.fixture(scope="module")
 def tank(tmp_path_factory):
-    path = tmp_path_factory.mktemp("tank") / "tank.py"
-    path.write_text(TANK)
+    path = saved(tmp_path_factory.mktemp("tank") / "tank.py", TANK)
     model = read(path)
     _, z, u = simulate(model, 80, 3)
     return model, z, u, None, *equations.content(model, z, u, None, {"model": "tank.py", "data": ""})
@@ -253,8 +251,7 @@ def test_the_page_of_a_nonlinear_model(tmp_path):
     z = simulate(model, 60, 5)[1]
     (tmp_path / "tank.csv").write_text("echo\n" + "".join(f"{one!r}\n" for one in z[:, 0].tolist()))
     page = tmp_path / "tune.html"
-    made = kalmanq("tune", "tank.py", "tank.csv", folder=tmp_path)
-    assert made.returncode == 0, made.stderr
+    succeeds("tune", "tank.py", "tank.csv", folder=tmp_path)
     with browser.Browser() as chromium:
         ready(chromium, page)
         bits = chromium.run("document.getElementById('bits').textContent")
@@ -273,8 +270,7 @@ def test_the_page_of_a_nonlinear_model(tmp_path):
         lines = chromium.run("commands()").splitlines()
         assert lines.pop(0) == "# kalmanq run has no gate" and len(lines) == 3 and "--robust gate=4" in lines[2]
         for line in lines[1:]:
-            made = kalmanq(*shlex.split(line)[1:], folder=tmp_path)
-            assert made.returncode == 0, made.stderr
+            succeeds(*shlex.split(line)[1:], folder=tmp_path)
         code = chromium.run("codeOf(content, set).then((made) => made.code)")
         assert code.split("\n", 3)[3] == (tmp_path / "tank.c").read_text().split("\n", 4)[4]  # but for the line with the file's digest
         chromium.run("document.getElementById('source').open = true")
@@ -284,8 +280,7 @@ def test_the_page_of_a_nonlinear_model(tmp_path):
             chromium.look(width, 900, dark=width == 900)
             assert chromium.run("document.documentElement.scrollWidth") == width
         chromium.look(1200, 900)
-        again = tmp_path / "again.html"
-        again.write_text(chromium.run("pageText()"), encoding="utf-8")
+        again = saved(tmp_path / "again.html", chromium.run("pageText()"))
         told = chromium.run("JSON.stringify([set, drawn.total])")
         ready(chromium, again)
         assert chromium.run("JSON.stringify([set, drawn.total])") == told

@@ -4,19 +4,18 @@ from __future__ import annotations
 
 import re
 import warnings
-from pathlib import Path
 
 import numpy as np
 import pytest
 
 import kalmanq
 import models
+from library import ROOT
 from kalmanq import Filter, KalmanqError, KalmanqWarning, LagSmoother, InstantSmoother, Quantity, Robust, Smoother
 from kalmanq.data.rows import Rows
 from kalmanq.run.checks import findings
 from kalmanq.run.streamed import StreamedSmoother
 
-ROOT = Path(__file__).resolve().parents[2]
 NILE = ROOT / "tools" / "kalmanq" / "examples" / "nile.csv"
 # of sigma, and of a covariance in sigma_i sigma_j
 LIMITS = {"f64": 1e-11, "f32": 2e-4, "q31": 2e-6}

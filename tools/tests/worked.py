@@ -14,11 +14,11 @@ from pathlib import Path
 
 import pytest
 from command import kalmanq
+from library import ROOT
 
 from kalmanq.model import model_file
 from kalmanq.nonlinear import file as nonlinear_file
 
-ROOT = Path(__file__).resolve().parents[2]
 BLOCK = re.compile(r"^```(\w+) ?(\S*)\n(.*?)^```", re.S | re.M)
 ELSEWHERE = re.compile(r"^(tools/|pip)")  # what other tests run: they build, or install
 

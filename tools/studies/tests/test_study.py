@@ -28,7 +28,7 @@ from kalmanq_studies.heavy_tails.figures import figures
 from kalmanq_studies.heavy_tails.grid import Grid, posterior_means
 from kalmanq_studies.heavy_tails.perform import perform
 from kalmanq_studies.heavy_tails.settings import SETTINGS, Part, Plan, Task, tasks_of
-from test_commands import kalmanq, refused
+from command import kalmanq, refused
 from whole import WHOLE, first
 
 EVEN, QUIET = SETTINGS
