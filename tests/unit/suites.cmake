@@ -2,11 +2,11 @@
 # do not hold.  The kernels of compile-time sizes are a suite that most programs leave out.
 set(KALMANQ_SUITES_f32 status lengths process sensor lean filter update steps refusals attached sizes full_size smoother on_line delayed wide numbers
     laws changed starts diffuse least_squares consistency learning robust robust_limits watch steady freeze em
-    linearised extended sigma_points diffuse_orders diffuse_rank)
+    linearised extended sigma_points diffuse_orders diffuse_rank conditions conditions_steps)
 set(KALMANQ_SUITES_f64 ${KALMANQ_SUITES_f32})
 set(KALMANQ_SUITES_q31 inverse_q31 lengths prepare_q31 model_q31 lean filter_q31 steps refusals attached sizes full_size smoother smoother_q31
     on_line delayed wide numbers laws changed starts diffuse_q31 least_squares consistency learning robust watch
-    freeze linearised extended_q31 words_q31 diffuse_orders diffuse_rank)
+    freeze linearised extended_q31 words_q31 diffuse_orders diffuse_rank conditions conditions_steps conditions_q31)
 set(KALMANQ_FIXED_f32 fixed)
 set(KALMANQ_FIXED_f64 fixed)
 set(KALMANQ_FIXED_q31 fixed)

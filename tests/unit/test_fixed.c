@@ -412,7 +412,7 @@ TEST(the_steady_states_errors_are_those_of_the_library)
 #ifdef KQ_TEST_Q31
         steady_both(steady_4_2_dense, NULL, words_for(1, 2));
 #else
-        const num most[] = {NUM_MAX, NUM_MAX}, both[] = {INFINITY, -INFINITY}; /* finite, though their sum is not */
+        const num most[] = {NUM_MAX, NUM_MAX}, both[] = {(num)INFINITY, -(num)INFINITY}; /* finite, though their sum is not */
         TEST_ASSERT_EQUAL_INT(NOT_A_NUMBER, steady_4_2_dense(&steady_ours, NULL, both));
         steady_both(steady_4_2_dense, NULL, t == 2 ? most : words_for(1, 2));
 #endif

@@ -1,0 +1,55 @@
+#!/usr/bin/env bash
+# Evidence beside the tests: each part writes its section of build/proof/proof.md, and fails if its goal is missed.
+#   tools/proof.sh               all parts
+#   tools/proof.sh coverage      statements, branch sides and MC/DC of src, as the unit tests reach them
+# tests/PROOF.md has what was found.
+set -euo pipefail
+root=$(cd "$(dirname "${BASH_SOURCE[0]}")/.." && pwd)
+build="$root/build/proof"
+all_parts=(coverage)
+
+# shellcheck source=tools/setup.sh
+. "$root/tools/setup.sh"
+
+# Parts are called by their names.
+# shellcheck disable=SC2329
+build_coverage() {
+    kq_quietly cmake -S "$root" -B "$build" -G Ninja -DCMAKE_BUILD_TYPE=Release -DKALMANQ_BUILD_TESTS=ON \
+        -DKALMANQ_FETCH_UNITY=ON -DCMAKE_C_COMPILER=clang-19 -DCMAKE_CXX_COMPILER=clang++-19 \
+        "-DCMAKE_C_FLAGS=$(python3 -B "$root/tests/proof/llvm.py")"
+    kq_quietly cmake --build "$build" --parallel "$(nproc)" --target unit_f32 unit_f64 unit_fixed_f64 unit_q31
+}
+
+# shellcheck disable=SC2329
+part_coverage() {
+    local status=0
+    build_coverage
+    echo "## Coverage of src/"
+    echo
+    python3 -B "$root/tests/proof/coverage.py" "$build" || status=$?
+    return "$status"
+}
+
+# what a page has to name: when, of what, by what
+heading() {
+    echo "# Evidence"
+    echo
+    echo "$(date +%F), \`tools/proof.sh $*\`, of $(git -C "$root" describe --always --dirty 2>/dev/null || echo "no repository")."
+    echo "$(clang-19 --version | sed -n 1p); $(llvm-cov-19 --version | sed -n 's/^ *//; s/^.*LLVM version/llvm-cov/p')."
+    echo
+}
+
+case ${1:-} in -h | --help) sed -n '2,5s/^# \{0,1\}//p' "$0" && exit ;; esac
+[ $# -gt 0 ] || set -- "${all_parts[@]}"
+for part in "$@"; do
+    declare -F "part_$part" >/dev/null || { echo "proof.sh: no part $part; there are: ${all_parts[*]}" >&2 && exit 1; }
+done
+kq_setup_many build unity interpreter proof
+mkdir -p "$build"
+heading "$@" >"$build/proof.md"
+failed=0
+for part in "$@"; do
+    "part_$part" | tee -a "$build/proof.md" || failed=1
+done
+echo "The page is build/proof/proof.md."
+exit "$failed"
