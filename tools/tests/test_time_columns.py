@@ -363,16 +363,9 @@ def test_controls_stay_until_the_next_row(tmp_path):
     assert told["log_likelihood"] == pytest.approx(right.log_likelihood.sum(), rel=1e-9)
 
 
-<<<<<<< HEAD
 def test_rows_that_are_read_as_steps_say_that_they_are_not_alike(tmp_path):
-    model = written(tmp_path, CART + "ranges = [50]\n[states]\nnames = [\"p\", \"v\"]\nranges = [50, 50]\n", "cart.toml")
-    source = Source(written(tmp_path, data_of("t", in_seconds())))
-=======
-def test_other_commands_say_that_rows_are_steps(tmp_path):
-    """design runs a filter of steps"""
     model = text_in(tmp_path, CART + "ranges = [50]\n[states]\nnames = [\"p\", \"v\"]\nranges = [50, 50]\n", "cart.toml")
     source = Source(text_in(tmp_path, data_of("t", in_seconds())))
->>>>>>> hosttables
     with pytest.warns(KalmanqWarning, match="one step .*resample"):
         list(tables.read(source, tables.wanted_of(model_file.read(model), dt=None, cure=tables.RESAMPLE)))
     with warnings.catch_warnings():
