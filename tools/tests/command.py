@@ -58,10 +58,11 @@ def json_of(*arguments: object, **given: Any) -> Any:
     return json.loads(succeeds(*arguments, "--json", **given).stdout)
 
 
-def refused(done: subprocess.CompletedProcess, said: str | tuple[str, ...], folder: Path | None = None) -> None:
-    """A command has refused in one line, which has each text of `said`, and has left no output (named out or .out) in the folder"""
+def refused(done: subprocess.CompletedProcess, said: str | tuple[str, ...], folder: Path | None = None, told: int = 0) -> None:
+    """A command has refused in one line, behind `told` lines of what else it had to say, which has each text of `said`, and has left no
+    output (named out or .out) in the folder"""
     assert done.returncode == 1 and done.stdout == "", done.stdout
-    assert done.stderr.count("\n") == 1 and done.stderr.startswith("kalmanq: "), done.stderr
+    assert done.stderr.count("\n") == 1 + told and done.stderr.startswith("kalmanq: "), done.stderr
     assert all(one in done.stderr for one in ([said] if isinstance(said, str) else said)), done.stderr
     assert folder is None or [path.name for path in folder.iterdir() if path.name.startswith((".", "out"))] == []
 

@@ -229,6 +229,17 @@ def test_what_feeds_through_is_not_left_out(call):
     assert Filter(model).run(np.full((5, 1), np.nan)).mean.shape == (5, 1)
 
 
+def test_a_row_of_a_table_is_refused_and_no_series_too():
+    """Its names stand in another order"""
+    pandas = pytest.importorskip("pandas")
+    model = Model(np.eye(2), H=np.eye(2), R=[1, 1], Q=[1, 1], P0=[1, 1], measurements=["p", "q"])
+    with pytest.raises(KalmanqError, match="names"):
+        Filter(model).update(pandas.Series({"q": 10.0, "p": 0.0}))
+    for z in (np.zeros((0, 5, 2)), np.zeros((2, 0, 2)), [[[1.0, 2.0]], [[3.0, 4.0], [5.0, 6.0]]], None):
+        with pytest.raises(KalmanqError, match="S x T x 2"):
+            run_series(model, z)
+
+
 def test_a_table_has_the_columns(tmp_path):
     pandas = pytest.importorskip("pandas")
     model, _, z, inputs, _ = case(1, 3, "HR", tmp_path)

@@ -6,6 +6,7 @@ import json
 import re
 import struct
 import sys
+import warnings
 from datetime import datetime, timedelta, timezone
 
 import can
@@ -163,6 +164,33 @@ def test_a_smoothed_track_is_written_as_gpx(seed, tmp_path):
     made = np.array([[one.latitude, one.longitude, one.elevation] for one in points])
     assert np.abs(np.column_stack(pymap3d.geodetic2enu(*made.T, *degrees[0])) - right).max() < 1e-4
     assert [one.time for one in points] == [BEGUN + timedelta(seconds=one) for one in seconds]
+
+
+@pytest.mark.parametrize("spoil, left, wrong", [
+    (lambda data, size: data[:-20], 9, 1), (lambda data, size: data[:size - 1] + b"\x00" + data[size:], 9, 1),
+    (lambda data, size: b"abc\xb5" + data[:3 * size] + b"\xb5b\x01\x07\xff\xff" + data[3 * size:], 10, 1),
+    (lambda data, size: data[:size] + b"\xb5" + data[size:], 10, 0)], ids=["cut", "sum", "length", "sync"])
+def test_a_message_that_is_broken_costs_no_other_one(spoil, left, wrong, tmp_path):
+    """The next one begins where its signs say, and what is left out is told"""
+    seconds, degrees = walk(1)
+    data = ubx(tmp_path / "a.ubx", seconds[:10], degrees[:10]).read_bytes()[:-6]  # without the junk
+    size = len(data) // 10
+    (tmp_path / "b.ubx").write_bytes(spoil(data, size))
+    with warnings.catch_warnings(record=True) as told:
+        warnings.simplefilter("always")
+        z, _, _ = joining.record(Source(tmp_path / "b.ubx"), model_file.read(written(tmp_path / "walk.toml", WALK)))
+    assert len(z) == left and ("1 UBX messages are cut off" in str([one.message for one in told])) == bool(wrong)
+
+
+def test_a_leap_second_is_of_the_second_before(tmp_path):
+    def sentence(text):
+        total = 0
+        for one in text:
+            total ^= ord(one)
+        return f"${text}*{total:02X}\r\n"
+    (tmp_path / "a.nmea").write_text("".join(sentence(f"GPRMC,{at},A,4730.00,N,01115.00,E,1.0,0.0,311216,,,A") for at in ("235959", "235960", "000000")))
+    z, _, times = joining.record(Source(tmp_path / "a.nmea"), model_file.read(written(tmp_path / "walk.toml", WALK)))
+    assert list(times) == [0, 1]
 
 
 def test_a_track_has_what_is_known(tmp_path):

@@ -137,11 +137,12 @@ def _joined(sources: Sequence[Source], model: Any, rows: int, has_to_fit: bool) 
         late = [([*one.measurements, *_columns_with(model, one)], unit * one.delay, one.measured) for one in _sensors_of(model) if one.delay]
         if len(made) == 1 and not late:
             yield from (_completed(block, names) for block in made[0].all_blocks(rows))
-            return
+            return _tell_of_absent(made, model)
         held = _Held(model, made)
         of_rows = [name for name in held.names if len(made) == 1]
         for block in _merged([_File(one, rows, late, of_rows) for one in made], names, dt_of(model)):
             yield replace(held.filled(block), begun=next((one.begun for one in made if one.begun.place), None))
+        _tell_of_absent(made, model)
 
 
 def _require_columns(tables: Sequence[Table], model: Any) -> None:
@@ -165,6 +166,15 @@ def _require_columns(tables: Sequence[Table], model: Any) -> None:
                                + f" (--rename {name}=... says which it is)")
     if not any(one.name in table.names for one in model.measurements for table in tables):
         raise KalmanqError(f"{said}: there is no column of any sensor: {', '.join(one.name for one in model.measurements)} (--rename NAME=COLUMN)")
+
+
+def _tell_of_absent(tables: Sequence[Table], model: Any) -> None:
+    """At the end: what goes wrong before is an error of one line"""
+    said = ", ".join(str(one.source) for one in tables)
+    for sensor in _sensors_of(model):
+        if not any(name in one.names for name in sensor.measurements for one in tables):
+            columns = [one.reading.column or one.name for one in model.measurements if one.name in sensor.measurements]
+            warnings.warn(f"{said}: there is no column {' or '.join(columns)}: {sensor.name or 'the sensor'} is never measured", KalmanqWarning, stacklevel=2)
 
 
 def _completed(block: Block, names: Sequence[str]) -> Block:

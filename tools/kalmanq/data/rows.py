@@ -327,6 +327,8 @@ def present_of(z: np.ndarray) -> np.ndarray:
 
 
 def row_of(given: ArrayLike, size: int, name: str) -> np.ndarray:
+    if is_table(given) and size > 1 and any(isinstance(one, str) for one in given.index):  # type: ignore[union-attr]
+        raise KalmanqError(f"{name} is a row of a table, whose names are not looked at here: give {name}[[...]].to_numpy() in the model's order, or the table to run")
     try:
         row = np.atleast_1d(numbers_of(given))
     except (TypeError, ValueError, OverflowError) as problem:

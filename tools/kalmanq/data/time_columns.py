@@ -196,7 +196,8 @@ class TimeColumn:
         if made[k] == time:
             raise TableError(self.source, f"{cells[k]} is the time of the row before, too: join the two rows, or leave one out; or --time says which other column has the times",
                              lines[k], self.name)
-        clock = ", but a clock that begins anew needs a date" if self.kind == "clocks" else ""
+        clock = ", but a clock that begins anew needs a date (--time DAY,CLOCK where two columns have them)" if self.kind == "clocks" else \
+            "; or did the logger begin anew?  Then cut the file there and give both: each is a record" if 0 <= made[k] < time / 2 else ""
         raise TableError(self.source, f"the time goes back, from {before} to {cells[k]}: --sort sorts the rows{clock}",
                          lines[k], self.name)
 

@@ -58,8 +58,8 @@ class Values:
             return
         unfit = np.abs(values) > (one.range or 0)  # its format has no word for these
         row = int(np.argmax(unfit if self._has_to_fit and np.any(unfit) else wrong))
-        value = f"{values[row]:g}"
-        why = f"is beyond its declared range of {one.span}: --missing {value} if that stands for nothing, otherwise a wider range in the model"
+        value, cell = f"{values[row]:g}", f"{(values[row] - one.reading.offset) / one.reading.factor:g}"
+        why = f"is beyond its declared range of {one.span}: --missing {cell} if that stands for nothing, otherwise a wider range in the model"
         if self._has_to_fit and np.any(unfit):
             raise TableError(self.source, f"{one.name} = {value} {why}", lines[row])
         self._note(one, values, wrong, lines, why)

@@ -45,7 +45,8 @@ def _quantities(names: list[str], section: Mapping[str, Any], quantities: Quanti
         raise ModelError("columns", "names is missing: those of columns that have units, ranges or fractions")
     for name in said:
         if name not in names:
-            raise ModelError("columns", f"{name} is in no expression: leave it out of names")
+            others = [one for one in names if one not in said]
+            raise ModelError("columns", f"{name} is in no expression: leave it out of names" + (f", or is {' or '.join(others)} of the expressions meant?" if others else ""))
         if said.count(name) > 1:
             raise ModelError("columns", f"{name} is there twice: leave one out of names")
     named = quantities("columns", section, len(said), None) if said else []

@@ -455,7 +455,8 @@ class Smoother(OfModel):
         Parameters
         ----------
         z, u, times, varying : as of Filter.run
-        robust : gate, huber, student: against outliers.  Of states that jump: ReweightedSmoother
+        robust : gate, huber, student: against outliers.  Of states that jump: ReweightedSmoother.  What a gate takes after
+            `run` rejections it takes as it is: a filter alone takes it as a jump
         covariance : those of all rows, too
         means_only : no smoothed sigma, in less time
         """

@@ -79,11 +79,11 @@ def run_series(model: Model, z: ArrayLike, u: Optional[ArrayLike] = None, arithm
 def _of_series(given: ArrayLike, columns: int, name: str) -> np.ndarray:
     try:
         made = numbers_of(given)
-    except (TypeError, ValueError, OverflowError):
+    except (TypeError, ValueError, OverflowError):  # series of several lengths, too
         raise KalmanqError(f"{name}: not an array of numbers: S x T x {columns}, with NaN after the end of a shorter series") from None
     made = made[..., None] if made.ndim == 2 and columns == 1 else made
-    if made.ndim != 3 or made.shape[2] != columns:
-        raise KalmanqError(f"{name} is {' x '.join(map(str, made.shape))}, not S x T x {columns}")
+    if made.ndim != 3 or made.shape[2] != columns or not made.size:
+        raise KalmanqError(f"{name} is {' x '.join(map(str, made.shape)) or 'no array'}, not S x T x {columns}")
     return made
 
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import warnings
-from datetime import date, datetime, timedelta
+from datetime import date, datetime, time, timedelta
 from typing import Any, Iterator, Optional
 
 import pynmea2
@@ -19,7 +19,7 @@ FIELDS = {"lat": "latitude", "lon": "longitude", "alt": "altitude", "speed": "sp
 def opened(source: Source) -> Recorded:
     text = source.path.read_text(encoding="ascii", errors="replace").splitlines()
     sentences = [one for one in map(_sentence, text) if one is not None]
-    timed = [one for one in sentences if getattr(one, "timestamp", None)]
+    timed = [one for one in sentences if _time_of(one)]
     if not timed:
         raise TableError(source, "has no NMEA sentence with a time, such as GGA or RMC")
     wrong = sum(bool(line.strip()) for line in text) - len(sentences)
@@ -36,11 +36,17 @@ def _sentence(line: str) -> Optional[Any]:
         return None
 
 
+def _time_of(one: Any) -> Optional[time]:
+    """Not of a leap second, 23:59:60: it is of the epoch before"""
+    at = getattr(one, "timestamp", None)
+    return at if isinstance(at, time) else None
+
+
 def _epochs(sentences: list[Any], day: date) -> Iterator[list[str]]:
     """A sentence without a time is of the epoch before"""
     now, cells = None, {}
     for one in sentences:
-        at = getattr(one, "timestamp", None)
+        at = _time_of(one)
         if at and (now is None or at.replace(tzinfo=None) != now.time()):
             if now is not None:
                 yield [now.isoformat() + "Z", *(cells.get(name, "") for name in FIELDS)]

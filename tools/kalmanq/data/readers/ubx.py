@@ -2,31 +2,49 @@
 
 from __future__ import annotations
 
+import warnings
+from contextlib import suppress
 from datetime import datetime, timezone
-from typing import Any, Collection, Iterator
+from typing import Any, Collection, Iterator, Optional
 
 import pyubx2
 
 from kalmanq.data.layouts import Source, TableError
 from kalmanq.data.readers import Cells, Recorded, number
+from kalmanq.errors import KalmanqWarning
 
 FIRST = ("NAV-HPPOSLLH", "NAV-PVT", "NAV-POSLLH")  # whose position is taken where several have one
 PER_METRE = {**dict.fromkeys(("height", "hMSL", "velN", "velE", "velD", "gSpeed", "sAcc", "relPosN", "relPosE", "relPosD"), 1000.0),
              "NAV-PVT.hAcc": 1000.0, "NAV-PVT.vAcc": 1000.0, "NAV-POSLLH.hAcc": 1000.0, "NAV-POSLLH.vAcc": 1000.0,
              **{f"NAV-VELNED.{field}": 100.0 for field in ("velN", "velE", "velD", "gSpeed", "speed", "sAcc")}}
 WEEK = 604_800_000  # ms
+SYNC = b"\xb5b"
 
 
 def opened(source: Source) -> Recorded:
-    with open(source.path, "rb") as stream:
-        given = [one for _, one in pyubx2.UBXReader(stream, protfilter=pyubx2.UBX_PROTOCOL, quitonerror=pyubx2.ERR_IGNORE)
-                 if hasattr(one, "iTOW")]
+    given, wrong = [], 0
+    for data in _messages(source.path.read_bytes()):
+        wrong += data is None
+        with suppress(pyubx2.UBXMessageError, pyubx2.UBXParseError, pyubx2.UBXTypeError):  # messages that the library does not know
+            given += [one for one in [data and pyubx2.UBXReader.parse(data)] if hasattr(one, "iTOW")]
     if not given:
         raise TableError(source, "has no UBX message with a time (iTOW), such as NAV-PVT")
+    if wrong:
+        warnings.warn(f"{source}: {wrong} UBX messages are cut off, or their check sums are wrong: they are left out", KalmanqWarning, stacklevel=2)
     names = {f"{one.identity}.{field}" for one in given for field in vars(one) if _is_number(one, field)}
     columns = sorted(names, key=lambda name: (name.partition(".")[0] not in FIRST, *name.split(".")))
     ahead = next((_utc(one) - one.iTOW for one in given if one.identity == "NAV-PVT" and one.validDate and one.validTime), None)
     return Recorded(source, ["time [ms]" if ahead is None else "time", *columns], lambda places: _rows(given, columns, places, ahead))
+
+
+def _messages(data: bytes) -> Iterator[Optional[bytes]]:
+    """Each one, None where its length or check sum is wrong: the next one may begin within it"""
+    at = data.find(SYNC)
+    while at >= 0:
+        end = at + 8 + int.from_bytes(data[at + 4:at + 6], "little")
+        is_whole = end <= len(data) and pyubx2.calc_checksum(data[at + 2:end - 2]) == data[end - 2:end]
+        yield data[at:end] if is_whole else None
+        at = data.find(SYNC, end if is_whole else at + 2)
 
 
 def _is_number(one: Any, field: str) -> bool:
