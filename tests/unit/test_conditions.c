@@ -359,9 +359,9 @@ TEST(a_copy_of_a_recorded_filter)
 {
     ASSERT_OK(S(attach)(&track, &tape.attached));
     S(filter) copy = track;
-    const S(history) before = tape;
+    const size_t steps = S(history_steps)(&tape);
     ASSERT_OK(S(predict)(&copy, &motion.process, u));
-    ASSERT_SAME_BITS(before, tape);
+    TEST_ASSERT_TRUE(S(history_steps)(&tape) == steps);
     TEST_ASSERT_NULL(copy.attached);
     TEST_ASSERT_EQUAL_HEX(KQ_EVENT_HISTORY_FULL, S(events)(&copy));
 }
