@@ -60,6 +60,11 @@ class Tally
     {
         bool good = true;
         for (const Claim &claim : claims) {
+            for (const std::string &line : {claim.line, claim.other}) {
+                if (line.empty() || lines_.count(line)) continue;
+                std::printf("FAILED  %s: nothing was judged\n", line.c_str());
+                good = false;
+            }
             const int part = lines_[claim.line].*claim.part, whole = claim.whole ? lines_[claim.other].*claim.whole : 0;
             if (claim.times * part <= whole + claim.slack) continue;
             std::printf("FAILED  %s: %d, %d times that may be %d %s\n", claim.line.c_str(), part, claim.times, whole + claim.slack,

@@ -253,7 +253,7 @@ static void change(void)
     switch (below(7)) {
     case 0: numbers(own.A[1], own.n * own.n), (void)!K(process_change_transition)(&own.process[1], own.A[1]); break;
     case 1: numbers(own.H[k], own.m[k] * own.n), (void)!K(sensor_change_measurement)(&own.sensor[k], own.H[k]); break;
-    case 2: own.gate = (K(loss)){.kind = kinds[below(4)], .parameter = number(), .weights = own.weights, .limit = number(), .run = (uint16_t)below(4)}; break;
+    case 2: own.gate = (K(loss)){.kind = kinds[below(sizeof kinds / sizeof *kinds)], .parameter = number(), .weights = own.weights, .limit = number(), .run = (uint16_t)below(4)}; break;
     case 3: (void)!K(process_scale_noise)(&own.scaled, &own.process[0], number()); break;
     case 4: numbers(d, own.n), (void)!judged(K(move)(&own.filter, d)); break;
     case 5: (void)!judged(K(forget)(&own.filter, number())); break;
