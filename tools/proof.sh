@@ -2,11 +2,13 @@
 # Evidence beside the tests: each part writes its section of build/proof/proof.md, and fails if its goal is missed.
 #   tools/proof.sh               all parts
 #   tools/proof.sh coverage      statements, branch sides and MC/DC of src, as the unit tests reach them
+#   tools/proof.sh static        what gcc -fanalyzer, clang-tidy and cppcheck say of src
+#   tools/proof.sh fuzz          ten minutes of calls of all objects in any order, by libFuzzer, in f32 and in f64
 # tests/PROOF.md has what was found.
 set -euo pipefail
 root=$(cd "$(dirname "${BASH_SOURCE[0]}")/.." && pwd)
 build="$root/build/proof"
-all_parts=(coverage)
+all_parts=(coverage static fuzz)
 
 # shellcheck source=tools/setup.sh
 . "$root/tools/setup.sh"
@@ -30,6 +32,21 @@ part_coverage() {
     return "$status"
 }
 
+# shellcheck disable=SC2329
+part_static() {
+    echo "## Static analysis of src/"
+    echo
+    python3 -B "$root/tests/proof/static.py"
+}
+
+# shellcheck disable=SC2329
+part_fuzz() {
+    echo "## Fuzzing"
+    echo
+    (cd "$build" && "$root/tests/fuzz/objects.sh" 600 clang-19) >"$build/fuzz.log" || { cat "$build/fuzz.log" && return 1; }
+    sed -n 's/^stat::number_of_executed_units: */- executions: /p' "$build/fuzz.log"
+}
+
 # what a page has to name: when, of what, by what
 heading() {
     echo "# Evidence"
@@ -39,7 +56,7 @@ heading() {
     echo
 }
 
-case ${1:-} in -h | --help) sed -n '2,5s/^# \{0,1\}//p' "$0" && exit ;; esac
+case ${1:-} in -h | --help) sed -n '2,7s/^# \{0,1\}//p' "$0" && exit ;; esac
 [ $# -gt 0 ] || set -- "${all_parts[@]}"
 for part in "$@"; do
     declare -F "part_$part" >/dev/null || { echo "proof.sh: no part $part; there are: ${all_parts[*]}" >&2 && exit 1; }

@@ -166,9 +166,9 @@ kq_setup_clang() {
 
 # The runtime of its profiles is in a package of its own.
 kq_setup_proof() {
-    kq_have clang-19 llvm-cov-19 llvm-profdata-19 &&
+    kq_have clang-19 llvm-cov-19 llvm-profdata-19 clang-tidy-19 cppcheck &&
         [ -n "$(find "$(clang-19 -print-resource-dir)/lib" -name 'libclang_rt.profile*.a' 2>/dev/null)" ] ||
-        kq_install clang-19 llvm-19 libclang-rt-19-dev
+        kq_install clang-19 llvm-19 libclang-rt-19-dev clang-tidy-19 cppcheck
 }
 
 kq_setup_wasm() {
