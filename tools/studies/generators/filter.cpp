@@ -1,4 +1,4 @@
-// An EKF as PX4's ekf2 has it, around the functions that SymForce has written (generator_peers.py).  FORM: how P is updated.
+// An EKF as PX4's ekf2 has it, around the functions that SymForce has written (peers.py).  FORM: how P is updated.
 #include "model.h"
 enum { SHORT, STABILISED, WHOLE };  // P - K H P; Joseph's form by rank-one steps, as in PX4; P - K H P written by SymForce, too
 

@@ -1,4 +1,4 @@
-"""generator_symforce.py MODELS.json FOLDER: C++ of the models' EKFs by SymForce, with a Python that has it (generator_peers.py)."""
+"""symforce_code.py MODELS.json FOLDER: C++ of the models' EKFs by SymForce, with a Python that has it (peers.py)."""
 
 from __future__ import annotations
 

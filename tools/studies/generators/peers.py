@@ -1,7 +1,7 @@
-"""generator_peers.py SYMFORCE_PYTHON: filters of `kalmanq compile MODEL.py` beside an EKF of SymForce's code, as in PX4's ekf2.
+"""peers.py SYMFORCE_PYTHON: filters of `kalmanq compile MODEL.py` beside an EKF of SymForce's code, as in PX4's ekf2.
 
     python3 -m venv /tmp/sym && /tmp/sym/bin/pip install symforce==0.12.0
-    PYTHONPATH=tools /usr/bin/python3 -B tools/tests/generator_peers.py /tmp/sym/bin/python
+    PYTHONPATH=tools /usr/bin/python3 -B tools/studies/generators/peers.py /tmp/sym/bin/python
 
 Run by a Python that can count (kq_setup cost).  Prints a table.  On a Cortex-M4F: instructions of a predict and a full
 update, the most of 40 rows, with PX4's -funsafe-math-optimizations, too; bytes of flash with libm's; whether there is a heap.
@@ -22,7 +22,7 @@ from typing import Optional
 
 import numpy as np
 
-ROOT = Path(__file__).resolve().parents[2]
+ROOT = Path(__file__).resolve().parents[3]
 sys.path.insert(0, str(ROOT / "tools" / "cost"))
 
 from build import MARKS, TARGET, linked
@@ -39,9 +39,9 @@ from kalmanq.nonlinear import NonlinearModel, read
 from kalmanq.nonlinear.simulation import simulate
 
 HERE = Path(__file__).resolve().parent
-EXAMPLES, FILTER = ROOT / "tools" / "kalmanq" / "examples", HERE / "generator_filter.cpp"
-FILES = [*(EXAMPLES / f"{name}.py" for name in ("battery", "range_bearing", "gps_imu")), HERE / "equations" / "coordinated_turn.py"]
-FORMS = ("P - K H P", "as PX4", "all by SymForce")  # of generator_filter.cpp
+EXAMPLES, FILTER = ROOT / "tools" / "kalmanq" / "examples", HERE / "filter.cpp"
+FILES = [*(EXAMPLES / f"{name}.py" for name in ("battery", "range_bearing", "gps_imu")), ROOT / "tools" / "tests" / "equations" / "coordinated_turn.py"]
+FORMS = ("P - K H P", "as PX4", "all by SymForce")  # of filter.cpp
 CORE, FLAGS = BY_NAME["m4f"], ("-O2", "-ffunction-sections", "-ffp-contract=fast", "-fno-math-errno")
 COUNTED, ROWS, SEEDS, LOW = 40, 400, (1, 2, 3, 4, 5), "_low"  # the battery is empty after 480 rows
 SAME = 1e-3  # sigma, of the two in double, a component after the other: SymForce's turn has an epsilon of 1e-6 rad/s
@@ -101,7 +101,7 @@ def changed(path: Path, copy: Path, R: float, P0: float) -> NonlinearModel:
 
 
 def described(name: str, model: NonlinearModel) -> dict:
-    """As generator_symforce.py reads it"""
+    """As symforce_code.py reads it"""
     arrays = {"Q": model.Q, "R": np.diag(model.R), "x0": model.x0, "P0": model.P0.ravel()}
     return {"model": name.removesuffix(LOW), "n": model.n, "l": model.l, "angles": list(model.angles),
             **{key: one.tolist() for key, one in arrays.items()}}
@@ -222,7 +222,7 @@ def main() -> None:
     with tempfile.TemporaryDirectory() as place:
         work, known = Path(place), cases(Path(place))
         (work / "models.json").write_text(json.dumps({name: described(name, case.model) for name, case in known.items()}))
-        run([sys.argv[1], str(HERE / "generator_symforce.py"), str(work / "models.json"), str(work)])
+        run([sys.argv[1], str(HERE / "symforce_code.py"), str(work / "models.json"), str(work)])
         print("| model | filter | instructions / PX4's flag | flash | heap | error: mean, covariance | not definite | "
               "low noise: error | not definite |\n|---|---|--:|--:|---|--:|--:|--:|--:|")
         for path in FILES:
@@ -233,5 +233,5 @@ def main() -> None:
 
 
 if __name__ == "__main__":
-    with told_in_one_line("generator_peers"):
+    with told_in_one_line("peers"):
         main()
