@@ -107,6 +107,17 @@ def test_a_robust_run_takes_a_parameter(loss, usual, other, arithmetic, tmp_path
     assert second == Filter(model, arithmetic).run(z, robust=Robust(loss, other)).mean.tolist()
 
 
+@pytest.mark.parametrize("more", [(), ("--smooth",), ("--arith", "f32"), ("--arith", "q31")])
+def test_what_a_gate_rejects_is_counted_apart(more, tmp_path):
+    """Neither taken nor missing, and the NIS of the others has none of it: at most the gate's"""
+    rows = NILE.read_text().splitlines()
+    rows[50], rows[60] = rows[50].replace(rows[50].split(",")[-1], ""), rows[60].replace(rows[60].split(",")[-1], "2500")
+    (tmp_path / "nile.csv").write_text("\n".join(rows) + "\n")
+    told = json_of("run", MODEL, tmp_path / "nile.csv", "--robust", "gate=1.5", *more)
+    assert told["missing"] == 1 and told["rejected"] > 5 and told["taken"] == 99 - told["rejected"]
+    assert told["nis_per_measurement"] < 1.5**2
+
+
 @pytest.mark.parametrize("count", [1, 2, 3, 8, 31])
 @pytest.mark.parametrize("sigmas", [1.01, 2, 3.8906, 12, 35])
 def test_a_gate_of_sigmas_is_as_unlikely_in_each_count(sigmas, count):

@@ -67,9 +67,10 @@ def design_file(options: Options, console: Console) -> None:
         options = replace(options, arithmetic="q31", way=options.way or "tables")
     if options.out:
         require_folder(options.out)
-    made, records = _designs(options, model)
-    compiled = offers(model, made.model, options.name or identifier(made.model.name), [options.core])
-    add_ways(made, compiled, records)
+    with console.status("trying, compiling and measuring", spinner="line"):
+        made, records = _designs(options, model)
+        compiled = offers(model, made.model, options.name or identifier(made.model.name), [options.core])
+        add_ways(made, compiled, records)
     chosen = made.chosen(options.arithmetic, options.way)
     written = _write(options, made, chosen, compiled) if chosen and options.out else []
     if options.json:

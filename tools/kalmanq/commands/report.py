@@ -37,8 +37,9 @@ def report_file(options: Options, console: Console) -> None:
     z, u, times = joining.record(options.data, model, has_to_fit=options.arithmetic == "q31")
     if options.compiled and not isinstance(model, NonlinearModel):
         require_steps(model, times, "--compiled")
-    study = report.made_of(model, z, u, options.arithmetic, options.compiled, times)
-    text = report.page_of(study, options.model, " and ".join(one.name for one in options.data))
+    with console.status("filtering, compiling, and counting what the C costs", spinner="line"):
+        study = report.made_of(model, z, u, options.arithmetic, options.compiled, times)
+        text = report.page_of(study, options.model, " and ".join(one.name for one in options.data))
     with whole(options.out, [options.model, *options.data]) as path:
         path.write_text(text, encoding="utf-8")
     console.print(verdict.headline(study.found))

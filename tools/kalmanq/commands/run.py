@@ -177,7 +177,7 @@ class _FileRun:
         self.is_nonlinear, self.robust = isinstance(model, NonlinearModel), robust_of(options.robust)
         self.is_whole = options.smooth and (self.is_nonlinear or bool(self.robust) and self.robust.way == "jump")  # all rows at once
         self.filter: Any = None
-        self.rows = self.records = self.taken = self.missing = self.events = 0
+        self.rows = self.records = self.taken = self.missing = self.rejected = self.events = 0
         self.nis = self.log_likelihood = 0.0
         self.times: Optional[np.ndarray] = None  # of the block at work
         self.last_time: Optional[float] = None
@@ -188,6 +188,7 @@ class _FileRun:
     def perform(self, console: Console) -> None:
         options, write = self.options, None
         with ExitStack() as stack:
+            stack.enter_context(console.status("running", spinner="line"))
             for first, z, run in self._all(stack):
                 if options.plot:
                     self.kept.append((self.records, z, run, self.times))
@@ -298,9 +299,11 @@ class _FileRun:
             files = ", ".join(map(str, self.options.data))
             raise KalmanqError(f"{files}: {place(problem.row)}: {problem.text}", problem.status) from problem
         self.rows += len(made)
-        self.taken += int(made.taken.clip(0).sum())
-        self.missing += int(np.isnan(z).sum())
-        self.nis += float(np.nansum(made.nis))
+        taken, missing = int(made.taken.clip(0).sum()), int(np.isnan(z).sum())
+        self.taken += taken
+        self.missing += missing
+        self.rejected += z.size - taken - missing
+        self.nis += float(np.nansum(made.nis[made.taken > 0]))  # a rejected measurement has one, too
         self.log_likelihood += float(np.sum(made.log_likelihood))
         self.events |= made.events
         if self.options.plot and self.rows > PLOTTED:
@@ -337,7 +340,7 @@ class _FileRun:
     def _told(self, ahead: list[Filter]) -> dict[str, Any]:
         told = {
             "model": self.model.name, "arithmetic": self.options.arithmetic, "way": self.options.way, "rows": self.rows,
-            "records": self.records, "taken": self.taken, "missing": self.missing, "log_likelihood": self.log_likelihood,
+            "records": self.records, "taken": self.taken, "missing": self.missing, "rejected": self.rejected, "log_likelihood": self.log_likelihood,
             "nis_per_measurement": self.nis / self.taken if self.taken else None, "events": self._event_names(),
             "states": [state.name for state in self.model.states], "mean": self.last.mean,
             "covariance": self.last.covariance,
@@ -370,7 +373,7 @@ class _FileRun:
         console.print(made)
         ratio = f", NIS {self.nis / self.taken:.3f} a measurement (1 if the model is right)" if self.taken else ""
         console.print(f"log-likelihood {self.log_likelihood:.6f}; {self.taken} measurements taken, "
-                      f"{self.missing} missing{ratio}")
+                      f"{self.missing} missing{f', {self.rejected} rejected' if self.rejected else ''}{ratio}")
         if options.robust is None and self.taken >= LEAST_JUDGED and not 1 / FAR_NIS < self.nis / self.taken < FAR_NIS:
             console.print(f"{options.arithmetic} is too coarse for these measurements, which says nothing of the model" if getattr(self.last, "coarse", "") else
                           "the data do not fit the model; kalmanq report shows where, kalmanq fit finds Q and R")
