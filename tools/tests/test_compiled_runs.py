@@ -15,7 +15,7 @@ from test_commands import rows_of
 from test_report import Page
 from whole import first
 
-from kalmanq import Filter, nonlinear
+from kalmanq import Filter, KalmanqError, Model, Quantity, nonlinear
 from kalmanq.compiler.run.simulation import CompiledFilter
 from kalmanq.data import joining
 from kalmanq.data.written import writing
@@ -117,6 +117,29 @@ def test_the_report_is_of_the_emitted_c(arithmetic, known, tmp_path):
     log_likelihood = np.sum(run.log_likelihood)
     assert f"log-likelihood {log_likelihood:.8g}" in text
     assert abs(log_likelihood - np.sum(Filter(run.model, arithmetic).run(z, u).log_likelihood)) > 1
+
+
+@pytest.mark.parametrize("arithmetic", ("f32", "q31"))
+def test_a_gap_of_k_steps_is_k_predictions(arithmetic, tmp_path):
+    """Beside the library, which goes through a gap in one step; controls stay as they are; two calls are one"""
+    model = Model.of_continuous(
+        F=[[0, 1], [0, -0.2]], Qc=[[0, 0], [0, 0.1]], B=[[0], [1]], dt=0.1, H=[[1, 0]], R=[0.04], x0=[0, 0], P0=[1, 1],
+        states=[Quantity("p", range=500), Quantity("v", range=50)], measurements=[Quantity("z", range=500)], controls=[Quantity("push", range=10)])
+    draw = np.random.default_rng(3)
+    times = 0.1 * np.cumsum(draw.choice([1, 1, 1, 2, 7], 200))
+    u = np.sin(times)[:, None]
+    z = np.where(draw.random((200, 1)) < 0.1, np.nan, draw.normal(0, 0.2, (200, 1)))
+    exact = Filter(model, "f64").run(z, u, times=times)
+    with CompiledFilter(model, arithmetic) as one:
+        run = one.run(z, u, times)
+        assert len(run) == 200 and (run.taken == exact.taken).all() and beside(run, exact)[1]["mean_error_in_sigma"] < 1e-3
+        assert np.allclose(run.log_likelihood, exact.log_likelihood, atol=1e-3)
+        one.restart()
+        first = 1 + int(np.argmax(np.diff(times) > 0.5))  # the second call begins behind a gap
+        parts = [one.run(z[rows], u[rows], times[rows]) for rows in (slice(0, first), slice(first, None))]
+        assert (np.concatenate([part.mean for part in parts]) == run.mean).all()
+        with pytest.raises(KalmanqError, match="steps of dt = 0.1 alone"):
+            one.run(z[:1], u[:1], times[-1:] + 0.15)
 
 
 # ------------------------------------------------------------------------------ simulate --runs

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
 from typing import List, Optional
 
@@ -12,7 +13,7 @@ from rich.console import Console
 from rich.table import Table
 
 from kalmanq.commands.messages import print_json, table, tell_written
-from kalmanq.commands.options import ANY_MODEL, COMPILED, DATAS, JSON, as_compiled, command_of, read_any, refuse_compiled, require_steps
+from kalmanq.commands.options import ANY_MODEL, COMPILED, DATAS, JSON, as_compiled, command_of, read_any, refuse_compiled
 from kalmanq.compiler.run.equation_run import COMPILED as BESIDE
 from kalmanq.compiler.run.simulation import compiled_run
 from kalmanq.data import joining, tables
@@ -39,9 +40,7 @@ def compare_file(options: Options, console: Console) -> None:
     refuse_compiled(options.compiled, model)
     if isinstance(model, Model):
         z, u, times = joining.record(options.data, model)
-        if options.compiled:
-            require_steps(model, times, "--compiled")
-        errors, figures = compare(model, z, u, {"compiled": compiled_run} if options.compiled else {}, times)
+        errors, figures = compare(model, z, u, {"compiled": partial(compiled_run, times=times)} if options.compiled else {}, times)
         _draw(options, errors)
         if options.json:
             return print_json(figures)

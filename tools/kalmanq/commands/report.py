@@ -11,7 +11,7 @@ from rich.console import Console
 
 from kalmanq.commands.messages import tell_written
 from kalmanq.commands.options import (
-    ANY_MODEL, ARITHMETIC, COMPILED, DATAS, Arithmetic, as_compiled, command_of, read_any, refuse_compiled, require_steps)
+    ANY_MODEL, ARITHMETIC, COMPILED, DATAS, Arithmetic, as_compiled, command_of, read_any, refuse_compiled)
 from kalmanq.data import joining
 from kalmanq.data.files import refuse_output, whole
 from kalmanq.errors import KalmanqError
@@ -35,8 +35,6 @@ def report_file(options: Options, console: Console) -> None:
         raise KalmanqError("of error states there is no report; kalmanq simulate --runs judges them")
     refuse_compiled(options.compiled, model, options.arithmetic)
     z, u, times = joining.record(options.data, model, has_to_fit=options.arithmetic == "q31")
-    if options.compiled and not isinstance(model, NonlinearModel):
-        require_steps(model, times, "--compiled")
     with console.status("filtering, compiling, and counting what the C costs", spinner="line"):
         study = report.made_of(model, z, u, options.arithmetic, options.compiled, times)
         text = report.page_of(study, options.model, " and ".join(one.name for one in options.data))

@@ -241,8 +241,7 @@ class _FileRun:
                 self.filter = _filter(options, self.model, len(z))
                 if options.compiled:
                     stack.enter_context(self.filter)
-            is_stepped = (options.compiled or options.way) and not self.is_nonlinear
-            timed = {} if block.times is None or is_stepped else {"times": block.times}
+            timed = {} if block.times is None or options.way and not self.is_nonlinear else {"times": block.times}
             run = self._run(partial(self.filter.run, **given, **timed), z, u, block.place)
             if first == 0 and self.is_nonlinear and options.method not in BY_POINTS:
                 self._warn_of_jacobians(run, u, block.times)
@@ -284,9 +283,8 @@ class _FileRun:
     def _look_at_times(self, times: Optional[np.ndarray]) -> None:
         if times is None:
             return
-        if (self.options.compiled or self.options.way) and not self.is_nonlinear:
-            before = [] if self.last_time is None else [self.last_time]
-            require_steps(self.model, np.concatenate([before, times]), "--compiled" if self.options.compiled else "--as")
+        if self.options.way and not self.is_nonlinear:
+            require_steps(self.model, np.append([] if self.last_time is None else self.last_time, times), "--as")
         self.times, self.last_time = times, float(times[-1])
 
     def _run(self, run: Callable[..., Run], z: np.ndarray, u: Optional[np.ndarray], place: Callable[[int], str]) -> Run:

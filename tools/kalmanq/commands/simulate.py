@@ -14,7 +14,7 @@ import typer
 from rich.console import Console
 
 from kalmanq.commands.messages import print_json, table, tell_written
-from kalmanq.commands.options import ANY_MODEL, COMPILED, FRESH, JSON, WORKERS, AnyModel, Arithmetic, command_of, read_any, refuse_compiled, require_steps
+from kalmanq.commands.options import ANY_MODEL, COMPILED, FRESH, JSON, WORKERS, AnyModel, Arithmetic, command_of, read_any, refuse_compiled
 from kalmanq.compiler.run.equation_run import compiled_equations_run
 from kalmanq.compiler.run.simulation import NO_SMOOTHER, compiled_run
 from kalmanq.data import tables, written
@@ -188,7 +188,6 @@ def simulate_runs(options: Options, console: Console) -> None:
     options = replace(options, rows=rows, arithmetic=options.arithmetic or "f64")
     if options.compiled and isinstance(model, Model):
         refuse_rows(model, "--compiled", "leave --compiled out; kalmanq compile tries its C in records of its own")
-        require_steps(model, times, "--compiled")
     study = _study(options, model, rows, u, times)
     with progress_bar(f"{model.name}, {_way(options)}") as progress:
         made = list(run_campaign(
@@ -208,7 +207,7 @@ def _study(options: Options, model: AnyModel, rows: int, u: Optional[np.ndarray]
                      partial(compiled_equations_run if is_compiled else extended_run, times=times), partial(rows_of_run, times=times),
                      errors_of_run)
     return Study(model, rows, options.seed, options.arithmetic, options.smooth and not options.compiled, options.gap, u,
-                 compiled_run if options.compiled else partial(filtered, times=times), partial(linear_rows, times=times),
+                 partial(compiled_run if options.compiled else filtered, times=times), partial(linear_rows, times=times),
                  times=times)
 
 

@@ -16,6 +16,8 @@ from kalmanq.errors import KalmanqError
 from kalmanq.model import ColumnModel, Model, Quantity
 from kalmanq.model.arrays import by_name, numbers_of
 
+LONGEST = 100_000  # steps of dt between two rows, that are gone one by one
+
 
 @dataclass(frozen=True)
 class Varying:
@@ -176,13 +178,22 @@ def require_one_origin(before: Optional[np.datetime64], now: Optional[np.datetim
 
 def require_steps(model: Model, times: Optional[np.ndarray], what: str, cure: str) -> None:
     """Of what runs steps of dt alone"""
+    whole_steps(model, times, what, cure, 1)
+
+
+def whole_steps(model: Model, times: Optional[np.ndarray], what: str, cure: str, most: int = LONGEST) -> Optional[np.ndarray]:
+    """How many steps of dt are between rows, of what has no others; None where rows have no times"""
     if times is None or model.continuous is None:
-        return
+        return None
     steps, dt = model.continuous.between(times), model.continuous.dt
-    if np.any(steps != dt):
-        at = int(np.argmax(steps != dt))
+    count = np.maximum(np.round(steps / dt), 1)
+    wrong = (steps != count * dt) | (count > most)
+    if np.any(wrong):
+        at = int(np.argmax(wrong))
+        said = "not one" if most == 1 else f"not 1 to {most} of them"
         raise KalmanqError(f"{what}: a filter of steps of dt = {dt:g} alone, and the step from {times[at]:g} to {times[at + 1]:g} {model.continuous.unit} "
-                           f"is not one: {cure}")
+                           f"is {said}: {cure}")
+    return count.astype(int)
 
 
 def _matrices_of(varying: Varying, model: Model, rows: int) -> dict[str, np.ndarray]:

@@ -83,8 +83,8 @@ def made_of(model: AnyModel, z: np.ndarray, u: Optional[np.ndarray], arithmetic:
 def _linear_of(model: Model, z: np.ndarray, u: Optional[np.ndarray], arithmetic: str,
                is_compiled: bool, times: Optional[np.ndarray]) -> tuple[Run, dict[str, dict], list[str]]:
     """The run, arithmetics compared with double, and ranges that are too narrow"""
-    run = compiled_run(model, arithmetic, z, u) if is_compiled else Smoother(model, arithmetic).run(z, u, times=times)
-    _, compared = compare(model, z, u, {"compiled": compiled_run} if is_compiled else {}, times)
+    run = compiled_run(model, arithmetic, z, u, times) if is_compiled else Smoother(model, arithmetic).run(z, u, times=times)
+    _, compared = compare(model, z, u, {"compiled": partial(compiled_run, times=times)} if is_compiled else {}, times)
     return run, compared, widened(model, [Record(z, controls_of(u, model, len(z)))])[1] if run.is_held and not row_needs(model) else []
 
 

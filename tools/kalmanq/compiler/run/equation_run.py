@@ -84,7 +84,7 @@ class CompiledEquations(CompiledFilter):
 
     def run(self, z: np.ndarray, u: Optional[np.ndarray] = None, times: Optional[np.ndarray] = None, **_: Any) -> CompiledRun:
         self._see(rising(times, len(z), repeats=self.model.has_empty_steps)[0] if times is not None else None, len(z))
-        run = super().run(z, u)
+        run = self._run(z, u)
         if self.product.given.options.smooth:
             back = self.host.smoothed(PREDICTS * (np.arange(len(run)) > 0))
             run.smoothed, run.smoothed_covariance = back.mean, back.covariance

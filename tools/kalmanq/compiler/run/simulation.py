@@ -4,7 +4,7 @@ firmware.  Means and covariances are the C's; innovations, NIS and the likelihoo
 from __future__ import annotations
 
 import pickle
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, fields, replace
 from functools import lru_cache
 from typing import Any, Optional
 
@@ -13,12 +13,13 @@ import numpy as np
 from kalmanq.compiler.given.request import Options
 from kalmanq.compiler.run.host import Host, Ran
 from kalmanq.compiler.text.product import Product, compiled
-from kalmanq.data.rows import controls_of
+from kalmanq.data.rows import controls_of, whole_steps
 from kalmanq.model import Model
 from kalmanq.run.resolution import warn_of_coarse
 from kalmanq.run.results import Run
 
 NAME = "filter_of"
+UNEVEN = "leave --compiled out; --jitter takes steps that are nearly k dt for k dt; --time none takes each row for one"
 NO_SMOOTHER = "the emitted filter looks at no later row"
 
 
@@ -41,11 +42,11 @@ class CompiledRun(Run):
         return "mean saturated" in self.event_names
 
 
-def compiled_run(model: Model, arithmetic: str, z: np.ndarray, u: Optional[np.ndarray] = None) -> CompiledRun:
+def compiled_run(model: Model, arithmetic: str, z: np.ndarray, u: Optional[np.ndarray] = None, times: Optional[np.ndarray] = None) -> CompiledRun:
     """From the start.  The C is built once, for as many runs of a model as come one after the other."""
     made = _built(pickle.dumps((model, arithmetic)))
     made.restart()
-    return made.run(z, u)
+    return made.run(z, u, times)
 
 
 @lru_cache(maxsize=4)
@@ -55,7 +56,7 @@ def _built(model_and_arithmetic: bytes) -> CompiledFilter:
 
 
 class CompiledFilter:
-    """A context.  run(z, u) goes on where the one before ended; forecast(k) comes after all rows."""
+    """A context.  run(z, u, times) goes on where the one before ended; forecast(k) comes after all rows."""
 
     made = CompiledRun
 
@@ -68,6 +69,7 @@ class CompiledFilter:
         of = self.product.given.of.doubles()
         self.mean, self.covariance = np.array(of.x0), np.array(of.P0)
         self.begins, self.left = True, self._rest()  # the last row's control moves the state to the next
+        self.at: Optional[float] = None  # the last row's time
         self.events, self.digest, self.coarse = 0, 0, ""
         self._ahead: list[Ahead] = []
 
@@ -91,8 +93,27 @@ class CompiledFilter:
         return [(name.lower().replace("_", " "), meaning)
                 for bit, (name, meaning) in enumerate(self.product.events.items()) if events >> bit & 1]
 
-    def run(self, z: np.ndarray, u: Optional[np.ndarray] = None, **_: Any) -> CompiledRun:
-        """u: row t moves the state from row t to row t + 1"""
+    def run(self, z: np.ndarray, u: Optional[np.ndarray] = None, times: Optional[np.ndarray] = None, **_: Any) -> CompiledRun:
+        """u: row t moves the state from row t to row t + 1; times: where k steps of dt are between rows, it predicts k times"""
+        steps = None if times is None else whole_steps(self.model, np.append([] if self.at is None else self.at, times), "--compiled", UNEVEN)
+        if steps is not None and len(times):
+            self.at = float(times[-1])
+            if np.any(steps > 1):
+                return self._run_over_gaps(np.append(np.ones(len(times) - len(steps), int), steps), z, u)
+        return self._run(z, u)
+
+    def _run_over_gaps(self, steps: np.ndarray, z: np.ndarray, u: Optional[np.ndarray]) -> CompiledRun:
+        """steps: to each row.  Rows without measurements are between, in which controls stay as they are"""
+        at, z = np.cumsum(steps) - 1, np.asarray(z, float).reshape(len(steps), -1)
+        known = np.full((at[-1] + 1, z.shape[1]), np.nan)
+        known[at] = z
+        if u is not None:
+            before = np.searchsorted(at, np.arange(len(known)), "right")  # how many rows there have been
+            u = np.vstack([self.left, controls_of(u, self.model, len(z))])[before]
+        made = self._run(known, u)
+        return replace(made, **{one.name: value[at] for one in fields(made) if isinstance(value := getattr(made, one.name), np.ndarray)})
+
+    def _run(self, z: np.ndarray, u: Optional[np.ndarray]) -> CompiledRun:
         ran = self._ran(z, u)
         events = int(np.bitwise_or.reduce(ran.events, initial=0))
         sigma = np.sqrt(np.diagonal(ran.covariance, axis1=1, axis2=2).clip(0))
