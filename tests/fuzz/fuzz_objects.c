@@ -131,7 +131,6 @@ static void sane_of(const K(filter) * f, int is_smoothed)
 {
     num P[SQUARE];
     const int n = f->states, is_told = (K(events)(f) & (KQ_EVENT_OVERFLOW | KQ_EVENT_SATURATED)) != 0;
-    if (is_smoothed && !isfinite(K(mean)(f, 0))) return; /* known: innovations of 1e18 sigmas make it NaN without an event */
     if (K(covariance)(f, P) != KQ_OK) return; /* of a view that has no covariance, or a filter without a start */
     for (int i = 0; i < n; i++) {
         const num sigma = K(sigma)(f, i);
