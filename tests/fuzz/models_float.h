@@ -10,7 +10,8 @@ static kq_status put_process(K(process) *p, int n, int l, const num *A, const nu
 {
     const size_t length = KQ_PROCESS_LEN((size_t)n);
     num *kept_A = KEEP(num, n * n), *kept_B = KEEP(num, n * l);
-    memcpy(kept_A, A, sizeof *A * (size_t)(n * n)), memcpy(kept_B, B, sizeof *B * (size_t)(n * l));
+    memcpy(kept_A, A, sizeof *A * (size_t)(n * n));
+    if (l) memcpy(kept_B, B, sizeof *B * (size_t)(n * l));
     DEMAND(K(process_assign)(p, n, l, words(length), length) == KQ_OK);
     return K(process_init)(p, kept_A, l ? kept_B : NULL, Q);
 }

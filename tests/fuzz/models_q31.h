@@ -59,10 +59,11 @@ static kq_scaled_q31 *table_of(const num *M, int rows, int columns)
 {
     kq_scaled_q31 *made = KEEP(kq_scaled_q31, room(rows) * room(columns));
     num limited[SQUARE];
+    if (columns <= 0) return made;
     memcpy(limited, M, sizeof *M * (size_t)(rows * columns));
     if (!is_tame) limit_rows(limited, rows, columns);
-    if (rows > 0 && columns > 0) (void)!kq_matrix_prepare_q31(made, limited, rows, columns, plain, plain);
-    flip(made, sizeof *made * (size_t)(rows * columns + 1));
+    (void)!kq_matrix_prepare_q31(made, limited, rows, columns, plain, plain);
+    flip(made, sizeof *made * (size_t)(rows * columns));
     return made;
 }
 
