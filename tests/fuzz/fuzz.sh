@@ -1,6 +1,6 @@
 #!/bin/sh
 # Calls of every object in any order, by libFuzzer: fuzz.sh [SECONDS [CLANG [renew]]], of each of f32, f64 and q31 nine tenths of the
-# time without sanitizers, which is ten times as fast, the last tenth under them.  It begins with inputs.hex, and fails with
+# time without sanitizers, which slow it down, the last tenth under them.  It begins with inputs.hex, and fails with
 # what has failed; `renew` writes the inputs that reach most to inputs.hex anew.
 # shellcheck disable=SC2086
 set -eu
