@@ -3,7 +3,7 @@
 #   tools/proof.sh               all parts
 #   tools/proof.sh coverage      statements, branch sides and MC/DC of src, as the unit tests reach them
 #   tools/proof.sh static        what gcc -fanalyzer, clang-tidy and cppcheck say of src
-#   tools/proof.sh fuzz          ten minutes of calls of all objects in any order, by libFuzzer, in f32 and in f64
+#   tools/proof.sh fuzz          ten minutes each of f32, f64 and q31, of calls of all objects in any order, by libFuzzer
 # tests/PROOF.md has what was found.
 set -euo pipefail
 root=$(cd "$(dirname "${BASH_SOURCE[0]}")/.." && pwd)
@@ -43,8 +43,8 @@ part_static() {
 part_fuzz() {
     echo "## Fuzzing"
     echo
-    (cd "$build" && "$root/tests/fuzz/objects.sh" 600 clang-19) >"$build/fuzz.log" || { cat "$build/fuzz.log" && return 1; }
-    sed -n 's/^stat::number_of_executed_units: */- executions: /p' "$build/fuzz.log"
+    (cd "$build" && "$root/tests/fuzz/fuzz.sh" 600 clang-19) >"$build/fuzz.log" || { cat "$build/fuzz.log" && return 1; }
+    sed -n 's/:number_of_executed_units: */ executions: /p' "$build/fuzz.log"
 }
 
 # what a page has to name: when, of what, by what

@@ -28,8 +28,8 @@ done
 # what tests of a name need beside a compiler; of no name, everything
 groups_of() { # [NAME]
     case ${1:-} in
-    unit.msan*) echo clang ;;
-    unit* | fuzz* | vectors.host.* | vectors.sanitized | vectors.falsified* | vectors.generator*) ;;
+    unit.msan* | fuzz*) echo clang ;;
+    unit* | vectors.host.* | vectors.sanitized | vectors.falsified* | vectors.generator*) ;;
     package.port | package.levels) echo cores ;;
     package.cxx) echo clang ;;
     package.sized) echo clang cores ;;

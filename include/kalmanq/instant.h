@@ -77,7 +77,8 @@ KQ_NODISCARD kq_status kq_instant_assign_f64(kq_instant_f64 *instant, int n, int
 /** Shows the instant, given all measurements so far, in a view (kq_smoothed).
  *   instant  attached; its scratch changes.  It keeps what the view shows until the next call
  *   view     written; without memory, not the instant's filter.  After an error its readings are NaN
- * Event (of the view and the filter): KQ_EVENT_PRECISION as kq_smooth, without what A x is rounded by.
+ * Events (of the view and the filter): KQ_EVENT_PRECISION as kq_smooth, without what A x is rounded by;
+ * KQ_EVENT_OVERFLOW as kq_smooth.
  * Accuracy: as the filter; a few eps of the sigma before the first predict are added to mean and sigma.
  * Cost: about 2.5 n^3 multiplications, n square roots.
  * KQ_ERR_NULL, KQ_ERR_MISMATCH (view), KQ_ERR_HISTORY_EMPTY (not attached, or ended), KQ_ERR_HISTORY_FULL (the

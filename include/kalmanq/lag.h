@@ -110,7 +110,8 @@ size_t kq_lag_steps_f64(const kq_lag_f64 *lag);
  *   lag      attached; its scratch changes.  It keeps what the view shows until the next call
  *   k        0 .. kq_lag_steps()
  *   view     written; without memory, not the lag's filter.  After an error its readings are NaN
- * Event (of the view and the filter): KQ_EVENT_PRECISION as kq_smooth, without what A x is rounded by.
+ * Events (of the view and the filter): KQ_EVENT_PRECISION as kq_smooth, without what A x is rounded by;
+ * KQ_EVENT_OVERFLOW as kq_smooth.
  * Accuracy: as the filter; a few eps sigma_filtered are added to mean and sigma.
  * Cost for k = L or k <= 4: at most about 12 n^3 multiplications and 4n square roots.  For other k up to L/2 maps of
  * 3 n^3 multiplications more.

@@ -108,7 +108,8 @@ size_t kq_history_steps_f64(const kq_history_f64 *h);
  * Events (of the views): KQ_EVENT_PRECISION where later measurements left less of a sigma, predicted or filtered, than
  * what the recorded ones were rounded by or, in f32 and f64, 8 roundings of the filter's mean: means may be off by more
  * than sigma.  Or, in f32 and f64, a smoothed sigma is 1/2 to 4 roundings of the terms of A x: at one step in 4, one state
- * is looked at.  Steps of compile-time sizes do not check these.
+ * is looked at.  Steps of compile-time sizes do not check these.  KQ_EVENT_OVERFLOW (f32, f64): measurements contradict
+ * the model by so many sigma that a smoothed mean overflowed; it is 0, of a sigma that says so, as kq_predict leaves it.
  * Accuracy: as the filter; about eps sigma_filtered is added to mean and sigma.
  * Cost: about 6 n^3 + 2 m n^2 multiplications a step.
  * KQ_ERR_NULL, KQ_ERR_HISTORY_EMPTY (nothing recorded, or smoothed already), KQ_ERR_HISTORY_FULL (it overflowed while

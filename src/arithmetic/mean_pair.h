@@ -57,8 +57,8 @@ static inline unsigned mean_correct_exactly(num *x, int n, int i, num b, num w)
     return 0;
 }
 
-/* x += d + low, of any size; low: NULL for none.  What the sum of the high parts leaves is exact.  Where x
-   is not a number the low part is not, either, and that reaches no further than a mean. */
+/* x += d + low, of any size; low: NULL for none.  What the sum of the high parts leaves is exact.  Where the low part
+   is not a number x is not, either.  The low part of a large x may be 0: how far it reaches is read from x. */
 KQ_SHARED extent pairs_add(num *x, int n, const num *d, const num *low)
 {
     extent far = 0;
@@ -68,7 +68,7 @@ KQ_SHARED extent pairs_add(num *x, int n, const num *d, const num *low)
         const num rest = left + (low ? x[n + i] + low[i] : x[n + i]), high = total + rest;
         x[n + i] = rest - (high - total);
         x[i] = high;
-        far = extent_join(far, extent_of(x[n + i]));
+        far = extent_join(far, extent_of(high));
     }
     return far;
 }
@@ -84,7 +84,11 @@ static inline unsigned mean_saturate(num *x, int n, int i)
     return 0;
 }
 
-static inline extent mean_extent(const num *x, int n, int i) { return extent_of(x[n + i]); }
+static inline extent mean_extent(const num *x, int n, int i)
+{
+    (void)n;
+    return extent_of(x[i]);
+}
 
 /* z - h'x, h being 0 outside of from .. to-1: the high parts cancel first */
 KQ_KERNEL num mean_residual(num z, const num *h, const num *x, int n, int from, int to)
@@ -139,7 +143,7 @@ KQ_KERNEL extent mean_advance(num *x, int n, int i, const num *row, int first, c
     const num high = x[i] + d, low = d - (high - x[i]);
     x[n + i] = low;
     x[i] = high;
-    return extent_of(low);
+    return extent_of(high);
 }
 
 /* Can a call have left this pair?  lo is what the rounding of hi has left. */

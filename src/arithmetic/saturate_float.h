@@ -87,6 +87,15 @@ KQ_INLINE unsigned mean_saturated(num *x, num *S, int n, extent far)
     return KQ_MOSTLY(extent_is_within(far)) ? 0 : state_saturate(x, S, 0, n);
 }
 
+/* The state, all means of which a smoother has moved, held within the numbers */
+KQ_INLINE unsigned means_saturated(num *x, num *S, int n)
+{
+    extent far = mean_extent(x, n, 0);
+    KQ_UNROLL
+    for (int i = 1; i < n; i++) far = extent_join(far, mean_extent(x, n, i));
+    return mean_saturated(x, S, n, far);
+}
+
 /* Is there nothing to hold in what predict made of the state? */
 KQ_INLINE int state_is_within(const num *S, int n, extent far)
 {

@@ -122,8 +122,7 @@ kq_status T(kq_em_advance)(estimation *e)
         em_give_up(e, num_nan());
         return status;
     }
-    if (e->phase == EM_SMOOTHING) em_smooth(e);
-    else status = em_filter(e);
+    status = e->phase == EM_SMOOTHING ? em_smooth(e) : em_filter(e);
     if (status) em_take_back(e);
     else if (--e->remaining == 0) e->phase = EM_EXPECTED;
     return status;

@@ -246,7 +246,8 @@ static void em_end_block(const estimation *e, const em_places *w)
     }
 }
 
-static void em_smooth(estimation *e)
+/* A mean that has overflowed would teach. */
+static kq_status em_smooth(estimation *e)
 {
     const em_places w = em_at(e);
     const recording *r = e->recordings + e->recording;
@@ -261,10 +262,12 @@ static void em_smooth(estimation *e)
     e->step--;
     em_undo_updates(e, &w, state, present_at(e, r, e->step));
     if (e->step % EM_BLOCK == 0) em_end_block(e, &w);
-    if (e->step > 0) return;
+    if (h->events & KQ_EVENT_OVERFLOW) return KQ_ERR_LIKELIHOOD;
+    if (e->step > 0) return KQ_OK;
     em_add_start(e, &w);
     e->recording++;
     e->phase = EM_FILTERING;
+    return KQ_OK;
 }
 
 #endif

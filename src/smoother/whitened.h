@@ -152,7 +152,7 @@ KQ_OUTLINE unsigned smoothed_state(num *state, const num *a, const num *T, int n
         root_take_exponent(S, n, i, u, n);
     }
     if (T) renormalise(S, n);
-    return events;
+    return events | means_saturated(state, S, n);
 }
 
 /* The rotations of one update backwards: from xi to alpha, and from nu to the measurement noise,

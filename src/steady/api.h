@@ -6,6 +6,8 @@
 #include "steady.h"
 #if KQ_FLOATING
 #include "riccati_float.h"
+#else
+#include "told_q31.h"
 #endif
 
 kq_status T(kq_steady_assign)(steady *st, int n, int m, num *memory, size_t length)
@@ -119,11 +121,6 @@ kq_status T(kq_steady_step)(steady *st, const num *u, const num *z)
     return KQ_OK;
 }
 
-static int steady_has(const steady *st, int i)
-{
-    return st && st->gain && i >= 0 && i < st->states;
-}
-
 kq_status T(kq_steady_innovation)(const steady *st, const num *z, num *e)
 {
     steady_word t[KQ_SIZE_MAX];
@@ -142,14 +139,5 @@ num T(kq_steady_mean)(const steady *st, int i)
 {
     return steady_has(st, i) ? steady_get(st->memory, st->states, i) : num_nan();
 }
-
-num T(kq_steady_mean_low)(const steady *st, int i)
-{
-    return steady_has(st, i) ? mean_low(st->memory, st->states, i) : num_nan();
-}
-
-unsigned T(kq_steady_events)(const steady *st) { return st ? st->events : 0; }
-
-void T(kq_steady_events_clear)(steady *st) { if (st) st->events = 0; }
 
 #endif

@@ -61,6 +61,11 @@ static void steady_next_gain(steady *st)
     st->plain = (uint16_t)(st->left > 0 ? 0 : process_shape(st->process) | st->components << 8);
 }
 
+static inline int steady_has(const steady *st, int i)
+{
+    return st && st->gain && i >= 0 && i < st->states;
+}
+
 KQ_KERNEL void steady_note(steady *st, unsigned events)
 {
     if (events) st->events = (uint8_t)(st->events | events);

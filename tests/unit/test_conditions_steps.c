@@ -245,6 +245,66 @@ TEST_FLOAT(increments_that_overflow)
     TEST_ASSERT_EQUAL_INT(KQ_ERR_HISTORY_FULL, K(smooth)(&tape));
 }
 
+/* A mean that is finite and beyond its limit is lost at once, though what its rounding left is 0. */
+TEST_FLOAT(means_that_reach_too_far)
+{
+    static const num twice[] = {2, 0, 0, 1};
+    const num far[] = {NUM_MAX, 0};
+    ASSERT_OK(K(move)(&twin, far));
+    ASSERT_OK(K(predict_extended)(&track, &other.process, far));
+    TEST_ASSERT_EQUAL_HEX(KQ_EVENT_OVERFLOW, K(events)(&twin));
+    TEST_ASSERT_EQUAL_HEX(KQ_EVENT_OVERFLOW, K(events)(&track));
+    TEST_ASSERT_TRUE(K(mean)(&twin, 0) == 0 && K(mean)(&track, 0) == 0);
+    ASSERT_OK(K(process_init)(&other.process, twice, NULL, Q));
+    ASSERT_OK(init_filter(&track, &prior));
+    track_memory[0] = N(MOST_SIGMA) * N(MOST_SIGMA) / 2;
+    ASSERT_OK(K(predict)(&track, &other.process, NULL));
+    TEST_ASSERT_EQUAL_HEX(0, K(events)(&track));
+    ASSERT_OK(K(predict)(&track, &other.process, NULL));
+    TEST_ASSERT_EQUAL_HEX(KQ_EVENT_OVERFLOW, K(events)(&track));
+    TEST_ASSERT_TRUE(K(mean)(&track, 0) == 0);
+}
+
+/* A measurement 2^61 sigmas off, and of smoothers what it makes of the state before: beyond its limit, so that it is lost. */
+static void run_far(struct K(attached) *object)
+{
+    static const num stay[] = {1, 0, 0, 1};
+    const num square = N(MOST_SIGMA) * N(MOST_SIGMA), off[] = {N(2.5) * square, 0};
+    put_far(1, square / 4, square / 4);
+    ASSERT_OK(K(attach)(&track, object));
+    ASSERT_OK(K(process_init)(&other.process, stay, NULL, Q));
+    ASSERT_OK(K(predict)(&track, &other.process, NULL));
+    ASSERT_OK(K(update)(&track, &radar.sensor, off));
+    TEST_ASSERT_EQUAL_HEX(0, K(events)(&track));
+}
+
+TEST_FLOAT(smoothed_means_that_overflow)
+{
+    S_LAG(lag, 2, 2, 1);
+    S_INSTANT(instant, 2, 2);
+    K(filter) views[5];
+    run_far(&tape.attached);
+    ASSERT_OK(K(smooth)(&tape));
+    ASSERT_OK(K(smoothed)(&tape, 0, views));
+    ASSERT_OK(K(history_assign)(&second, 2, second_memory, COUNT(second_memory)));
+    run_far(&second.attached);
+    ASSERT_OK(K(smooth_states)(&second));
+    ASSERT_OK(K(smoothed)(&second, 0, views + 1));
+    ASSERT_OK(K(lag_assign)(&lag, 2, 2, 1, lag_memory, COUNT(lag_memory)));
+    run_far(&lag.attached);
+    ASSERT_OK(K(lagged_states)(&lag, 1, views + 2));
+    TEST_ASSERT_TRUE(K(mean)(views + 2, 0) == 0);
+    ASSERT_OK(K(lagged)(&lag, 1, views + 3));
+    ASSERT_OK(K(instant_assign)(&instant, 2, 2, instant_memory, COUNT(instant_memory)));
+    run_far(&instant.attached);
+    ASSERT_OK(K(instant_smooth)(&instant, views + 4));
+    for (int k = 0; k < 5; k++) {
+        TEST_ASSERT_EQUAL_HEX_MESSAGE(KQ_EVENT_OVERFLOW, K(events)(views + k) & KQ_EVENT_OVERFLOW, "no event");
+        TEST_ASSERT_TRUE(K(mean)(views + k, 0) == 0);
+    }
+    TEST_ASSERT_TRUE((double)K(sigma)(views, 0) >= MOST_SIGMA * 0x1p-16);
+}
+
 /* R times its largest scale is beyond the numbers, though what is left of it without the other component is not; what is
    no noise stays none, however small its scale. */
 TEST_FLOAT(scales_of_a_noise_at_the_ends_of_the_numbers)

@@ -705,6 +705,24 @@ TEST(test_a_likelihood_that_is_not_finite_is_refused)
     ASSERT_OK(K(em_iterate)(&em));
 }
 
+/* A measurement at the last step, 2^61 sigmas off: the smoothed means before it overflow, and nothing is learnt of them. */
+TEST(test_a_smoothed_mean_that_overflows_is_refused)
+{
+    static uint16_t present[STEPS];
+    static const num identity[] = {1, 0, 0, 1};
+    const num square = N(MOST_SIGMA) * N(MOST_SIGMA), wide[] = {square / 4, 0, 0, 1};
+    kq_status status = KQ_OK;
+    memcpy(model.A, identity, sizeof identity), memcpy(model.H, identity, sizeof identity);
+    memcpy(model.P0, wide, sizeof wide), memcpy(model.R, wide, sizeof wide);
+    for (int t = 0; t < STEPS; t++) present[t] = t < STEPS - 1 ? 2 : 3;
+    z[2 * (STEPS - 1)] = N(2.5) * square;
+    recordings[0].present = recordings[1].present = present;
+    ASSERT_OK(init());
+    do status = K(em_advance)(&em);
+    while (!status && K(em_remaining)(&em));
+    TEST_ASSERT_EQUAL_INT(KQ_ERR_LIKELIHOOD, status);
+}
+
 /* A state that is not measured grows beyond what can be represented: its history has ended, and is not smoothed. */
 TEST(test_a_state_that_overflows_is_refused)
 {

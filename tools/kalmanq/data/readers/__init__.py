@@ -70,14 +70,14 @@ def reader_of(source: Source) -> Optional[Reader]:
 
 
 def recorded(source: Source, reader: Reader) -> Recorded:
-    """What a library cannot read is one line, whatever it says"""
+    """What a library cannot read is one line, whatever it says; of broken sizes that it has no memory"""
     if not source.path.is_file():
         raise TableError(source, "is a folder" if source.path.is_dir() else "no such file" if not source.exists() else
                          f"{reader.what} is read from a file, not from a pipe: write it to one")
     try:
         made = import_module(f"kalmanq.data.readers.{reader.module}").opened(source)
         return replace(made, rows=lambda places: _told(source, reader, made.rows(places)))
-    except (TableError, MemoryError):
+    except TableError:
         raise
     except ImportError as problem:
         missing = problem.name or (re.findall(r"(?:Import |dependency ')(\w+)", str(problem)) or ["a library"])[0]  # pandas says it in its text alone
@@ -89,7 +89,7 @@ def recorded(source: Source, reader: Reader) -> Recorded:
 def _told(source: Source, reader: Reader, rows: Iterator[Row]) -> Iterator[Row]:
     try:
         yield from rows
-    except (TableError, MemoryError):
+    except TableError:
         raise
     except Exception as problem:
         raise _unreadable(source, reader, problem) from None
