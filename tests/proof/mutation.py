@@ -2,7 +2,7 @@
 """How many faults of src/ the everyday tests find: a thousand mutants in one build, each chosen at run time (mutants.py).
 usage: mutation.py WORK [--part 1/1] [--count 1000] [--seed 1] [--jobs 1]
 
-A mutant runs against the suites of unit_f32 and unit_q31 and the recorded vectors that reach it, the shortest first, until one fails,
+A mutant runs against the everyday unit tests of f32 and q31 and the recorded vectors that reach it, the shortest first, until one fails,
 crashes, or takes 20 times its time.  WORK keeps the build and what is known; a campaign that is begun again goes on.
 survivors.txt says of each survivor why.  It fails if less than 95 % of the meaningful mutants are killed, a survivor has no row or a
 row no survivor."""
@@ -24,6 +24,7 @@ from mutants import KINDS, Finder, instrumented, key_of, sample
 ROOT = Path(__file__).resolve().parents[2]
 INCLUDES = [f"-I{ROOT / 'include'}", f"-I{ROOT / 'src'}"]
 ARITHMETICS = ("f32", "q31")
+INSTRUMENTED = {"f32": "sanitized", "q31": "checked"}
 GOAL = 95
 REASONS = ("equivalent", "slack", "gap")
 CHOICE = """
@@ -82,20 +83,22 @@ def build(work, chosen):
     (work / "choice.h").write_text(CHOICE)
     subprocess.run(["cmake", "-S", work / "tree", "-B", work / "build", "-G", "Ninja", "-DCMAKE_BUILD_TYPE=None", f"-DKALMANQ_UNITY_DIR={ROOT / '.deps/unity/src'}",
                     f"-DCMAKE_C_FLAGS=-O1 -w -include {work / 'choice.h'}"], check=True, stdout=subprocess.DEVNULL)
-    programs = [f"{name}_{arithmetic}" for name in ("unit", "vectors") for arithmetic in ARITHMETICS]
+    programs = sorted({Path(command[0]).name for _, command in commands(work)})
     done = subprocess.run(["cmake", "--build", work / "build", "--parallel", "2", "--target", *programs], capture_output=True, text=True)
     if done.returncode:
         sys.exit("mutation.py: " + "\n".join(re.findall(r".*error.*\n.*", done.stdout)[:20]))
 
 
 def commands(work):
-    """{name: command}: a suite of unit tests, or all vectors, of an arithmetic"""
+    """{name: command}: a suite of unit tests, also sanitized or checked as every day, or all vectors of an arithmetic"""
     cmake = (ROOT / "tests/unit/suites.cmake").read_text()
     for arithmetic in ARITHMETICS:
         yield f"vectors.{arithmetic}", [work / f"build/tests/vectors/vectors_{arithmetic}"]
         suites = re.search(rf"KALMANQ_SUITES_{arithmetic} ([^)]*)\)", cmake)[1].split()
         for suite in [*suites, "fixed", "fixed_smoother", "conditions_fixed"]:
             yield f"unit.{suite}.{arithmetic}", [work / f"build/tests/unit/unit_{arithmetic}", suite]
+        for suite in set(suites) - {"diffuse_rank", "diffuse_orders", "inverse_q31"}:
+            yield f"unit.{INSTRUMENTED[arithmetic]}.{suite}.{arithmetic}", [work / f"build/tests/unit/unit_{INSTRUMENTED[arithmetic]}_{arithmetic}", suite]
 
 
 def run(command, seconds, **environment):

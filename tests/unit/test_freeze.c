@@ -216,7 +216,10 @@ TEST_Q31(a_mean_that_leaves_its_word_is_held)
     ASSERT_OK(change_transition(&motion, N, moving));
     ASSERT_OK(begin(gains, GAINS));
     memcpy(u, driven(&motion.process, most, 1), sizeof u);
-    for (int t = 0; t < 3000; t++) ASSERT_OK(kq_steady_predict_q31(&steady, u));
+    for (int t = 0; t < 3000; t++) {
+        ASSERT_OK(kq_steady_predict_q31(&steady, u));
+        if (kq_steady_mean_q31(&steady, 0) < INT32_MAX) TEST_ASSERT_EQUAL_HEX(0, kq_steady_events_q31(&steady));
+    }
     TEST_ASSERT_EQUAL_HEX(KQ_EVENT_SATURATED, kq_steady_events_q31(&steady));
     TEST_ASSERT_EQUAL_INT32(INT32_MAX, kq_steady_mean_q31(&steady, 0));
     kq_steady_events_clear_q31(&steady);
@@ -507,6 +510,15 @@ TEST(a_step_of_the_full_filter_is_a_predict_and_an_update)
         TEST_ASSERT_EQUAL_INT(0, S(freeze_is_active)(&lazy));
         ASSERT_SAME_BITS(other_memory, track_memory);
     }
+}
+
+/* From 1 bit to the most; a freeze that begins anew is not frozen. */
+TEST(init_takes_each_number_of_bits_and_begins_anew)
+{
+    settle();
+    ASSERT_OK(S(freeze_init)(&lazy, BITS_MAX));
+    TEST_ASSERT_EQUAL_INT(0, S(freeze_is_active)(&lazy));
+    ASSERT_OK(S(freeze_init)(&lazy, 1));
 }
 
 TEST(other_sizes_are_refused)
