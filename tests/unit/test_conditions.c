@@ -27,6 +27,7 @@ TEST(flags_of_a_filter)
     ASSERT_OK(S(filter_check)(&track));
     ASSERT_REFUSED_WITH(track.plain, 3, KQ_ERR_TABLE, S(filter_check)(&track));
     ASSERT_REFUSED_WITH(track.events, 0xffff, KQ_ERR_TABLE, S(filter_check)(&track));
+    ASSERT_REFUSED_WITH(track.events, 2 * KQ_EVENT_CONTRADICTION - 1, KQ_OK, S(filter_check)(&track));
     ASSERT_REFUSED_WITH(track.ready, 0, KQ_ERR_NOT_READY, S(filter_check)(&track));
     ASSERT_REFUSED_WITH(track.ready, 2, KQ_ERR_TABLE, S(filter_check)(&track));
     ASSERT_REFUSED_WITH(track.ready, 1 | 8, KQ_ERR_TABLE, S(filter_check)(&track));

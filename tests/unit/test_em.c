@@ -382,6 +382,32 @@ TEST(test_noise_through_a_factor)
     }
 }
 
+/* (F q F')_ij of two noises */
+static num through_factor(const num *F, const num *q, int i, int j)
+{
+    num total = 0;
+    for (int k = 0; k < 4; k++) total += F[2 * i + k / 2] * q[k] * F[2 * j + k % 2];
+    return total;
+}
+
+/* As many noises as states: Q = F q F' at the end, too. */
+TEST(test_two_noises_through_a_factor)
+{
+    static const num F[] = {0.5, 1, 1, 0};
+    static num q[] = {0.25, 0.125, 0.125, 0.5};
+    for (int k = 0; k < 4; k++) model.Q[k] = through_factor(F, q, k / 2, k % 2);
+    other_parameters.F = F;
+    other_parameters.noises = 2;
+    other_parameters.Q = q;
+    ASSERT_OK(K(em_init)(&em, &parameters, NULL, recordings, 1));
+    ASSERT_OK(K(em_init)(&twin, &other_parameters, NULL, recordings, 1));
+    for (int k = 0; k < 5; k++) {
+        ASSERT_OK(K(em_iterate)(&em));
+        ASSERT_OK(K(em_iterate)(&twin));
+    }
+    for (int k = 0; k < 4; k++) ASSERT_CLOSE(through_factor(F, q, k / 2, k % 2), model.Q[k], 4);
+}
+
 /* Rows that the noise does not move stay as they are. */
 TEST(test_a_singular_noise_holds_rows_of_A)
 {

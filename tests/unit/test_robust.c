@@ -670,6 +670,9 @@ TEST(a_history_that_is_full_or_smoothed_is_refused)
     for (int t = 0; t < STEPS; t++) ASSERT_OK(S(predict)(&track, &motion.process, u));
     ASSERT_REFUSED(KQ_ERR_HISTORY_FULL, smooth_reweighted(&tape, &scaled, &motion, number(2), q));
     record(&track, &tape);
+    ASSERT_OK(S(smooth_step)(&tape, NULL, NULL));
+    ASSERT_REFUSED(KQ_ERR_HISTORY_EMPTY, smooth_reweighted(&tape, &scaled, &motion, number(2), q));
+    record(&track, &tape);
     ASSERT_OK(smooth_reweighted(&tape, &scaled, &motion, number(2), q));
     ASSERT_REFUSED(KQ_ERR_HISTORY_EMPTY, smooth_reweighted(&tape, &scaled, &motion, number(2), q));
 }
