@@ -109,6 +109,8 @@ TEST(fields_of_a_sensor)
     ASSERT_REFUSED_WITH(radar.sensor.kind, NULL, KQ_ERR_TABLE, S(sensor_check)(&radar.sensor));
     TEST_ASSERT_EQUAL_INT(1, radar.sensor.selects[0]);
     radar.sensor.seal = 0;
+    ASSERT_REFUSED_WITH(radar.sensor.states, 200, KQ_ERR_TABLE, S(sensor_check)(&radar.sensor));
+    ASSERT_REFUSED_WITH(radar.sensor.measurement, NULL, KQ_ERR_TABLE, S(sensor_check)(&radar.sensor));
     ASSERT_REFUSED_WITH(radar.sensor.selects[0], 2, KQ_ERR_TABLE, S(sensor_check)(&radar.sensor));
     radar.sensor.selects[0] = 0; /* slower, and right */
     ASSERT_OK(S(sensor_check)(&radar.sensor));

@@ -642,6 +642,15 @@ TEST(test_init_refuses_sizes)
     ASSERT_REFUSED_WITH(choice.R_form, (kq_em_form)(KQ_EM_MULTIPLE + 1), KQ_ERR_SIZE, init());
 }
 
+TEST(test_there_may_be_16_controls)
+{
+    static num to_each[2 * KQ_SIZE_MAX], drives[KQ_SIZE_MAX * (STEPS - 1)];
+    parameters.B = to_each;
+    parameters.controls = KQ_SIZE_MAX;
+    recordings[0].u = recordings[1].u = drives;
+    ASSERT_OK(init());
+}
+
 TEST(test_init_refuses_numbers)
 {
     static num controls[] = {0.125, 0.5}, factor[] = {1, 0.5};

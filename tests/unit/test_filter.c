@@ -157,6 +157,15 @@ TEST(init_uses_the_upper_triangle)
     ASSERT_SAME_FILTER(&twin, &track, 2);
 }
 
+TEST(a_covariance_may_be_8_roundings_from_symmetric)
+{
+    P0[0] = P0[3] = 1;
+    P0[2] = N(0.5 + 7.5 * EPS);
+    ASSERT_OK(init());
+    P0[2] = N(0.5 + 8.5 * EPS);
+    ASSERT_REFUSED(KQ_ERR_NOT_SYMMETRIC, init());
+}
+
 TEST(init_begins_a_new_run)
 {
     reading fresh, again;
@@ -219,6 +228,18 @@ TEST(predict_keeps_increments_below_the_last_bit_of_the_mean)
     ASSERT_OK(K(filter_init)(&level, one, zero));
     for (int k = 0; k < 100; k++) ASSERT_OK(K(predict)(&level, &drift, rate));
     ASSERT_WITHIN(100 * 0x1p-30 * EPS + DBL_EPSILON, 1 + 100 * 0x1p-30, whole_mean(&level, 0));
+}
+
+/* A that is not a sum of 1 and a short number is not rounded to one: the same error at every step would add up. */
+TEST(predict_decays_by_all_of_A)
+{
+    PROCESS(decay, 1, 0);
+    FILTER(level, 1);
+    static const num one[] = {1}, zero[] = {0}, rate[] = {N(0.3)};
+    ASSERT_OK(K(process_init)(&decay, rate, NULL, zero));
+    ASSERT_OK(K(filter_init)(&level, one, zero));
+    ASSERT_OK(K(predict)(&level, &decay, NULL));
+    ASSERT_WITHIN(EPS * EPS + DBL_EPSILON, (double)rate[0], whole_mean(&level, 0));
 }
 
 /* ------------------------------------------------------- mean, sigma, covariance, events */
