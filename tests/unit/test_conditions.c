@@ -93,6 +93,8 @@ TEST(fields_of_a_process)
     ASSERT_REFUSED_WITH(motion.process.controls, 200, KQ_ERR_TABLE, S(process_check)(&motion.process));
     ASSERT_REFUSED_WITH(motion.process.states, 200, KQ_ERR_TABLE, S(process_check)(&motion.process));
     motion.process.seal = 0;
+    ASSERT_REFUSED_WITH(motion.process.controls, 200, KQ_ERR_TABLE, S(process_check)(&motion.process));
+    ASSERT_REFUSED_WITH(motion.process.transition, NULL, KQ_ERR_TABLE, S(process_check)(&motion.process));
     ASSERT_REFUSED_WITH(motion.process.plain, 2, KQ_ERR_TABLE, S(process_check)(&motion.process)); /* A is upper triangular */
     ASSERT_REFUSED_WITH(motion.process.fingerprint, 1, KQ_ERR_TABLE, S(process_check)(&motion.process));
     motion.process.fingerprint = 0; /* a table has none */
