@@ -75,14 +75,13 @@ def tree_of(chosen):
 
 def build(work, chosen):
     """Programs of the sources with all mutants; where a build is there, of what has changed"""
-    for path, text in tree_of(chosen).items():
+    for path, text in {**tree_of(chosen), "choice.h": CHOICE.encode()}.items():
         target = work / "tree" / path
         if not target.exists() or target.read_bytes() != text:
             target.parent.mkdir(parents=True, exist_ok=True)
             target.write_bytes(text)
-    (work / "choice.h").write_text(CHOICE)
     subprocess.run(["cmake", "-S", work / "tree", "-B", work / "build", "-G", "Ninja", "-DCMAKE_BUILD_TYPE=None", f"-DKALMANQ_UNITY_DIR={ROOT / '.deps/unity/src'}",
-                    f"-DCMAKE_C_FLAGS=-O1 -w -include {work / 'choice.h'}"], check=True, stdout=subprocess.DEVNULL)
+                    f"-DCMAKE_C_FLAGS=-O1 -w -include {work / 'tree/choice.h'}"], check=True, stdout=subprocess.DEVNULL)
     programs = sorted({Path(command[0]).name for _, command in commands(work)})
     done = subprocess.run(["cmake", "--build", work / "build", "--parallel", "2", "--target", *programs], capture_output=True, text=True)
     if done.returncode:
@@ -140,6 +139,27 @@ def known(path):
     return dict(line.rsplit(" || ", 1) for line in path.read_text().splitlines()) if path.exists() else {}
 
 
+def run_all(work, chosen, numbers, jobs):
+    """{key: end} of these numbers and of others that ran before"""
+    path = work / f"ends-{digest()}.txt"
+    ends = known(path)
+    todo = [number for number in numbers if key_of(chosen[number]) not in ends]
+    if not todo:
+        return ends
+    build(work, chosen)
+    suites = sorted((Suite(*one) for one in commands(work)), key=lambda one: one.seconds)
+
+    def judge(number):
+        key = key_of(chosen[number])
+        ends[key] = end_of(number, suites)
+        with path.open("a") as file:
+            file.write(f"{key} || {ends[key]}\n")
+
+    with ThreadPoolExecutor(jobs) as pool:
+        list(pool.map(judge, todo))
+    return ends
+
+
 def explained():
     """{key: reason} of survivors.txt"""
     rows = [line for line in Path(__file__).with_name("survivors.txt").read_text().splitlines() if line and not line.startswith("#")]
@@ -163,7 +183,7 @@ def report(chosen, ends, rows, is_whole):
         key, end = key_of(mutant), ends[key_of(mutant)]
         why = rows.get(key, "gap: no row").split(":")[0] if end in ("survived", "not reached") else "killed"
         if why == "killed":
-            killers[end] += 1
+            killers[re.sub(r"^(unit(?:\.sanitized|\.checked)?)\.\w+\.(?=\w+$)", r"\1.", end)] += 1
         elif key not in rows or why not in REASONS:
             failed.append(f"survives, and survivors.txt does not say why: {key} || {end}")
         for table_of, name in (("kind", mutant.kind), ("folder", mutant.file.split("/")[0]), ("", "all")):
@@ -192,21 +212,8 @@ def main():
     finder = find()
     chosen = sample(finder.found, asked.count, asked.seed)
     print(f"{len(finder.found)} places of {len(KINDS)} kinds; left out: " + ", ".join(f"{why} {n}" for why, n in finder.left_out.most_common()), flush=True)
-    build(asked.work, chosen)
-    suites = sorted((Suite(*one) for one in commands(asked.work)), key=lambda one: one.seconds)
-    path = asked.work / f"ends-{digest()}.txt"
-    ends = known(path)
-
-    def judge(number):
-        key = key_of(chosen[number])
-        if key not in ends:
-            ends[key] = end_of(number, suites)
-            with path.open("a") as file:
-                file.write(f"{key} || {ends[key]}\n")
-
     numbers = range(part - 1, len(chosen), of)
-    with ThreadPoolExecutor(asked.jobs) as pool:
-        list(pool.map(judge, numbers))
+    ends = run_all(asked.work, chosen, numbers, asked.jobs)
     return report([chosen[number] for number in numbers], ends, explained(), of == 1)
 
 

@@ -514,6 +514,16 @@ TEST(a_step_of_the_full_filter_is_a_predict_and_an_update)
 }
 
 #ifdef KQ_TEST_Q31
+/* An update that leaves the word in between does not take the filter for a plain one. */
+TEST_Q31(a_mean_that_comes_back_leaves_the_freeze_attached)
+{
+    static const double far[] = {200, 200};
+    memcpy(z, measured(&radar.sensor, far), sizeof z);
+    ASSERT_OK(kq_step_q31(&track, &motion.process, NULL, &radar.sensor, z));
+    TEST_ASSERT_EQUAL_HEX(KQ_EVENT_SATURATED, kq_events_q31(&track));
+    ASSERT_OK(kq_filter_check_q31(&track));
+}
+
 /* A frozen mean that its word does not hold */
 TEST_Q31(a_frozen_mean_that_leaves_its_word_is_held)
 {
