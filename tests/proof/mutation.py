@@ -147,7 +147,6 @@ def run_all(work, chosen, numbers, jobs):
     if not todo:
         return ends
     build(work, chosen)
-    suites = sorted((Suite(*one) for one in commands(work)), key=lambda one: one.seconds)
 
     def judge(number):
         key = key_of(chosen[number])
@@ -156,6 +155,7 @@ def run_all(work, chosen, numbers, jobs):
             file.write(f"{key} || {ends[key]}\n")
 
     with ThreadPoolExecutor(jobs) as pool:
+        suites = sorted(pool.map(lambda one: Suite(*one), commands(work)), key=lambda one: one.seconds)
         list(pool.map(judge, todo))
     return ends
 

@@ -230,18 +230,6 @@ TEST(predict_keeps_increments_below_the_last_bit_of_the_mean)
     ASSERT_WITHIN(100 * 0x1p-30 * EPS + DBL_EPSILON, 1 + 100 * 0x1p-30, whole_mean(&level, 0));
 }
 
-/* A that is not a sum of 1 and a short number is not rounded to one: the same error at every step would add up. */
-TEST(predict_decays_by_all_of_A)
-{
-    PROCESS(decay, 1, 0);
-    FILTER(level, 1);
-    static const num one[] = {1}, zero[] = {0}, rate[] = {N(0.3)};
-    ASSERT_OK(K(process_init)(&decay, rate, NULL, zero));
-    ASSERT_OK(K(filter_init)(&level, one, zero));
-    ASSERT_OK(K(predict)(&level, &decay, NULL));
-    ASSERT_WITHIN(EPS * EPS + DBL_EPSILON, (double)rate[0], whole_mean(&level, 0));
-}
-
 /* ------------------------------------------------------- mean, sigma, covariance, events */
 
 TEST(covariance_is_exactly_symmetric)
