@@ -66,7 +66,7 @@ set(KALMANQ_LONG tools.design tools.design_costs cost.table_and_goals tools.equa
 # The core's tests for every day that need a C and a C++ compiler, CMake, Eigen and Python without libraries: the target `alone`
 # builds them, and they have that label.
 set(KALMANQ_ALONE "^(unit[.]|fuzz[.]|campaign|house[.]|flags[.]gcc|vectors[.](host|falsified|generator)[.]|vectors[.]sanitized|reference[.])")
-set(KALMANQ_NOT_ALONE "msan|clang|^reference[.](steady|continuous|correlated|nonlinear|nonlinear_q31)$")
+set(KALMANQ_NOT_ALONE "msan|clang|mutation|^reference[.](steady|continuous|correlated|nonlinear|nonlinear_q31)$")
 add_custom_target(alone)
 
 # kalmanq_test(NAME [MATRIX] [FIGURES] [PASS REGEX] [PROCESSORS N] [NEEDS TARGET_OR_FILE...] COMMAND ...)

@@ -4,11 +4,12 @@
 #   tools/proof.sh coverage      statements, branch sides and MC/DC of src, as the unit tests reach them
 #   tools/proof.sh static        what gcc -fanalyzer, clang-tidy and cppcheck say of src
 #   tools/proof.sh fuzz          ten minutes each of f32, f64 and q31, of calls of all objects in any order, by libFuzzer
+#   tools/proof.sh mutation [PART/OF]   a thousand faults of src, which of them the unit tests and vectors miss; or a part of these
 # tests/PROOF.md has what was found.
 set -euo pipefail
 root=$(cd "$(dirname "${BASH_SOURCE[0]}")/.." && pwd)
 build="$root/build/proof"
-all_parts=(coverage static fuzz)
+all_parts=(coverage static fuzz mutation) share=1/1
 
 # shellcheck source=tools/setup.sh
 . "$root/tools/setup.sh"
@@ -47,6 +48,13 @@ part_fuzz() {
     sed -n 's/:number_of_executed_units: */ executions: /p' "$build/fuzz.log"
 }
 
+# shellcheck disable=SC2329
+part_mutation() {
+    echo "## Mutation"
+    echo
+    "$KQ_PYTHON" -B "$root/tests/proof/mutation.py" "$build/mutation" --part "$share" --jobs "$(nproc)"
+}
+
 # what a page has to name: when, of what, by what
 heading() {
     echo "# Evidence"
@@ -56,16 +64,19 @@ heading() {
     echo
 }
 
-case ${1:-} in -h | --help) sed -n '2,7s/^# \{0,1\}//p' "$0" && exit ;; esac
+case ${1:-} in -h | --help) sed -n '2,8s/^# \{0,1\}//p' "$0" && exit ;; esac
 [ $# -gt 0 ] || set -- "${all_parts[@]}"
+parts=()
 for part in "$@"; do
+    case $part in [0-9]*/[0-9]*) share=$part && continue ;; esac
+    parts+=("$part")
     declare -F "part_$part" >/dev/null || { echo "proof.sh: no part $part; there are: ${all_parts[*]}" >&2 && exit 1; }
 done
-kq_setup_many build unity interpreter proof
+kq_setup_many build unity interpreter proof syntax
 mkdir -p "$build"
 heading "$@" >"$build/proof.md"
 failed=0
-for part in "$@"; do
+for part in "${parts[@]}"; do
     "part_$part" | tee -a "$build/proof.md" || failed=1
 done
 echo "The page is build/proof/proof.md."

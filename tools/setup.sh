@@ -12,6 +12,7 @@
 #   kq_setup cores     compilers, C libraries and emulators for Arm, RISC-V and AVR
 #   kq_setup clang     clang with its sanitizers
 #   kq_setup proof     clang 19 and llvm 19, which know of MC/DC (proof.sh)
+#   kq_setup syntax    KQ_PYTHON with clang's syntax trees, too
 #   kq_setup eigen     the library of the textbooks' filters;  package: pkg-config
 #   kq_setup scipy     KQ_PYTHON with SciPy, too
 #   kq_setup wasm      clang and its linker for WebAssembly: kalmanq tune has the library in that
@@ -95,6 +96,7 @@ kq_python_packages() { printf 'python3-%s\n' "${kq_modules[@]}" | sed 's/elftool
 kq_setup_interpreter() { kq_have python3 || kq_install python3; }
 kq_setup_python() { kq_python numpy matplotlib typer rich; }
 kq_setup_scipy() { kq_python numpy scipy; }
+kq_setup_syntax() { kq_python clang; }
 
 # kq_source PACKAGE: Debian's source package of that name, in the current folder.  The source lists are a copy with deb-src
 # switched on: the machine's own stay as they are.

@@ -46,6 +46,7 @@ groups_of() { # [NAME]
     package*) echo package cores tools wheel rust micropython packagers ;;
     flags.gcc | flags.gcc.*) ;;
     flags*) echo clang ;;
+    house | house.m*) echo interpreter syntax ;;
     readme* | house* | tools.shared*) echo interpreter ;;
     tools) echo tools clang cores cost peers browser ;;
     tools.tune*) echo tools browser ;;
@@ -62,9 +63,9 @@ groups_of() { # [NAME]
     em*) echo peers ;;
     peers*) echo tools peers ;;
     example*) echo tools cores python scipy ;;
-    core) echo clang cores package python scipy eigen interpreter ${is_all:+ packagers} ;;
+    core) echo clang cores package python scipy eigen interpreter syntax ${is_all:+ packagers} ;;
     shelf) echo clang cores package python scipy cost peers tools ${is_all:+ wheel rust micropython packagers} ;;
-    *) echo clang cores package python scipy cost eigen peers browser tools ${is_all:+ wheel rust micropython packagers} ;;
+    *) echo clang cores package python scipy cost eigen peers browser tools syntax ${is_all:+ wheel rust micropython packagers} ;;
     esac
 }
 

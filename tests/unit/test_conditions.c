@@ -27,6 +27,7 @@ TEST(flags_of_a_filter)
     ASSERT_OK(S(filter_check)(&track));
     ASSERT_REFUSED_WITH(track.plain, 3, KQ_ERR_TABLE, S(filter_check)(&track));
     ASSERT_REFUSED_WITH(track.events, 0xffff, KQ_ERR_TABLE, S(filter_check)(&track));
+    ASSERT_REFUSED_WITH(track.events, 2 * KQ_EVENT_CONTRADICTION - 1, KQ_OK, S(filter_check)(&track));
     ASSERT_REFUSED_WITH(track.ready, 0, KQ_ERR_NOT_READY, S(filter_check)(&track));
     ASSERT_REFUSED_WITH(track.ready, 2, KQ_ERR_TABLE, S(filter_check)(&track));
     ASSERT_REFUSED_WITH(track.ready, 1 | 8, KQ_ERR_TABLE, S(filter_check)(&track));
@@ -92,6 +93,8 @@ TEST(fields_of_a_process)
     ASSERT_REFUSED_WITH(motion.process.controls, 200, KQ_ERR_TABLE, S(process_check)(&motion.process));
     ASSERT_REFUSED_WITH(motion.process.states, 200, KQ_ERR_TABLE, S(process_check)(&motion.process));
     motion.process.seal = 0;
+    ASSERT_REFUSED_WITH(motion.process.controls, 200, KQ_ERR_TABLE, S(process_check)(&motion.process));
+    ASSERT_REFUSED_WITH(motion.process.transition, NULL, KQ_ERR_TABLE, S(process_check)(&motion.process));
     ASSERT_REFUSED_WITH(motion.process.plain, 2, KQ_ERR_TABLE, S(process_check)(&motion.process)); /* A is upper triangular */
     ASSERT_REFUSED_WITH(motion.process.fingerprint, 1, KQ_ERR_TABLE, S(process_check)(&motion.process));
     motion.process.fingerprint = 0; /* a table has none */
@@ -108,6 +111,8 @@ TEST(fields_of_a_sensor)
     ASSERT_REFUSED_WITH(radar.sensor.kind, NULL, KQ_ERR_TABLE, S(sensor_check)(&radar.sensor));
     TEST_ASSERT_EQUAL_INT(1, radar.sensor.selects[0]);
     radar.sensor.seal = 0;
+    ASSERT_REFUSED_WITH(radar.sensor.states, 200, KQ_ERR_TABLE, S(sensor_check)(&radar.sensor));
+    ASSERT_REFUSED_WITH(radar.sensor.measurement, NULL, KQ_ERR_TABLE, S(sensor_check)(&radar.sensor));
     ASSERT_REFUSED_WITH(radar.sensor.selects[0], 2, KQ_ERR_TABLE, S(sensor_check)(&radar.sensor));
     radar.sensor.selects[0] = 0; /* slower, and right */
     ASSERT_OK(S(sensor_check)(&radar.sensor));

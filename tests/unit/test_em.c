@@ -382,6 +382,32 @@ TEST(test_noise_through_a_factor)
     }
 }
 
+/* (F q F')_ij of two noises */
+static num through_factor(const num *F, const num *q, int i, int j)
+{
+    num total = 0;
+    for (int k = 0; k < 4; k++) total += F[2 * i + k / 2] * q[k] * F[2 * j + k % 2];
+    return total;
+}
+
+/* As many noises as states: Q = F q F' at the end, too. */
+TEST(test_two_noises_through_a_factor)
+{
+    static const num F[] = {0.5, 1, 1, 0};
+    static num q[] = {0.25, 0.125, 0.125, 0.5};
+    for (int k = 0; k < 4; k++) model.Q[k] = through_factor(F, q, k / 2, k % 2);
+    other_parameters.F = F;
+    other_parameters.noises = 2;
+    other_parameters.Q = q;
+    ASSERT_OK(K(em_init)(&em, &parameters, NULL, recordings, 1));
+    ASSERT_OK(K(em_init)(&twin, &other_parameters, NULL, recordings, 1));
+    for (int k = 0; k < 5; k++) {
+        ASSERT_OK(K(em_iterate)(&em));
+        ASSERT_OK(K(em_iterate)(&twin));
+    }
+    for (int k = 0; k < 4; k++) ASSERT_CLOSE(through_factor(F, q, k / 2, k % 2), model.Q[k], 4);
+}
+
 /* Rows that the noise does not move stay as they are. */
 TEST(test_a_singular_noise_holds_rows_of_A)
 {
@@ -614,6 +640,15 @@ TEST(test_init_refuses_sizes)
     choice.free = KQ_EM_ALL;
     ASSERT_REFUSED_WITH(choice.Q_form, (kq_em_form)(KQ_EM_MULTIPLE + 1), KQ_ERR_SIZE, init());
     ASSERT_REFUSED_WITH(choice.R_form, (kq_em_form)(KQ_EM_MULTIPLE + 1), KQ_ERR_SIZE, init());
+}
+
+TEST(test_there_may_be_16_controls)
+{
+    static num to_each[2 * KQ_SIZE_MAX], drives[KQ_SIZE_MAX * (STEPS - 1)];
+    parameters.B = to_each;
+    parameters.controls = KQ_SIZE_MAX;
+    recordings[0].u = recordings[1].u = drives;
+    ASSERT_OK(init());
 }
 
 TEST(test_init_refuses_numbers)

@@ -157,6 +157,15 @@ TEST(init_uses_the_upper_triangle)
     ASSERT_SAME_FILTER(&twin, &track, 2);
 }
 
+TEST(a_covariance_may_be_8_roundings_from_symmetric)
+{
+    P0[0] = P0[3] = 1;
+    P0[2] = N(0.5 + 7.5 * EPS);
+    ASSERT_OK(init());
+    P0[2] = N(0.5 + 8.5 * EPS);
+    ASSERT_REFUSED(KQ_ERR_NOT_SYMMETRIC, init());
+}
+
 TEST(init_begins_a_new_run)
 {
     reading fresh, again;

@@ -216,7 +216,11 @@ TEST_Q31(a_mean_that_leaves_its_word_is_held)
     ASSERT_OK(change_transition(&motion, N, moving));
     ASSERT_OK(begin(gains, GAINS));
     memcpy(u, driven(&motion.process, most, 1), sizeof u);
-    for (int t = 0; t < 3000; t++) ASSERT_OK(kq_steady_predict_q31(&steady, u));
+    for (int t = 0; t < 3000; t++) {
+        ASSERT_OK(kq_steady_predict_q31(&steady, u));
+        const int is_held = kq_steady_mean_q31(&steady, 0) == INT32_MAX || kq_steady_mean_q31(&steady, 1) == INT32_MAX;
+        if (!is_held) TEST_ASSERT_EQUAL_HEX(0, kq_steady_events_q31(&steady));
+    }
     TEST_ASSERT_EQUAL_HEX(KQ_EVENT_SATURATED, kq_steady_events_q31(&steady));
     TEST_ASSERT_EQUAL_INT32(INT32_MAX, kq_steady_mean_q31(&steady, 0));
     kq_steady_events_clear_q31(&steady);
@@ -507,6 +511,41 @@ TEST(a_step_of_the_full_filter_is_a_predict_and_an_update)
         TEST_ASSERT_EQUAL_INT(0, S(freeze_is_active)(&lazy));
         ASSERT_SAME_BITS(other_memory, track_memory);
     }
+}
+
+#ifdef KQ_TEST_Q31
+/* An update that leaves the word in between does not take the filter for a plain one. */
+TEST_Q31(a_mean_that_comes_back_leaves_the_freeze_attached)
+{
+    static const double far[] = {200, 200};
+    memcpy(z, measured(&radar.sensor, far), sizeof z);
+    ASSERT_OK(kq_step_q31(&track, &motion.process, NULL, &radar.sensor, z));
+    TEST_ASSERT_EQUAL_HEX(KQ_EVENT_SATURATED, kq_events_q31(&track));
+    ASSERT_OK(kq_filter_check_q31(&track));
+}
+
+/* A frozen mean that its word does not hold */
+TEST_Q31(a_frozen_mean_that_leaves_its_word_is_held)
+{
+    static const double most[] = {10}, far[] = {200, 200};
+    settle();
+    kq_events_clear_q31(&track);
+    memcpy(u, driven(&motion.process, most, 1), sizeof u);
+    memcpy(z, measured(&radar.sensor, far), sizeof z);
+    for (int t = 0; t < 20; t++) ASSERT_OK(kq_step_q31(&track, &motion.process, u, &radar.sensor, z));
+    TEST_ASSERT_EQUAL_INT(1, kq_freeze_is_active_q31(&lazy));
+    TEST_ASSERT_EQUAL_HEX(KQ_EVENT_SATURATED, kq_events_q31(&track));
+    TEST_ASSERT_EQUAL_INT32(INT32_MAX, kq_mean_q31(&track, 0));
+}
+#endif
+
+/* From 1 bit to the most; a freeze that begins anew is not frozen. */
+TEST(init_takes_each_number_of_bits_and_begins_anew)
+{
+    settle();
+    ASSERT_OK(S(freeze_init)(&lazy, BITS_MAX));
+    TEST_ASSERT_EQUAL_INT(0, S(freeze_is_active)(&lazy));
+    ASSERT_OK(S(freeze_init)(&lazy, 1));
 }
 
 TEST(other_sizes_are_refused)

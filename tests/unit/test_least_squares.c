@@ -385,6 +385,10 @@ TEST(the_residual_is_held)
     for (int k = 0; k < 40; k++) ASSERT_OK(add(k % 2, 1));
     const int64_t held = kq_least_squares_residual_q31(&fit);
     TEST_ASSERT_TRUE(held > 0 && held <= INT64_C(1) << 61);
+    fit.residual.sum = INT64_C(1) << 61; /* at its end it is no sum any more: it stays */
+    put_row(0, row, 2, 0, 1e4);
+    ASSERT_OK(add(0, 1));
+    TEST_ASSERT_TRUE(kq_least_squares_residual_q31(&fit) == INT64_C(1) << 61);
 #endif
 }
 

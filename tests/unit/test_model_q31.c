@@ -72,6 +72,12 @@ static void assert_formats_are_checked(kq_format_q31 *format, int count, initial
         for (int k = 0; k < COUNT(fractions); k++) {
             ASSERT_REFUSED_WITH(format[i].fraction, fractions[k], KQ_ERR_TABLE, init());
         }
+        const int32_t good = format[i].fraction;
+        format[i].fraction = KQ_FRACTION_MAX_Q31; /* a format, though nothing else may go with it */
+        TEST_ASSERT_TRUE(init() != KQ_ERR_TABLE);
+        format[i].fraction = KQ_FRACTION_MIN_Q31;
+        TEST_ASSERT_TRUE(init() != KQ_ERR_TABLE);
+        format[i].fraction = good;
     }
     ASSERT_OK(init());
 }

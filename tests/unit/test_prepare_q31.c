@@ -72,6 +72,8 @@ TEST(a_named_format_is_the_one_named)
     ASSERT_OK(kq_format_prepare_q31(&format[0], 0, 0.75, NULL));
     TEST_ASSERT_EQUAL_INT32(1, format[0].range);
     ASSERT_OK(kq_format_prepare_q31(&format[0], 15, 65535, NULL));
+    ASSERT_OK(kq_format_prepare_q31(&format[0], KQ_FRACTION_MIN_Q31, 0x1.8p94, NULL));
+    ASSERT_OK(kq_format_prepare_q31(&format[0], KQ_FRACTION_MAX_Q31, 0x1p-64, NULL));
     ASSERT_OK(kq_format_prepare_q31(&format[0], -3, 1e10, NULL));
     TEST_ASSERT_EQUAL_INT32(1250000000, format[0].range);
 }

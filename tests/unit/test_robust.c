@@ -184,6 +184,15 @@ TEST(a_run_of_rejections_ends_with_a_jump)
     TEST_ASSERT_EQUAL_INT(0, gate.rejected);
 }
 
+TEST(a_gate_takes_what_is_at_its_limit)
+{
+    ASSERT_OK(S(update)(&twin, &radar.sensor, seen(3, 1)));
+    gate.limit = S(nis)(&twin);
+    ASSERT_OK(S(update_robust)(&track, &radar.sensor, seen(3, 1), ALL, &gate));
+    TEST_ASSERT_EQUAL_INT(0, gate.rejected);
+    ASSERT_SAME_MEMORY();
+}
+
 TEST(a_gate_may_stay_closed)
 {
     gate.run = KQ_GATE_CLOSED;
@@ -669,6 +678,9 @@ TEST(a_history_that_is_full_or_smoothed_is_refused)
     record(&track, &tape);
     for (int t = 0; t < STEPS; t++) ASSERT_OK(S(predict)(&track, &motion.process, u));
     ASSERT_REFUSED(KQ_ERR_HISTORY_FULL, smooth_reweighted(&tape, &scaled, &motion, number(2), q));
+    record(&track, &tape);
+    ASSERT_OK(S(smooth_step)(&tape, NULL, NULL));
+    ASSERT_REFUSED(KQ_ERR_HISTORY_EMPTY, smooth_reweighted(&tape, &scaled, &motion, number(2), q));
     record(&track, &tape);
     ASSERT_OK(smooth_reweighted(&tape, &scaled, &motion, number(2), q));
     ASSERT_REFUSED(KQ_ERR_HISTORY_EMPTY, smooth_reweighted(&tape, &scaled, &motion, number(2), q));
