@@ -11,16 +11,8 @@
 #include <string>
 #include <vector>
 
-#include "../reference/random.hpp"
-
 namespace campaign
 {
-
-/// Random models of one kind.  What is given with the draw says which: the model's number, or how hard it is.
-template <class Drawn, class Given> struct Kind {
-    const char *name;
-    Drawn (*draw)(reference::Random &random, Given given);
-};
 
 /// Of a model: is a result wrong; does the event that is studied say so; does any
 struct Outcry {

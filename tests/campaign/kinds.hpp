@@ -6,7 +6,7 @@
 #include <stdexcept>
 #include <string>
 
-#include "claims.hpp"
+#include "kind.hpp"
 #include "low_noise.hpp"
 #include "model.hpp"
 #include "plants.hpp"

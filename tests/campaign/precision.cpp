@@ -21,6 +21,7 @@
 #include "../reference/ranges.hpp"
 #include "arrays.hpp"
 #include "claims.hpp"
+#include "kind.hpp"
 
 using namespace campaign;
 using reference::Random;
