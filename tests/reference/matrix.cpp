@@ -101,9 +101,10 @@ template <class Real> Matrix<Real> operator*(const Matrix<Real> &a, const Matrix
     Matrix<Real> product(a.rows(), b.cols());
     for (Index j = 0; j < b.cols(); ++j) {
         for (Index k = 0; k < a.cols(); ++k) {
-            if (b(k, j) == Real(0)) continue;
-            for (Index i = 0; i < a.rows(); ++i) {
-                if (a(i, k) != Real(0)) product(i, j) += a(i, k) * b(k, j);
+            const Real factor = b(k, j), *from = a.data() + k * a.rows();
+            Real *to = product.data() + j * a.rows();
+            for (Index i = 0; factor != Real(0) && i < a.rows(); ++i) {
+                if (from[i] != Real(0)) to[i] += from[i] * factor;
             }
         }
     }
