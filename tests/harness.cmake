@@ -58,8 +58,8 @@ math(EXPR last_resort "${KALMANQ_TIME_LIMIT} + 60") # the test itself stops what
 set(KALMANQ_LONG tools.design tools.design_costs cost.table_and_goals tools.equation_device tools.compiler tools.equations
     tools.times tools.nonlinear_times tools.report tools.fixed_device reference.random_models tools.equation_smoother
     studies.study tools.sensors tools.fit target.unit.avr.f32 tools.commands tools.time_columns tools.compiled_runs
-    tools.campaigns studies.examples tools.error_states unit.msan.q31 tools.nonlinear tools.tables
-    tools.compiled.few target.unit.m0.f32 em.reference studies.gallery tools.compiler_options reference.robust
+    tools.campaigns studies.examples tools.error_states tools.nonlinear tools.tables
+    tools.compiled.few em.reference studies.gallery tools.compiler_options reference.robust
     tools.offers house.rules target.unit.m0.q31 unit.msan.f32 reference.adaptation vectors.avr+port-gcc-Os.q31
     reference.nonlinear campaign reference.ordinary)
 

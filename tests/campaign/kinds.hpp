@@ -6,6 +6,7 @@
 #include <stdexcept>
 #include <string>
 
+#include "kind.hpp"
 #include "low_noise.hpp"
 #include "model.hpp"
 #include "plants.hpp"
@@ -14,12 +15,7 @@
 namespace campaign
 {
 
-struct Kind {
-    const char *name;
-    Model (*draw)(Random &random, std::uint64_t number);
-};
-
-const Kind kinds[] = {
+const Kind<Model, std::uint64_t> kinds[] = {
     {"hard", [](Random &random, std::uint64_t) { return hardModel(random, 1); }},
     {"narrow", [](Random &random, std::uint64_t) { return hardModel(random, 0x1p-12); }}, // true states close to x0
     {"noise_free", [](Random &random, std::uint64_t) { return wholeModel(random, 0.7); }},
@@ -32,7 +28,7 @@ const Kind kinds[] = {
 inline Model drawn(const std::string &kind, std::uint64_t seed, std::uint64_t number)
 {
     Random random(seed * 1000003U + number);
-    for (const Kind &one : kinds) {
+    for (const auto &one : kinds) {
         if (kind == one.name) return one.draw(random, number);
     }
     throw std::invalid_argument("no kind of models: " + kind);

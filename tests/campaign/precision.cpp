@@ -21,6 +21,7 @@
 #include "../reference/ranges.hpp"
 #include "arrays.hpp"
 #include "claims.hpp"
+#include "kind.hpp"
 
 using namespace campaign;
 using reference::Random;
@@ -214,25 +215,25 @@ template <> constexpr double beyondF32<kq::Q31>() { return 0x1p12; }
 
 // ------------------------------------------------------------------ kinds, and what they must fulfil
 
-struct Kind {
-    const char *name;
-    Plan (*draw)(Random &random, double ratio);
+/// What the study draws of a kind, which is given P0 / R
+struct Part {
+    Kind<Plan, double> kind;
     double least, most; // of log10 P0 / R in f32
     int every;          // of the models that are asked for
     const char *group;
 };
 
-const Kind kinds[] = {
-    {"ordinary", ordinary, 0, 0, 1, ""},
-    {"chain 12", sharpChain, 12, 12, 1, "sharp"},
-    {"dense 12", sharpDense, 12, 12, 1, "sharp"},
-    {"chain 13", sharpChain, 13, 13, 1, "sharp"},
-    {"dense 13", sharpDense, 13, 13, 1, "sharp"},
-    {"chain 14", sharpChain, 14, 14, 1, "sharp"},
-    {"dense 14", sharpDense, 14, 14, 1, "sharp"},
-    {"unseen", unseen, 4, 12, 1, ""},
-    {"long", lasting, 2, 6, 5, ""},
-    {"mixed", mixed, 1, 5, 1, ""},
+const Part parts[] = {
+    {{"ordinary", ordinary}, 0, 0, 1, ""},
+    {{"chain 12", sharpChain}, 12, 12, 1, "sharp"},
+    {{"dense 12", sharpDense}, 12, 12, 1, "sharp"},
+    {{"chain 13", sharpChain}, 13, 13, 1, "sharp"},
+    {{"dense 13", sharpDense}, 13, 13, 1, "sharp"},
+    {{"chain 14", sharpChain}, 14, 14, 1, "sharp"},
+    {{"dense 14", sharpDense}, 14, 14, 1, "sharp"},
+    {{"unseen", unseen}, 4, 12, 1, ""},
+    {{"long", lasting}, 2, 6, 5, ""},
+    {{"mixed", mixed}, 1, 5, 1, ""},
 };
 
 std::vector<Claim> claimsOf(const std::string &arithmetic)
@@ -269,11 +270,11 @@ template <class T> bool campaignOf(int models, std::uint64_t seed)
     const std::string name = kq::Api<T>::name;
     Random random(seed);
     Tally tally;
-    for (const Kind &kind : kinds) {
+    for (const Part &part : parts) {
         for (int k = 0; k < models; ++k) {
-            const double decades = kind.least < kind.most ? random.uniform(kind.least, kind.most) : kind.least;
+            const double decades = part.least < part.most ? random.uniform(part.least, part.most) : part.least;
             const double ratio = std::pow(10, decades) * beyondF32<T>();
-            if (k % kind.every == 0) study<T>(tally, kind.group, name + " " + kind.name, k, kind.draw(random, ratio));
+            if (k % part.every == 0) study<T>(tally, part.group, name + " " + part.kind.name, k, part.kind.draw(random, ratio));
         }
     }
     tally.print();

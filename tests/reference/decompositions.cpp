@@ -4,7 +4,9 @@
 #include <limits>
 #include <utility>
 
-#include <Eigen/Dense>
+#include <Eigen/Cholesky>
+#include <Eigen/Eigenvalues>
+#include <Eigen/QR>
 
 namespace reference
 {
@@ -92,16 +94,31 @@ PseudoInverse<Real> pseudoInverse(const Matrix<Real> &M, const Real &threshold)
 
 // ------------------------------------------------------------------ elimination
 
+// Written out: Eigen's root and its triangular solver, of three number types, take 20 seconds to compile.
 template <class Real> std::optional<Matrix<Real>> choleskyRoot(const Matrix<Real> &M)
 {
-    const Eigen::LLT<EigenMatrix<Real>> factors(M);
-    if (factors.info() != Eigen::Success) return std::nullopt;
-    return Matrix<Real>(factors.matrixL());
+    Matrix<Real> L = Matrix<Real>::Zero(M.rows(), M.rows());
+    for (Index j = 0; j < M.rows(); ++j) {
+        for (Index i = j; i < M.rows(); ++i) {
+            Real rest = M(i, j);
+            for (Index k = 0; k < j; ++k) rest -= L(i, k) * L(j, k);
+            if (i == j && !(rest > Real(0))) return std::nullopt;
+            L(i, j) = i == j ? squareRoot(rest) : rest / L(j, j);
+        }
+    }
+    return L;
 }
 
 template <class Real> Matrix<Real> solveLower(const Matrix<Real> &L, const Matrix<Real> &B)
 {
-    return L.template triangularView<Eigen::Lower>().solve(B);
+    Matrix<Real> X = B;
+    for (Index j = 0; j < X.cols(); ++j) {
+        for (Index i = 0; i < X.rows(); ++i) {
+            for (Index k = 0; k < i; ++k) X(i, j) -= L(i, k) * X(k, j);
+            X(i, j) /= L(i, i);
+        }
+    }
+    return X;
 }
 
 Matrix<Quad> solve(const Matrix<Quad> &M, const Matrix<Quad> &B)
@@ -128,7 +145,7 @@ Matrix<Quad> inverse(const Matrix<Quad> &M)
     return solve(M, Matrix<Quad>::Identity(M.rows(), M.rows()));
 }
 
-Matrix<double> inverse(const Matrix<double> &M) { return M.inverse(); }
+Matrix<double> inverse(const Matrix<double> &M) { return inverse(M.cast<Quad>()).cast<double>(); }
 
 /// R over the diagonal and Householder's vectors below it in place of M, and Q' X in place of X
 template <class Real> static void householder(Matrix<Real> &M, Matrix<Real> &X)
@@ -176,7 +193,10 @@ Matrix<double> samplingRoot(const Matrix<double> &covariance)
 
 Vector<long double> symmetricEigenvalues(const Matrix<long double> &M)
 {
-    const Eigen::SelfAdjointEigenSolver<EigenMatrix<long double>> solver(M, Eigen::EigenvaluesOnly);
+    // in two steps: the whole, which could yield vectors, takes 5 seconds more to compile
+    const Eigen::Tridiagonalization<EigenMatrix<long double>> form(M);
+    Eigen::SelfAdjointEigenSolver<EigenMatrix<long double>> solver(M.rows());
+    solver.computeFromTridiagonal(form.diagonal(), form.subDiagonal(), Eigen::EigenvaluesOnly);
     if (solver.info() == Eigen::Success) return solver.eigenvalues();
     return Vector<long double>::Constant(M.rows(),
                                          std::numeric_limits<long double>::quiet_NaN());

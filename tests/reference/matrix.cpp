@@ -94,7 +94,22 @@ template <class Real> Matrix<Real> operator-(const Matrix<Real> &a, const Matrix
 }
 template <class Real> Matrix<Real> operator-(const Matrix<Real> &a) { return a * Real(-1); }
 
-template <class Real> Matrix<Real> operator*(const Matrix<Real> &a, const Matrix<Real> &b) { return a.lazyProduct(b); }
+// Models have many zeros, and a product of quadruple precision takes a hundred times as long as a look at its factor.
+template <class Real> Matrix<Real> operator*(const Matrix<Real> &a, const Matrix<Real> &b)
+{
+    eigen_assert(a.cols() == b.rows());
+    Matrix<Real> product(a.rows(), b.cols());
+    for (Index j = 0; j < b.cols(); ++j) {
+        for (Index k = 0; k < a.cols(); ++k) {
+            const Real factor = b(k, j), *from = a.data() + k * a.rows();
+            Real *to = product.data() + j * a.rows();
+            for (Index i = 0; factor != Real(0) && i < a.rows(); ++i) {
+                if (from[i] != Real(0)) to[i] += from[i] * factor;
+            }
+        }
+    }
+    return product;
+}
 
 template <class Real> bool operator==(const Matrix<Real> &a, const Matrix<Real> &b)
 {

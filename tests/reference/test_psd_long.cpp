@@ -1,10 +1,14 @@
 // P stays positive semi-definite for 20,000 steps in f32 and q31, where the sensor is up to eight
 // decades sharper than the prior: R = 1e-9 with P0 = 1e6, and R = 1e-4 with P0 = 1e8.  Beside it
 // the textbook filter in float, P - K H P, and the step at which it stops being one.
+//
+//     test_psd_long [seed [stride]]      2: each model with one of the two settings
 
 #include <cstdint>
 #include <cstdio>
+#include <iterator>
 #include <string>
+#include <utility>
 
 #include "accuracy.hpp"
 #include "library_run.hpp"
@@ -161,11 +165,15 @@ int main(int argc, char **argv)
     std::printf("%-42s %8s %8s   %8s %8s   %9s   %s\n", "", "all", "2nd half", "all", "2nd half",
                 "eigenval.", "indefinite at step");
     Verdict verdict;
-    for (const Setting &setting : settings) {
-        testModel(verdict, "n2 CV", constantVelocity(), setting, seed);
-        testModel(verdict, "n3 CA", constantAcceleration(), setting, seed);
-        testModel(verdict, "n4 m2 2-D CV", planarVelocity(), setting, seed);
-        testModel(verdict, "n4 m2 sums of states", sharpSums(), setting, seed);
+    const std::pair<const char *, NumericsModel> models[] = {{"n2 CV", constantVelocity()},
+                                                             {"n3 CA", constantAcceleration()},
+                                                             {"n4 m2 2-D CV", planarVelocity()},
+                                                             {"n4 m2 sums of states", sharpSums()}};
+    const std::size_t stride = amountOf(argc, argv, 1);
+    for (std::size_t s = 0; s < std::size(settings); ++s) {
+        for (std::size_t m = 0; m < std::size(models); ++m) {
+            if ((s + m) % stride == 0) testModel(verdict, models[m].first, models[m].second, settings[s], seed);
+        }
     }
     return verdict.finish();
 }

@@ -4,7 +4,8 @@
 #include "unchanged.h"
 
 #define ALL UINT32_MAX
-enum { STEPS = 8, REWEIGHTED = 6, LOSSES = 4 };
+enum { STEPS = 8, REWEIGHTED = 6 };
+enum { OF_HUBER, OF_STUDENT, OF_JUMP, OF_GATE, LOSSES }; /* a loss of each kind; those before OF_JUMP have weights */
 
 static process_model motion, scaled, direct;
 static sensor_model radar, coupled, twins;
@@ -401,7 +402,8 @@ TEST(what_the_plain_update_does_not_take_no_robust_one_takes)
     static const double values[][2] = {{1, 2}, {1, 1}, {0.5, -3}};
     for (int k = 0; k < COUNT(values) * COUNT(kinds); k++) {
         const kind of = kinds[k % COUNT(kinds)];
-        const word *z = seen(values[k / 3][0], values[k / 3][1]);
+        const double *said = values[k / COUNT(kinds)];
+        const word *z = seen(said[0], said[1]);
         ASSERT_OK(init_filter(&track, &wide));
         ASSERT_OK(init_filter(&twin, &wide));
         if (of != JUMP) attach_both();
@@ -443,13 +445,15 @@ static void assert_shifted(void)
 /* An innovation is a measurement of a filter at 0, correlated and independent, near and far. */
 TEST(every_update_takes_an_innovation)
 {
-    S(loss) losses[LOSSES] = {{.kind = HUBER, .parameter = number(1.5)}, {.kind = STUDENT, .parameter = number(4)},
-                              {.kind = JUMP, .parameter = number(36)}, {.kind = &S(loss_gate), .limit = score_of(36)}};
+    S(loss) losses[LOSSES] = {[OF_HUBER] = {.kind = HUBER, .parameter = number(1.5)},
+                              [OF_STUDENT] = {.kind = STUDENT, .parameter = number(4)},
+                              [OF_JUMP] = {.kind = JUMP, .parameter = number(36)},
+                              [OF_GATE] = {.kind = &S(loss_gate), .limit = score_of(36)}};
     S(loss) twins_of[LOSSES];
     entry twin_weights[2];
-    losses[0].weights = losses[1].weights = weights;
+    losses[OF_HUBER].weights = losses[OF_STUDENT].weights = weights;
     memcpy(twins_of, losses, sizeof losses);
-    twins_of[0].weights = twins_of[1].weights = twin_weights;
+    twins_of[OF_HUBER].weights = twins_of[OF_STUDENT].weights = twin_weights;
     put_prior(&at_zero, 2, range, none, P0);
     for (int k = 0; k < 4 * (LOSSES + 2); k++) {
         const int of = k / 4, is_far = k % 2;
@@ -461,13 +465,13 @@ TEST(every_update_takes_an_innovation)
         update_by(of, twins_of, &twin, &s->sensor, e);
         update_by(of, losses, &track, of_innovations(s), e);
         assert_shifted();
-        if (of < 2) {
+        if (of < OF_JUMP) {
             TEST_ASSERT_EQUAL_MEMORY(twin_weights, weights, sizeof weights);
             TEST_ASSERT_TRUE(!is_far || number_of(weights[0]) < 1);
         }
-        if (of == 2) TEST_ASSERT_EQUAL_INT(is_far, (S(events)(&track) & KQ_EVENT_JUMP) != 0);
-        if (of == 3) TEST_ASSERT_EQUAL_INT(is_far, losses[3].rejected);
-        losses[3].rejected = twins_of[3].rejected = 0;
+        if (of == OF_JUMP) TEST_ASSERT_EQUAL_INT(is_far, (S(events)(&track) & KQ_EVENT_JUMP) != 0);
+        if (of == OF_GATE) TEST_ASSERT_EQUAL_INT(is_far, losses[OF_GATE].rejected);
+        losses[OF_GATE].rejected = twins_of[OF_GATE].rejected = 0;
     }
 }
 
