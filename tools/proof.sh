@@ -3,12 +3,13 @@
 #   tools/proof.sh               all parts
 #   tools/proof.sh coverage      statements, branch sides and MC/DC of src, as the unit tests reach them
 #   tools/proof.sh static        what gcc -fanalyzer, clang-tidy and cppcheck say of src
+#   tools/proof.sh faults        turned bits in every object, and sensor faults over a flight of 100,000 rows
 #   tools/proof.sh fuzz          ten minutes of calls of all objects in any order, by libFuzzer, in f32 and in f64
 # tests/PROOF.md has what was found.
 set -euo pipefail
 root=$(cd "$(dirname "${BASH_SOURCE[0]}")/.." && pwd)
 build="$root/build/proof"
-all_parts=(coverage static fuzz)
+all_parts=(coverage static faults fuzz)
 
 # shellcheck source=tools/setup.sh
 . "$root/tools/setup.sh"
@@ -40,6 +41,21 @@ part_static() {
 }
 
 # shellcheck disable=SC2329
+part_faults() {
+    local tests="$root/build/test/tests/campaign" status=0 arithmetic
+    kq_quietly "$root/tools/test.sh" campaign.flight # and build/test is there
+    kq_quietly cmake --build "$root/build/test" --parallel "$(nproc)" --target turned_f32 turned_f64 turned_q31
+    echo "## Turned bits"
+    for arithmetic in f32 f64 q31; do
+        printf '\n%s:\n\n' "$arithmetic"
+        "$tests/turned_$arithmetic" 1 || status=$?
+    done
+    printf '\n## Sensor faults\n\n'
+    "$tests/flight" 100000 || status=$?
+    return "$status"
+}
+
+# shellcheck disable=SC2329
 part_fuzz() {
     echo "## Fuzzing"
     echo
@@ -56,7 +72,7 @@ heading() {
     echo
 }
 
-case ${1:-} in -h | --help) sed -n '2,7s/^# \{0,1\}//p' "$0" && exit ;; esac
+case ${1:-} in -h | --help) sed -n '2,8s/^# \{0,1\}//p' "$0" && exit ;; esac
 [ $# -gt 0 ] || set -- "${all_parts[@]}"
 for part in "$@"; do
     declare -F "part_$part" >/dev/null || { echo "proof.sh: no part $part; there are: ${all_parts[*]}" >&2 && exit 1; }
