@@ -340,22 +340,22 @@ enum { EARLY = 10 };
 
 static const scene scenes[] = {
     {"history", EARLY, begin_history, filtered, end_history, PLACE(history), 0, (size_t)LENGTH(HISTORY)(2, 1, BEFORE - EARLY + STEPS + 1, 0), {{5, 60}, {10, 2}}},
-    {"lag", EARLY, begin_lag, step_lag, NULL, PLACE(lag), 0, (size_t)LENGTH(LAG)(2, 1, LATE), {{5, 55}, {1, 0}}},
+    {"lag", EARLY, begin_lag, step_lag, NULL, PLACE(lag), 0, (size_t)LENGTH(LAG)(2, 1, LATE), {{5, 55}, {1, 2}}},
     {"delay", EARLY, begin_delay, step_delay, NULL, PLACE(lag), 0, (size_t)LENGTH(LAG)(2, 1, LATE), {{5, 40}, {1, 0}}},
-    {"instant", EARLY, begin_instant, step_instant, NULL, PLACE(instant), 0, (size_t)LENGTH(INSTANT)(2, 1), {{10, 60}, {5, 0}}},
-    {"diffuse start", BEFORE - 1, begin_start, step_start, end_start, PLACE(start), 0, (size_t)LENGTH(DIFFUSE)(2, 4), {{10, 55}, {5, 0}}},
+    {"instant", EARLY, begin_instant, step_instant, NULL, PLACE(instant), 0, (size_t)LENGTH(INSTANT)(2, 1), {{10, 60}, {5, 2}}},
+    {"diffuse start", BEFORE - 1, begin_start, step_start, end_start, PLACE(start), 0, (size_t)LENGTH(DIFFUSE)(2, 4), {{10, 60}, {5, 3}}},
 #if defined(KQ_TURNED_Q31)
-    {"adaptation", EARLY, begin_adaptation, step_filter, NULL, PLACE(adaptation), KQ_ADAPTATION_LEN_Q31(2, 1), KQ_ROOT_LEN_Q31(2), {{5, 15}, {5, 0}}},
+    {"adaptation", EARLY, begin_adaptation, step_filter, NULL, PLACE(adaptation), KQ_ADAPTATION_LEN_Q31(2, 1), KQ_ROOT_LEN_Q31(2), {{5, 15}, {5, 3}}},
 #else
-    {"adaptation", EARLY, begin_adaptation, step_filter, NULL, PLACE(adaptation), KQ_ADAPTATION_LEN_F32(2, 1), 0, {{5, 15}, {5, 0}}},
+    {"adaptation", EARLY, begin_adaptation, step_filter, NULL, PLACE(adaptation), KQ_ADAPTATION_LEN_F32(2, 1), 0, {{5, 15}, {5, 3}}},
     {"em", BEFORE, begin_em, step_em, NULL, PLACE(em), 0, (size_t)LENGTH(EM)(2, 1, ROWS), {{1, 35}, {1, 0}}},
 #endif
-    {"freeze", EARLY, begin_freeze, step_freeze, NULL, PLACE(freeze), 2, (size_t)LENGTH(FREEZE)(2), {{5, 35}, {15, 0}}},
+    {"freeze", EARLY, begin_freeze, step_freeze, NULL, PLACE(freeze), 2, (size_t)LENGTH(FREEZE)(2), {{5, 35}, {20, 0}}},
     {"loss, gate", EARLY, begin_gate, step_loss, NULL, PLACE(loss), 0, 0, {{5, 30}, {0, 0}}},
     {"loss, Student", EARLY, begin_student, step_loss, NULL, PLACE(loss), 1, 0, {{5, 55}, {1, 0}}},
-    {"steady", BEFORE, begin_steady, step_steady, NULL, PLACE(steady), 2, (size_t)LENGTH(STEADY)(2), {{30, 70}, {15, 0}}},
+    {"steady", BEFORE, begin_steady, step_steady, NULL, PLACE(steady), 2, (size_t)LENGTH(STEADY)(2), {{30, 70}, {20, 0}}},
     {"consistency", EARLY, begin_window, step_window, NULL, PLACE(window), 0, (size_t)LENGTH(CONSISTENCY)(1, WINDOW), {{10, 65}, {1, 0}}},
-    {"least squares", EARLY, begin_fit, step_fit, NULL, PLACE(fit), 0, 0, {{5, 25}, {0, 0}}},
+    {"least squares", EARLY, begin_fit, step_fit, NULL, PLACE(fit), 0, 0, {{5, 35}, {0, 0}}},
 };
 enum { SCENES = sizeof scenes / sizeof *scenes };
 
