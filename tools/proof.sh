@@ -2,14 +2,15 @@
 # Evidence beside the tests: each part writes its section of build/proof/proof.md, and fails if its goal is missed.
 #   tools/proof.sh               all parts
 #   tools/proof.sh coverage      statements, branch sides and MC/DC of src, as the unit tests reach them
-#   tools/proof.sh static        what gcc -fanalyzer, clang-tidy and cppcheck say of src
+#   tools/proof.sh static        what gcc -fanalyzer, clang-tidy, cppcheck and its addon for MISRA say of src and of generated C
+#   tools/proof.sh faults        turned bits in every object, and sensor faults over a flight of 100,000 rows
 #   tools/proof.sh fuzz          ten minutes each of f32, f64 and q31, of calls of all objects in any order, by libFuzzer
 #   tools/proof.sh mutation [PART/OF]   a thousand faults of src, which of them the unit tests and vectors miss; or a part of these
 # tests/PROOF.md has what was found.
 set -euo pipefail
 root=$(cd "$(dirname "${BASH_SOURCE[0]}")/.." && pwd)
 build="$root/build/proof"
-all_parts=(coverage static fuzz mutation) share=1/1
+all_parts=(coverage static faults fuzz mutation) share=1/1
 
 # shellcheck source=tools/setup.sh
 . "$root/tools/setup.sh"
@@ -33,11 +34,56 @@ part_coverage() {
     return "$status"
 }
 
+# A sample of what `kalmanq compile` writes: NAME.c of each line, from an example, with its options
+generated() {
+    local name model options python="$root/build/test/tools/tests/clean/bin/python"
+    kq_quietly "$root/tools/test.sh" tools.wheel # installs it there
+    rm -rf "$build/generated"
+    mkdir -p "$build/generated"
+    while read -r name model options; do
+        # shellcheck disable=SC2086
+        kq_quietly "$python" -B -m kalmanq compile "$root/tools/kalmanq/examples/$model" \
+            -o "$build/generated/$name.c" $options
+    done <<EOF
+straight_f32 track.toml
+straight_q31 track.toml --arith q31
+loops_f32 track.toml --loops --robust gate=4
+loops_q31 track.toml --loops --arith q31
+tunable_f32 track.toml --tunable
+lag_f32 constant_velocity.toml --lag 3
+student_f64 cart.toml --arith f64 --robust student=4 --nis
+smoother_f32 range_bearing.py --smooth 50 --iterate 2
+attitude_f32 attitude.py
+battery_f32 battery.py
+rows_f32 regression.toml
+library_f32 track.toml --library
+library_q31 track.toml --library --arith q31
+equations_f32 range_bearing.py --library
+EOF
+    rm "$build"/generated/*_test.c
+}
+
 # shellcheck disable=SC2329
 part_static() {
-    echo "## Static analysis of src/"
+    generated
+    echo "## Static analysis of src/ and of generated C"
     echo
-    python3 -B "$root/tests/proof/static.py"
+    python3 -B "$root/tests/proof/static.py" "$build"/generated/*.c
+}
+
+# shellcheck disable=SC2329
+part_faults() {
+    local tests="$root/build/test/tests/campaign" status=0 arithmetic
+    kq_quietly "$root/tools/test.sh" campaign.flight # and build/test is there
+    kq_quietly cmake --build "$root/build/test" --parallel "$(nproc)" --target turned_f32 turned_f64 turned_q31
+    echo "## Turned bits"
+    for arithmetic in f32 f64 q31; do
+        printf '\n%s:\n\n' "$arithmetic"
+        "$tests/turned_$arithmetic" 1 || status=$?
+    done
+    printf '\n## Sensor faults\n\n'
+    "$tests/flight" 100000 || status=$?
+    return "$status"
 }
 
 # shellcheck disable=SC2329

@@ -139,8 +139,8 @@ static inline void turn_row(int32_t *T, int n, int i, int32_t *u, scaled c, scal
     const scaled now[2] = {c, s}, other[2] = {scaled_negative(s), c};
     const int32_t E[2] = {T[KQ_TRIANGLE(n) + i], u[n]};
     int32_t p[2], q[2], now_exponent = lowest_exponent, other_exponent = lowest_exponent;
-    align(p, now, E, 1, 2, &now_exponent);
-    align(q, other, E, 1, 2, &other_exponent);
+    (void)align(p, now, E, 1, 2, &now_exponent);
+    (void)align(q, other, E, 1, 2, &other_exponent);
     uint32_t bits = 0;
     for (int j = i; j < n; j++) {
         int32_t *t = T + column(j) + i;

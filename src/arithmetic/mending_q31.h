@@ -83,7 +83,7 @@ KQ_COLD static scaled project_exactly(scaled *f, const int32_t *S, const scaled 
 {
     int32_t *c = &f[0].mantissa, *low = &rests[0].mantissa, exponent = lowest_exponent;
     uint32_t size = 0, far = 0;
-    align(c, h, exponents_of(S, n), 1, n, &exponent);
+    (void)align(c, h, exponents_of(S, n), 1, n, &exponent);
     const int32_t scale = exponent - 30;
     for (int k = 0; k < n; k++) {
         const int32_t a = h[k].mantissa, down = scale - h[k].exponent - S[KQ_TRIANGLE(n) + k];

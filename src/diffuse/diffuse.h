@@ -66,7 +66,7 @@ static kq_status diffuse_predict(filter *f, const process *p, const num *u)
     diffuse_open(s);
     past_push(s);
     past_predict(s, p);
-    predict_now(f, p, u);
+    (void)predict_now(f, p, u);
     unknown_advance(s, p);
     diffuse_forget(s);
     if (s->unknowns == 0) diffuse_end(s);

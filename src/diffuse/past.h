@@ -12,7 +12,7 @@
 /* S <- tria [0, rows], n rows of `width`, which are left holding reflectors */
 KQ_NOINLINE static void root_of_rows(num *S, num *rows, int width, int n, num *pq)
 {
-    triangularise(S, rows, width, 0, n, pq, SHAPE_FULL);
+    (void)triangularise(S, rows, width, 0, n, pq, SHAPE_FULL);
     renormalise(S, n);
 }
 

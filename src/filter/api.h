@@ -62,7 +62,7 @@ kq_status T(kq_step)(filter *f, const process *p, const num *u, const sensor *s,
     if (status) return status;
     status = update_check(f, s, z, UINT32_MAX);
     if (status) return status;
-    predict_now(f, p, u);
+    (void)predict_now(f, p, u);
     return s->kind->take(f, s, z, UINT32_MAX);
 }
 

@@ -36,7 +36,7 @@ static kq_status predict_plain(filter *f, const process *p, const num *u)
 {
     const kq_status status = predict_check(f, p, u);
     if (status) return status;
-    predict_now(f, p, u);
+    (void)predict_now(f, p, u);
     return KQ_OK;
 }
 

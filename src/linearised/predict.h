@@ -116,7 +116,7 @@ kq_status T(kq_predict_extended)(filter *f, const process *p, const num *d)
         ((const linearised_hooks *)f->attached->hooks)->predict(f, m, d);
     } else {
         if (f->attached) filter_set_attached(f, 0); /* a start that is over */
-        predict_linearised(f, m, d);
+        (void)predict_linearised(f, m, d);
     }
     return KQ_OK;
 }

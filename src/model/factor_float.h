@@ -31,7 +31,7 @@ KQ_COLD static void drop_pivots(num *S, int n, num rounding)
 KQ_COLD static void root_of_factor(num *restrict S, num *restrict F, int n, int width)
 {
     num pivots[REFLECTOR_LEN(KQ_SIZE_MAX)];
-    triangularise(S, F, width, 0, n, pivots, SHAPE_FULL);
+    (void)triangularise(S, F, width, 0, n, pivots, SHAPE_FULL);
     drop_pivots(S, n, 2 * num_epsilon);
 }
 

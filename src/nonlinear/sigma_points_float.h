@@ -37,7 +37,7 @@ kq_status T(kq_process_linearise)(process *p, const process *base, const num *A,
     if (p->states != n || p == base || p->memory == base->noise_root) return KQ_ERR_MISMATCH;
     if (!all_finite(A, n * n) || !all_finite(E, n * n)) return KQ_ERR_NOT_FINITE;
     if (!left_over_fits(E, n * n)) return KQ_ERR_RANGE;
-    T(kq_root_of_rows)(p->memory, E, base, pq);
+    (void)T(kq_root_of_rows)(p->memory, E, base, pq);
     p->noise_root = p->memory;
     p->controls = 0;
     p->control = 0;
@@ -137,7 +137,7 @@ static void predict_by_rows(filter *f, const process *own, const num *y, num *D,
     }
     const extent of_root = T(kq_root_of_rows)(filter_root(f), D, own, pq);
     if (f->attached) filter_set_attached(f, 0); /* a start that is over */
-    T(kq_predict_end)(f, y, of_root);
+    (void)T(kq_predict_end)(f, y, of_root);
 }
 
 kq_status T(kq_predict_sigma_points)(filter *f, const process *p, T(kq_function) *increment, void *context, kq_sigma_points rule,
@@ -152,7 +152,7 @@ kq_status T(kq_predict_sigma_points)(filter *f, const process *p, T(kq_function)
     status = sample(&q, y, D, E);
     if (status) return status;
     process own = *p;
-    T(kq_root_of_rows)(G, E, p, pq);
+    (void)T(kq_root_of_rows)(G, E, p, pq);
     own.noise_root = G;
     if (is_recorded(f)) return predict_explicitly(f, &own, y, D);
     predict_by_rows(f, &own, y, D, pq);

@@ -234,7 +234,7 @@ static void late_take_all(filter *f, T(kq_lag) *lag, uint32_t k, const reading *
         late_through(later, noise, m, map, n);
         filter_note(&then, late_turn_map(map, noise, m, later, n));
         then.memory = lag_slot(lag, age, n);
-        late_take(&then, m);
+        (void)late_take(&then, m);
         m = later;
         later = done;
     }

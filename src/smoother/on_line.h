@@ -59,7 +59,7 @@ KQ_KERNEL kq_status on_line_predict(filter *f, const process *p, const num *u,
     const kq_status status = predict_check(f, p, u);
     if (status) return status;
     if (on_line_goes_on(f)) move(f, p, u);
-    else predict_now(f, p, u);
+    else (void)predict_now(f, p, u);
     return KQ_OK;
 }
 

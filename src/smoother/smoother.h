@@ -209,7 +209,7 @@ static int history_knows_processes(const history *h)
     while (at.steps-- > 1) {
         if (!history_knows_process(&at)) return 0;
         at.used -= at.records * UPDATE_RECORD_LEN(at.states);
-        history_pop_predict(&at, &before, at.states);
+        (void)history_pop_predict(&at, &before, at.states);
         at.process = before;
     }
     return 1;

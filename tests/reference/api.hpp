@@ -55,7 +55,7 @@ template <> constexpr double epsilon<Q31>() { return 0x1p-29; }
     F(instant_smooth, T) F(update_robust, T) F(chi_square_limit, T) F(adaptation_init, T) \
     F(adaptation_scales, T) F(least_squares_add, T) F(least_squares_residual, T) F(forget, T) \
     F(consistency_assign, T) F(consistency_clear, T) F(consistency_watch, T) \
-    F(consistency_record, T) F(consistency_nis, T) F(consistency_innovation, T)
+    F(consistency_record, T) F(consistency_count, T) F(consistency_nis, T) F(consistency_innovation, T)
 #define KALMANQ_FLOAT_FUNCTIONS(F, T)                                                              \
     F(process_assign, T)                                                                           \
     F(process_init_factor, T) F(process_scale_noise, T) F(sensor_assign, T)                        \
