@@ -110,7 +110,7 @@ heading() {
     echo
 }
 
-case ${1:-} in -h | --help) sed -n '2,8s/^# \{0,1\}//p' "$0" && exit ;; esac
+case ${1:-} in -h | --help) sed -n '2,/^# tests.PROOF/s/^# \{0,1\}//p' "$0" && exit ;; esac
 [ $# -gt 0 ] || set -- "${all_parts[@]}"
 parts=()
 for part in "$@"; do
