@@ -11,6 +11,7 @@ import tempfile
 import threading
 import traceback
 import warnings
+from functools import lru_cache
 from pathlib import Path
 from typing import Any
 
@@ -21,6 +22,7 @@ from joblib.externals.loky import reusable_executor
 
 from kalmanq import command_line
 from kalmanq.commands import commands
+from kalmanq.compiler.templates import engine
 
 sys.argv, _argv = ["kalmanq"], sys.argv
 for _name in commands():
@@ -31,6 +33,8 @@ sys.argv = _argv
 def kalmanq(*arguments: object, folder: object = None, input: str | None = None) -> subprocess.CompletedProcess:
     """What subprocess.run of `python -m kalmanq ARGUMENTS` answers, with text captured"""
     said = [str(one) for one in arguments]
+    if said[:1] in (["compile"], ["design"], ["report"], ["tune"]):
+        _read_templates()
     with tempfile.TemporaryFile("w+b") as out, tempfile.TemporaryFile("w+b") as error:
         reads, writes = os.pipe()
         sys.stdout.flush(), sys.stderr.flush()
@@ -84,13 +88,20 @@ def in_two_processes(*arguments: object) -> list[Any]:
     """What --json says in two new processes, with other hashes of texts, of which the second one is disturbed"""
     made = []
     for seed in ("0", "1"):
-        other = subprocess.Popen([sys.executable, "-c", "while True: pass"]) if seed == "1" else None
+        other = subprocess.Popen([sys.executable, "-c", "for _ in range(30_000_000): pass"]) if seed == "1" else None
         done = subprocess.run([sys.executable, "-m", "kalmanq.command_line", *map(str, arguments), "--json"], capture_output=True, text=True,
                               env={**os.environ, "PYTHONHASHSEED": seed})
         if other:
-            other.kill()
+            other.kill(), other.wait()
         made.append(json.loads(done.stdout))
     return made
+
+
+@lru_cache(maxsize=None)
+def _read_templates() -> None:
+    """Of C, which each process would compile"""
+    for name in (environment := engine._environment()).list_templates(extensions=["j2"]):
+        environment.get_template(name)
 
 
 def _text(stream: object) -> str:

@@ -81,8 +81,13 @@ def models_to_write():
     return [*made[:5], low_noise, *made[5:]]
 
 
-@pytest.mark.parametrize("model", first(8, models_to_write()), ids=lambda model: model.name)
-@pytest.mark.parametrize("arithmetic", ["f32", "q31"])
+def in_an_arithmetic_each():
+    """Eight models in one arithmetic, and with --all in both"""
+    both = [(model, arithmetic) for turn in (0, 1) for k, model in enumerate(models_to_write()[:8]) for arithmetic in [("f32", "q31")[(k + turn) % 2]]]
+    return first(8, [*both, *((model, arithmetic) for model in models_to_write()[8:] for arithmetic in ("f32", "q31"))])
+
+
+@pytest.mark.parametrize("model, arithmetic", in_an_arithmetic_each(), ids=lambda one: getattr(one, "name", one))
 def test_the_c_file_does_what_the_twin_does(model, arithmetic, tmp_path):
     """At every row, of which some have gaps: the means, bit for bit."""
     record = with_holes(draw(model.changed(gaps=type(model.gaps)()), 32, seeds=[3])[0], 5)
@@ -520,7 +525,7 @@ def test_the_command_writes_a_filter(core, tmp_path):
 
 @MEASURED
 def test_what_does_not_fit_is_said(tmp_path):
-    done = kalmanq("design", EXAMPLES / "track.toml", "--core", "m0", "--way", "init", "--flash", 4, "-o", tmp_path)
+    done = kalmanq("design", EXAMPLES / "track.toml", "--core", "m4f", "--way", "init", "--flash", 4, "-o", tmp_path)
     assert done.returncode == 1 and not list(tmp_path.iterdir())
     assert "no way fits 4 kB of flash" in done.stderr and "Traceback" not in done.stderr
 
