@@ -54,7 +54,7 @@ def test_a_signal_leaves_no_folder(number: int, code: int, tmp_path: Path) -> No
     """While a compiler works on what is in it, which takes as long as the test waits"""
     path, folders = saved(tmp_path / "m.toml", model_file.text_of(kinematic(1, 2))), tmp_path / "folders"
     folders.mkdir()
-    saved(tmp_path / "cc", "#!/bin/sh\nexec sleep 600\n").chmod(0o755)
+    saved(tmp_path / "cc", "#!/bin/sh\nexec sleep 60\n").chmod(0o755)
     running = subprocess.Popen([sys.executable, "-m", "kalmanq.command_line", "compile", str(path), "-o",
                                 str(tmp_path / "cart.c")], stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True,
                                env={**os.environ, "TMPDIR": str(folders), "CC": str(tmp_path / "cc")})

@@ -161,8 +161,10 @@ class Pasts:
         return np.abs(gain - self.steady.gain.astype(float).astype(LONG)).max(axis=0), bound
 
 
-SETTLING = [make for make in ALL if compiled(make(), "x").steady is not None]
-SOON = [make for make in SETTLING if compiled(make(), "x").steady.samples < 500 and make is not drone]
+SETTLING = [make for make in ALL if make.__name__ not in ("scale", "quartz", "bldc", "variometer", "lift", "truckscale")]
+SOON = [make for make in SETTLING if make is not drone and make.__name__ not in (  # within 500 samples
+    "press", "tilt", "battery", "clock", "motor", "meter", "calendar", "borehole", "gnss_odo", "thermistors", "spindle", "tide", "airdata", "hydraulic",
+    "picoammeter", "gpsdo", "calorimeter")]
 
 
 @pytest.mark.parametrize("make, many", [*((make, False) for make in SOON), *first(0, [(make, True) for make in SETTLING])])
