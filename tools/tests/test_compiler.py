@@ -17,7 +17,7 @@ from equations import STRICT
 from library import cc, passes, saved, written
 from products import ALL, drone, gps, heart, interferometer, load_cell, rover, spring, tank, tilt, ultrasound, well
 from scipy.stats import chi2
-from whole import WHOLE, first
+from whole import WHOLE, first, paired
 
 import kalmanq
 from kalmanq import Model
@@ -257,8 +257,7 @@ class Pair:
             self.call("step", *self.next())
 
 
-@pytest.mark.parametrize("arithmetic", ARITHMETICS)
-@pytest.mark.parametrize("make", (gps, rover, heart, ultrasound))
+@pytest.mark.parametrize("make, arithmetic", paired((gps, rover, heart, ultrasound), ARITHMETICS))
 def test_settled_is_as_not_settled(make: Callable[[], Model], arithmetic: str, tmp_path: Path) -> None:
     pair = Pair(make(), arithmetic, tmp_path)
     m, none = pair.with_.of.m, np.full(pair.with_.of.m, np.nan)

@@ -8,6 +8,7 @@ import re
 import subprocess
 from dataclasses import replace
 from functools import lru_cache
+from itertools import product
 
 import numpy as np
 import pytest
@@ -18,7 +19,7 @@ from firmware_here import Firmware
 from library import EXAMPLES, ROOT, objects, saved, written
 from products import PRODUCTS
 from random_models import random_model
-from whole import MEASURED, WHOLE, first
+from whole import MEASURED, WHOLE, first, paired
 from kalmanq import KalmanqError, Model, ModelError, Quantity
 from kalmanq.commands.design import no_less
 from kalmanq.core import lib
@@ -81,13 +82,7 @@ def models_to_write():
     return [*made[:5], low_noise, *made[5:]]
 
 
-def in_an_arithmetic_each():
-    """Eight models in one arithmetic, and with --all in both"""
-    both = [(model, arithmetic) for turn in (0, 1) for k, model in enumerate(models_to_write()[:8]) for arithmetic in [("f32", "q31")[(k + turn) % 2]]]
-    return first(8, [*both, *((model, arithmetic) for model in models_to_write()[8:] for arithmetic in ("f32", "q31"))])
-
-
-@pytest.mark.parametrize("model, arithmetic", in_an_arithmetic_each(), ids=lambda one: getattr(one, "name", one))
+@pytest.mark.parametrize("model, arithmetic", [*paired(models_to_write()[:8], ("f32", "q31")), *first(0, product(models_to_write()[8:], ("f32", "q31")))], ids=lambda one: getattr(one, "name", one))
 def test_the_c_file_does_what_the_twin_does(model, arithmetic, tmp_path):
     """At every row, of which some have gaps: the means, bit for bit."""
     record = with_holes(draw(model.changed(gaps=type(model.gaps)()), 32, seeds=[3])[0], 5)
