@@ -13,7 +13,7 @@ static long double dot(int n, const long double *a, const long double *b)
 static void predict(const kq_exact *e, const long double *u, long double *x, long double *P)
 {
     const int n = e->n;
-    long double mean[KQ_EXACT_STATES], AP[KQ_EXACT_STATES * KQ_EXACT_STATES];
+    long double *mean = e->work, *AP = e->work + n;
     for (int i = 0; i < n; i++) {
         mean[i] = dot(n, e->A + i * n, x) + dot(e->l, e->B + i * e->l, u);
         for (int j = 0; j < n; j++) AP[i * n + j] = dot(n, e->A + i * n, P + j * n); /* P is symmetric */
@@ -39,7 +39,7 @@ static void take(const kq_exact *e, int component, long double z, long double *x
 {
     const int n = e->n;
     const long double *h = e->H + component * n;
-    long double row[KQ_EXACT_STATES], k[KQ_EXACT_STATES], left[KQ_EXACT_STATES];
+    long double *row = e->work, *k = row + n, *left = k + n;
     for (int i = 0; i < n; i++) row[i] = dot(n, h, P + i * n);
     const long double y = z - dot(n, h, x), spread = dot(n, h, row), r = weighed(e, y, spread, e->R[component]);
     for (int i = 0; i < n; i++) k[i] = row[i] / (spread + r);

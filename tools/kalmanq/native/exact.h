@@ -5,13 +5,12 @@
 #include <stddef.h>
 #include <stdint.h>
 
-enum { KQ_EXACT_STATES = 64 }; /* at most */
-
-/* A, Q: n x n; B: n x l; H: m x n; R: m variances.  nu: degrees of freedom of Student's noise, found by `steps` of EM; 0: normal noise */
+/* A, Q: n x n; B: n x l; H: m x n; R: m variances.  nu: degrees of freedom of Student's noise, found by `steps` of EM; 0: normal noise;
+   work: n x n + 3 n */
 typedef struct {
     int n, m, l, steps;
     const long double *A, *B, *H, *Q, *R;
-    long double nu;
+    long double nu, *work;
 } kq_exact;
 
 /* rows x l of u and rows x m of z; predicts, taken: of each row, does a step lead to it, and bits of the components that are taken.

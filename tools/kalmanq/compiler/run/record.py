@@ -103,7 +103,7 @@ def exact_of(given: Request, record: Record, taken: np.ndarray, first: Optional[
     covariances[0] = given.of.P0.astype(float) if first is None else first
     held = [_long(getattr(given.of, name).astype(float)) for name in ("A", "B", "H", "Q", "R")]
     z = record.z.astype(LONG) @ given.mixing.astype(LONG).T - given.offsets
-    exact = ffi.new("kq_exact *", (given.of.n, given.of.m, given.of.l, STUDENT_STEPS if nu else 0, *held, nu or 0.0))
+    exact = ffi.new("kq_exact *", (n, given.of.m, given.of.l, STUDENT_STEPS if nu else 0, *held, nu or 0.0, work := _long(np.empty(n * (n + 3)))))
     lib.kq_exact_run(exact, rows, ffi.from_buffer("uint8_t[]", np.ascontiguousarray(record.what & PREDICTS, np.uint8)),
                      ffi.from_buffer("uint32_t[]", np.ascontiguousarray(taken, np.uint32)), _long(record.u), _long(z), _long(means), _long(covariances))
     return means, covariances
