@@ -1,5 +1,5 @@
-"""The command line in a process of its own, which has imported all that commands need: `python -m kalmanq` would spend
-most of a short command's time on that.  Streams, exit code, signals and working directory are that process's."""
+"""The command line in a process of its own, in which the modules are that the command and those before it needed: `python -m kalmanq`
+would spend most of a short command's time on them.  Streams, exit code, signals and working directory are that process's."""
 
 from __future__ import annotations
 
@@ -11,39 +11,49 @@ import tempfile
 import threading
 import traceback
 import warnings
+from functools import lru_cache
+from importlib import import_module
 from pathlib import Path
 from typing import Any
 
-import matplotlib.pyplot  # noqa: F401
-import scipy.optimize  # noqa: F401
-import scipy.special  # noqa: F401
-from joblib.externals.loky import reusable_executor
-
 from kalmanq import command_line
 from kalmanq.commands import commands
+from kalmanq.compiler.templates import engine
 
-sys.argv, _argv = ["kalmanq"], sys.argv
-for _name in commands():
-    command_line.loaded(_name)
-sys.argv = _argv
+SLOW = ("matplotlib.pyplot", "scipy.optimize", "scipy.special", "joblib.externals.loky.reusable_executor")  # to import, which commands do late
 
 
 def kalmanq(*arguments: object, folder: object = None, input: str | None = None) -> subprocess.CompletedProcess:
     """What subprocess.run of `python -m kalmanq ARGUMENTS` answers, with text captured"""
     said = [str(one) for one in arguments]
-    with tempfile.TemporaryFile("w+b") as out, tempfile.TemporaryFile("w+b") as error:
+    _prepare(said[0] if said else "")
+    with tempfile.TemporaryFile("w+b") as out, tempfile.TemporaryFile("w+b") as error, tempfile.TemporaryFile("w+b") as needed:
         reads, writes = os.pipe()
         sys.stdout.flush(), sys.stderr.flush()
         child = os.fork()
         if child == 0:
             os.close(writes)
-            _run(said, folder, reads, out.fileno(), error.fileno())  # never returns
+            _run(said, folder, needed.fileno(), reads, out.fileno(), error.fileno())  # never returns
         os.close(reads)
         feeder = threading.Thread(target=_feed, args=(writes, (input or "").encode()))
         feeder.start()
         code = os.waitstatus_to_exitcode(os.waitpid(child, 0)[1])
         feeder.join()
+        for name in _text(needed).split():
+            import_module(name)
         return subprocess.CompletedProcess(said, code, *(_text(stream) for stream in (out, error)))
+
+
+@lru_cache(maxsize=None)
+def _prepare(command: str) -> None:
+    """What each process of the command would do again"""
+    if command in commands():
+        was, sys.argv = sys.argv, ["kalmanq"]
+        command_line.loaded(command)
+        sys.argv = was
+    if command in ("compile", "design", "report", "tune"):
+        for name in (environment := engine._environment()).list_templates(extensions=["j2"]):
+            environment.get_template(name)
 
 
 def succeeds(*arguments: object, **given: Any) -> subprocess.CompletedProcess:
@@ -84,11 +94,11 @@ def in_two_processes(*arguments: object) -> list[Any]:
     """What --json says in two new processes, with other hashes of texts, of which the second one is disturbed"""
     made = []
     for seed in ("0", "1"):
-        other = subprocess.Popen([sys.executable, "-c", "while True: pass"]) if seed == "1" else None
+        other = subprocess.Popen([sys.executable, "-c", "for _ in range(30_000_000): pass"]) if seed == "1" else None
         done = subprocess.run([sys.executable, "-m", "kalmanq.command_line", *map(str, arguments), "--json"], capture_output=True, text=True,
                               env={**os.environ, "PYTHONHASHSEED": seed})
         if other:
-            other.kill()
+            other.kill(), other.wait()
         made.append(json.loads(done.stdout))
     return made
 
@@ -106,8 +116,8 @@ def _feed(pipe: int, data: bytes) -> None:
         pass
 
 
-def _run(arguments: list[str], folder: object, *streams: int) -> None:
-    code = 1
+def _run(arguments: list[str], folder: object, needed: int, *streams: int) -> None:
+    code, had = 1, {one for one in SLOW if one in sys.modules}
     try:
         for number, stream in enumerate(streams):
             os.dup2(stream, number)
@@ -121,7 +131,8 @@ def _run(arguments: list[str], folder: object, *streams: int) -> None:
             warnings.simplefilter("ignore", silent)
         sys.argv = ["kalmanq", *arguments]
         sys.modules["__main__"] = command_line  # what workers import
-        reusable_executor._executor = None  # those of the parent do not hear this process
+        if SLOW[-1] in sys.modules:
+            sys.modules[SLOW[-1]]._executor = None  # those of the parent do not hear this process
         command_line.main()
         code = 0
     except SystemExit as ended:
@@ -133,4 +144,5 @@ def _run(arguments: list[str], folder: object, *streams: int) -> None:
             sys.stdout.flush()
         except BrokenPipeError:
             pass
+        os.write(needed, " ".join(one for one in SLOW if one in sys.modules and one not in had).encode())
         os._exit(code)

@@ -28,8 +28,7 @@ tried() { # COMPILER: $name of $folder on $core
 }
 
 same_digest() { # its test prints the digest that its comment has, where products are not fused
-    contract=off
-    tried "$gcc"
+    [ $contract = off ] || { contract=off && tried "$gcc"; } # otherwise it has just run
     digest=$(sed -n 's/.*ffp-contract=off).*: \([0-9a-f]*\)[.].*/\1/p' "$folder/${name}_test.c")
     grep -q "digest $digest\$" "$work/log" || { echo "$name on $core: not the digest $digest"; cat "$work/log"; exit 1; }
 }

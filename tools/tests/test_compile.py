@@ -51,12 +51,13 @@ def test_the_command_refuses_in_one_line_and_leaves_no_file(tmp_path: Path) -> N
 @pytest.mark.skipif(os.name != "posix", reason="no signals")
 @pytest.mark.parametrize("number, code", [(signal.SIGINT, 130), (signal.SIGTERM, 143)])
 def test_a_signal_leaves_no_folder(number: int, code: int, tmp_path: Path) -> None:
-    path, folders = tmp_path / "m.toml", tmp_path / "folders"
-    path.write_text(model_file.text_of(kinematic(3, 3)))
+    """While a compiler works on what is in it, which takes as long as the test waits"""
+    path, folders = saved(tmp_path / "m.toml", model_file.text_of(kinematic(1, 2))), tmp_path / "folders"
     folders.mkdir()
+    saved(tmp_path / "cc", "#!/bin/sh\nexec sleep 60\n").chmod(0o755)
     running = subprocess.Popen([sys.executable, "-m", "kalmanq.command_line", "compile", str(path), "-o",
                                 str(tmp_path / "cart.c")], stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True,
-                               env={**os.environ, "TMPDIR": str(folders)})
+                               env={**os.environ, "TMPDIR": str(folders), "CC": str(tmp_path / "cc")})
     while running.poll() is None and not list(folders.glob("kalmanq-compile-*")):
         time.sleep(0.01)
     running.send_signal(number)

@@ -17,7 +17,7 @@ from equations import STRICT
 from library import cc, passes, saved, written
 from products import ALL, drone, gps, heart, interferometer, load_cell, rover, spring, tank, tilt, ultrasound, well
 from scipy.stats import chi2
-from whole import WHOLE, first
+from whole import WHOLE, first, paired
 
 import kalmanq
 from kalmanq import Model
@@ -161,8 +161,10 @@ class Pasts:
         return np.abs(gain - self.steady.gain.astype(float).astype(LONG)).max(axis=0), bound
 
 
-SETTLING = [make for make in ALL if compiled(make(), "x").steady is not None]
-SOON = [make for make in SETTLING if compiled(make(), "x").steady.samples < 500 and make is not drone]
+SETTLING = [make for make in ALL if make.__name__ not in ("scale", "quartz", "bldc", "variometer", "lift", "truckscale")]
+SOON = [make for make in SETTLING if make is not drone and make.__name__ not in (  # within 500 samples
+    "press", "tilt", "battery", "clock", "motor", "meter", "calendar", "borehole", "gnss_odo", "thermistors", "spindle", "tide", "airdata", "hydraulic",
+    "picoammeter", "gpsdo", "calorimeter")]
 
 
 @pytest.mark.parametrize("make, many", [*((make, False) for make in SOON), *first(0, [(make, True) for make in SETTLING])])
@@ -255,8 +257,7 @@ class Pair:
             self.call("step", *self.next())
 
 
-@pytest.mark.parametrize("arithmetic", ARITHMETICS)
-@pytest.mark.parametrize("make", (gps, rover, heart, ultrasound))
+@pytest.mark.parametrize("make, arithmetic", paired((gps, rover, heart, ultrasound), ARITHMETICS))
 def test_settled_is_as_not_settled(make: Callable[[], Model], arithmetic: str, tmp_path: Path) -> None:
     pair = Pair(make(), arithmetic, tmp_path)
     m, none = pair.with_.of.m, np.full(pair.with_.of.m, np.nan)

@@ -8,6 +8,7 @@ import subprocess
 import sys
 from pathlib import Path
 
+import five
 import pytest
 from command import in_two_processes, json_of, kalmanq, succeeds
 from equations import path_of
@@ -125,15 +126,16 @@ def test_without_a_tool_there_are_no_figures(missing: str, said: str, tmp_path: 
     else:
         found = measured.find_spec
         monkeypatch.setattr(measured, "find_spec", lambda name: None if name == missing else found(name))
-    told = written(EXAMPLES / "track.toml", tmp_path / "x")
+    path = file_of(five.level(), tmp_path)
+    told = written(path, tmp_path / "x")
     assert told["costs"] == {} and told["not_measured"]["m3"] == said
     text = " ".join((tmp_path / "x" / f"{NAME}_report.txt").read_text().split())
     assert re.search(rf"Costs on m0, m3, m4f(, rv32)?: -\. {re.escape(said)}\.", text)
-    done = kalmanq("design", EXAMPLES / "track.toml", "--core", "m3", "--json")
+    done = kalmanq("design", path, "--core", "m3", "--json")
     made = json.loads(done.stdout)
     assert [one["instructions"] for one in made["ways"] if one["way"] == "compiled"] == [None, None] and made["chosen"]["way"] != "compiled"
-    shown = " ".join(kalmanq("design", EXAMPLES / "track.toml", "--core", "m3", "--way", "compiled", "-o", tmp_path).stdout.split())
-    assert f"Costs on m3: -. {said}." in shown and (tmp_path / "track.c").exists()
+    shown = " ".join(kalmanq("design", path, "--core", "m3", "--way", "compiled", "-o", tmp_path).stdout.split())
+    assert f"Costs on m3: -. {said}." in shown and (tmp_path / "level.c").exists()
     assert re.search(r"│ \* │ f32 │ compiled │ - │ - │ - │ - │ - │", shown)
 
 

@@ -17,7 +17,7 @@ from command import succeeds
 from equation_random import random_model
 from equations import path_of
 from library import EXAMPLES, STRICT, cc, objects, passes, written
-from whole import first
+from whole import first, paired
 
 import kalmanq as kalmanq_package
 from kalmanq.compiler.given.request import Options
@@ -34,6 +34,7 @@ ROOT, OWN = Path(__file__).resolve().parents[2], Path(__file__).parent / "equati
 MODELS = [EXAMPLES / "battery.py", EXAMPLES / "range_bearing.py", OWN / "attitude.py", OWN / "drift.py"]
 TIMED = [OWN / "timed" / f"{name}.py" for name in ("battery", "correlated", "radar", "vehicle")]  # of noises that are functions
 MORE = {"range_bearing": ("--iterate", 4)}  # options of a model
+ARITHMETICS = ("f32", "f64")
 MOST = {"f32": 1e-3, "f64": 1e-9}  # sigma
 ITERATIONS = 3
 SEEDS, ROWS = (1, 2, 3), 300
@@ -130,9 +131,8 @@ def apart(model: NonlinearModel, made: Sequence[np.ndarray], mean: np.ndarray, P
     return errors, np.abs((made[1] - P) / (sigma[:, :, None] * sigma[:, None, :])).max()
 
 
-@pytest.mark.parametrize("arithmetic", ["f32", "f64"])
-@pytest.mark.parametrize("path, iterate", [*((path, 1) for path in (*MODELS, *TIMED)), (MODELS[1], 4), (MODELS[3], 3), (TIMED[0], 3)],
-                         ids=lambda one: getattr(one, "stem", one))
+@pytest.mark.parametrize("path, iterate, arithmetic", paired(
+    [*((path, 1) for path in (*MODELS, *TIMED)), (MODELS[1], 4), (MODELS[3], 3), (TIMED[0], 3)], ARITHMETICS), ids=lambda one: getattr(one, "stem", one))
 def test_it_comes_to_what_straight_lines_in_double_come_to(path, iterate, arithmetic, tmp_path):
     model, options = read(path), Options(iterate=iterate)
     program, both = Program(compiled_device(model, "device", replace(options, arithmetic=arithmetic)), tmp_path), []
@@ -165,8 +165,7 @@ METHODS = [("extended", "drift"), ("extended", "timed/radar"), ("extended", "tim
            ("cubature", "drift")]
 
 
-@pytest.mark.parametrize("arithmetic", ["f32", "f64"])
-@pytest.mark.parametrize("method, name", first(7, METHODS))
+@pytest.mark.parametrize("method, name, arithmetic", [*paired(METHODS[:7], ARITHMETICS), *first(0, [(*one, T) for one in METHODS[7:] for T in ARITHMETICS])])
 def test_filters_and_smoothers_are_the_library_s_on_the_host(method, name, arithmetic, tmp_path):
     model, by_points = read(path_of(name)), method in ("cubature", "central")
     product = compiled_device(model, "device", Options(arithmetic, iterate=ITERATIONS if method == "iterated" else 1))
@@ -211,8 +210,7 @@ def bryson_frazier(model: NonlinearModel, z: np.ndarray, u: np.ndarray) -> np.nd
     return np.array(smoothed[::-1])
 
 
-@pytest.mark.parametrize("arithmetic", ["f32", "f64"])
-@pytest.mark.parametrize("path", [OWN / "attitude.py", EXAMPLES / "attitude.py"], ids=["derived", "given"])
+@pytest.mark.parametrize("path, arithmetic", paired([OWN / "attitude.py", EXAMPLES / "attitude.py"], ARITHMETICS))
 def test_smoothed_error_states_are_those_of_a_textbook(path, arithmetic, tmp_path):
     model = read(path)
     program = Program(compiled_device(model, "device", Options(arithmetic)), tmp_path, smooths=True)
@@ -273,14 +271,13 @@ def test_start_at_is_a_start_of_another_model(path, arithmetic, tmp_path):
         assert all(np.array_equal(*pair) for pair in zip(made, wanted)) and np.all(np.isfinite(made[0]))
 
 
-@pytest.mark.parametrize("path", MODELS, ids=lambda path: path.stem)
-def test_its_files_are_free_of_warnings_and_its_test_says_ok(path, tmp_path):
-    for T in ("f32", "f64"):
-        succeeds("compile", path, "--library", "--arith", T, *MORE.get(path.stem, ()), "-o", tmp_path / f"own_{T}.c")
-        for compiler in filter(shutil.which, ("gcc", "clang")):
-            passes(tmp_path, f"own_{T}", *parts(T), compiler=compiler, flags=(*STRICT, f"-I{ROOT / 'include'}", "-ffp-contract=off"))
-        cc("g++", "-std=c++17", "-Wall", "-Wextra", "-Wpedantic", "-Werror", f"-I{ROOT / 'include'}", "-fsyntax-only", "-x", "c++",
-           "-include", f"own_{T}.h", os.devnull, folder=tmp_path)
+@pytest.mark.parametrize("path, T", paired(MODELS, ARITHMETICS), ids=lambda one: getattr(one, "stem", one))
+def test_its_files_are_free_of_warnings_and_its_test_says_ok(path, T, tmp_path):
+    succeeds("compile", path, "--library", "--arith", T, *MORE.get(path.stem, ()), "-o", tmp_path / f"own_{T}.c")
+    for compiler in filter(shutil.which, ("gcc", "clang")):
+        passes(tmp_path, f"own_{T}", *parts(T), compiler=compiler, flags=(*STRICT, f"-I{ROOT / 'include'}", "-ffp-contract=off"))
+    cc("g++", "-std=c++17", "-Wall", "-Wextra", "-Wpedantic", "-Werror", f"-I{ROOT / 'include'}", "-fsyntax-only", "-x", "c++",
+       "-include", f"own_{T}.h", os.devnull, folder=tmp_path)
 
 
 def test_what_is_linear_is_told_once_and_the_rest_in_each_call(tmp_path):

@@ -192,15 +192,13 @@ def textbook_of_errors(model: NonlinearModel, ran: Ran, u: np.ndarray) -> Smooth
 @pytest.mark.parametrize("loops", LOOPS)
 def test_error_states(loops: bool) -> None:
     model = read(Path(__file__).parent / "equations" / "attitude.py")
-    for seed in SEEDS:
-        record = drawn(model, ROWS, seed)
-        [(ran, made)] = run_back(model, [record], loops=loops)
+    records = [drawn(model, ROWS, seed) for seed in SEEDS]
+    for record, (ran, made), (_, single) in zip(records, *(run_back(model, records, arithmetic, loops=loops) for arithmetic in ("f64", "f32"))):
         expected = textbook_of_errors(model, ran, record.now)
         sigma = np.sqrt(np.einsum("tii->ti", expected.covariance))
         off = np.array([model.minus(one, other) for one, other in zip(made.mean, expected.mean)])
         assert np.max(np.abs(off) / sigma) < 1e-9
         assert apart(replace(made, mean=sigma), replace(expected, mean=sigma))[1] < 1e-9
-        [(_, single)] = run_back(model, [record], "f32", loops=loops)
         off = np.array([model.minus(one, other) for one, other in zip(single.mean, made.mean)])
         assert np.max(np.abs(off) / sigma) < 5e-3
         assert apart(replace(single, mean=sigma), replace(made, mean=sigma))[1] < 1e-3

@@ -77,7 +77,7 @@ def seen(model: Model, arithmetic: str, gap: int, rows: int, **more: object) -> 
         ran = host.run(z, np.zeros((len(z), model.l)))
     wide = model.changed(x0=np.zeros(model.n), P0=1e6 * np.maximum(np.diag(model.P0), np.diag(model.Q)))
     after = Record(np.r_[UPDATES, np.full(rows - 1, PREDICTS | UPDATES)], np.full(rows, product.given.all), z[-rows:], np.zeros((rows, model.l)))
-    means, covariances = exact_of(compiled(wide, "flt", Options("f64")).given, [after], [np.full(rows, product.given.all)])[0]
+    means, covariances = exact_of(compiled(wide, "flt", Options("f64")).given, after, np.full(rows, product.given.all))
     sigma = np.sqrt(np.diagonal(covariances, axis1=1, axis2=2))
     apart = np.abs(ran.mean[-rows:] - means) / sigma
     spread = np.sqrt(np.diagonal(ran.covariance[-rows:], axis1=1, axis2=2)) / sigma - 1

@@ -27,7 +27,7 @@ MEAN, COVARIANCE = 2e-4, 1e-4  # sigma, sigma_i sigma_j: of these products at mo
 
 def compared(given, drawn, ran) -> record.Accuracy:
     """With long double"""
-    return record.apart(given, drawn, ran, *record.exact_of(given, [drawn], [ran.taken])[0])
+    return record.apart(given, drawn, ran, *record.exact_of(given, drawn, ran.taken))
 
 
 def companion() -> Model:
@@ -85,7 +85,7 @@ def test_words_that_have_become_finer_become_coarse_again(make, gap):
     what[0], what[within], present[within] = UPDATES, PREDICTS, 0
     with Host(product, TRAPS) as host:
         ran = host.run_record(replace(drawn, what=what, present=present))
-    _, covariances = record.exact_of(given, [replace(drawn, what=what, present=present)], [ran.taken])[0]
+    _, covariances = record.exact_of(given, replace(drawn, what=what, present=present), ran.taken)
     sigma = np.sqrt(np.einsum("tii->ti", covariances)).astype(float)
     spread = np.abs(ran.covariance - covariances) / (sigma[:, :, None] * sigma[:, None, :])
     assert (sigma[499 + gap] / sigma[499]).max() > 1000

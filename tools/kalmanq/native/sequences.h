@@ -5,6 +5,7 @@
 #include "kalmanq/kalmanq.h"
 
 #include "continuous.h"
+#include "exact.h"
 #include "printing.h"
 #include "slopes.h"
 #include "tables.h"

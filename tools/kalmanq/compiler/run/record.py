@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
-from typing import Callable, Optional, Sequence
+from typing import Any, Optional, Sequence
 
 import numpy as np
 
@@ -12,6 +12,7 @@ from kalmanq.compiler.run import truth
 from kalmanq.compiler.run.host import Host, Ran
 from kalmanq.compiler.text.emit import PREDICTS, UPDATES
 from kalmanq.compiler.text.product import Product
+from kalmanq.core import ffi, lib
 from kalmanq.model import root_of
 from kalmanq.run.simulation import read_off
 
@@ -93,49 +94,23 @@ def _events(given: Request, rows: int, longest: int, draws: np.random.Generator)
     return what, present
 
 
-def exact_of(given: Request, records: Sequence[Record], taken: Sequence[np.ndarray],
-             first: Optional[np.ndarray] = None) -> list[tuple[np.ndarray, np.ndarray]]:
-    """Of records of one length: means and covariances in long double, by Joseph's form, on the model's numbers; taken: the
-    components that the filter took; first: covariance before the first row, the model's if None"""
-    A, B, H, Q, R, x0, P0 = (getattr(given.of, name).astype(float).astype(LONG) for name in ("A", "B", "H", "Q", "R", "x0", "P0"))
-    count, rows = len(records), len(taken[0])
-    z = np.stack([one.z.astype(LONG) @ given.mixing.astype(LONG).T - given.offsets for one in records], axis=1)
-    u, what = (np.stack([getattr(one, name) for one in records], axis=1) for name in ("u", "what"))
-    bits, eye = np.stack(taken, axis=1).astype(np.uint32), np.eye(len(A), dtype=LONG)
-    x = np.stack([x0 if one.mean is None else one.mean.astype(LONG) for one in records])
-    P = np.tile(P0 if first is None else first.astype(LONG), (count, 1, 1))
-    means, covariances = np.empty((rows, *x.shape), LONG), np.empty((rows, *P.shape), LONG)
-    for t in range(rows):
-        x, P = _where(what[t] & PREDICTS > 0, x, P, lambda t=t: (x @ A.T + u[t] @ B.T, A @ P @ A.T + Q))
-        for j in range(len(H)):
-            x, P = _where(bits[t] >> j & 1 > 0, x, P, lambda t=t, j=j: _taken(x, P, H[j], R[j], z[t, :, j], eye, given.options.student))
-        means[t], covariances[t] = x, P
-    return [(means[:, k], covariances[:, k]) for k in range(count)]
+def exact_of(given: Request, record: Record, taken: np.ndarray, first: Optional[np.ndarray] = None) -> Moments:
+    """Means and covariances in long double, by Joseph's form, on the model's numbers; taken: the components that the filter took;
+    first: covariance before the first row, the model's if None"""
+    rows, n, nu = len(taken), given.of.n, given.options.student
+    means, covariances = np.empty((rows, n), LONG), np.empty((rows, n, n), LONG)
+    means[0] = given.of.x0.astype(float) if record.mean is None else record.mean
+    covariances[0] = given.of.P0.astype(float) if first is None else first
+    held = [_long(getattr(given.of, name).astype(float)) for name in ("A", "B", "H", "Q", "R")]
+    z = record.z.astype(LONG) @ given.mixing.astype(LONG).T - given.offsets
+    exact = ffi.new("kq_exact *", (n, given.of.m, given.of.l, STUDENT_STEPS if nu else 0, *held, nu or 0.0, work := _long(np.empty(n * (n + 3)))))
+    lib.kq_exact_run(exact, rows, ffi.from_buffer("uint8_t[]", np.ascontiguousarray(record.what & PREDICTS, np.uint8)),
+                     ffi.from_buffer("uint32_t[]", np.ascontiguousarray(taken, np.uint32)), _long(record.u), _long(z), _long(means), _long(covariances))
+    return means, covariances
 
 
-def _where(which: np.ndarray, x: np.ndarray, P: np.ndarray, made: Callable[[], Moments]) -> Moments:
-    if not which.any():
-        return x, P
-    after = made()
-    return after if which.all() else (np.where(which[:, None], after[0], x), np.where(which[:, None, None], after[1], P))
-
-
-def _taken(x: np.ndarray, P: np.ndarray, h: np.ndarray, r: np.longdouble, z: np.ndarray, eye: np.ndarray, student: Optional[float]) -> Moments:
-    row, y = P @ h, z - x @ h
-    r = weighed(y, row @ h, r, student)
-    k = row / (row @ h + r)[:, None]
-    left = eye - k[:, :, None] * h
-    P = left @ P @ left.transpose(0, 2, 1) + k[:, :, None] * (k * np.reshape(r, (-1, 1)))[:, None, :]
-    return x + k * y[:, None], (P + P.transpose(0, 2, 1)) / 2
-
-
-def weighed(y: np.longdouble, spread: np.longdouble, r: np.longdouble, student: Optional[float]) -> np.longdouble:
-    """The variance that a component is taken with"""
-    made, nu = r, student or 0.0
-    for _ in range(STUDENT_STEPS if student else 0):
-        share = made / (spread + made)
-        made = (r * nu + (y * share) ** 2 + spread * share) / (nu + 1)
-    return made
+def _long(values: np.ndarray) -> Any:
+    return ffi.from_buffer("long double[]", np.ascontiguousarray(values, LONG))
 
 
 def apart(given: Request, record: Record, ran: Ran, means: np.ndarray, covariances: np.ndarray) -> Accuracy:
@@ -154,8 +129,7 @@ def tried(product: Product, host: Host, rows: int, seeds: Sequence[int], longest
     given, first = product.given, product.arithmetic.steady.filtered.astype(float) if is_settled else None
     records = [as_taken(product, drawn(given, rows, seed, longest, first)) for seed in seeds]
     ran = [host.run_record(one) for one in records]
-    found = exact_of(given, records, [one.taken for one in ran], first)
-    return [apart(given, *pair, *one) for *pair, one in zip(records, ran, found)]
+    return [apart(given, record, one, *exact_of(given, record, one.taken, first)) for record, one in zip(records, ran)]
 
 
 def as_taken(product: Product, record: Record) -> Record:

@@ -42,11 +42,17 @@ def drawn(given: Request, moves: np.ndarray, draws: np.random.Generator,
     begun = root_of(of.P0 if first is None else first) @ draws.standard_normal(of.n)
     now = rests + _within(anywhere - rests + begun, of.A - by @ back, bound)
     mean = of.x0 if first is None else (now - begun).astype(np.float32).astype(float)
+    w, pushed = np.split(draws.standard_normal((rows, by.shape[1])), [noise.shape[1]], axis=1)
+    moved_by, eased_by, has_controls = back[:noise.shape[1]], EASY * back[noise.shape[1]:], of.l > 0
     for t in range(rows):
-        w, pushed = np.split(draws.standard_normal(by.shape[1]), [noise.shape[1]])
-        moved, eased = np.split(back @ (now - rests), [noise.shape[1]])
-        u[t] = (holds + (pushed - EASY * eased) * push).clip(-most, most).astype(np.float32) + constant
-        now = x[t] = (of.A @ now + noise @ (w - moved) + of.B @ u[t]) if moves[t] else now
+        off = now - rests
+        if has_controls:
+            wanted = holds + (pushed[t] - eased_by @ off) * push
+            u[t] = np.minimum(np.maximum(wanted, -most), most).astype(np.float32) + constant
+        if moves[t]:
+            now = of.A @ now + noise @ (w[t] - moved_by @ off)
+            now = now + of.B @ u[t] if has_controls else now
+        x[t] = now
     return x, u, mean
 
 
