@@ -3,12 +3,13 @@
 #   tools/proof.sh               all parts
 #   tools/proof.sh coverage      statements, branch sides and MC/DC of src, as the unit tests reach them
 #   tools/proof.sh static        what gcc -fanalyzer, clang-tidy and cppcheck say of src
+#   tools/proof.sh formal        bounds of q31's number layer: Frama-C's EVA and WP, every number of the inverse root and reciprocal
 #   tools/proof.sh fuzz          ten minutes of calls of all objects in any order, by libFuzzer, in f32 and in f64
 # tests/PROOF.md has what was found.
 set -euo pipefail
 root=$(cd "$(dirname "${BASH_SOURCE[0]}")/.." && pwd)
 build="$root/build/proof"
-all_parts=(coverage static fuzz)
+all_parts=(coverage static formal fuzz)
 
 # shellcheck source=tools/setup.sh
 . "$root/tools/setup.sh"
@@ -47,6 +48,14 @@ part_fuzz() {
     sed -n 's/^stat::number_of_executed_units: */- executions: /p' "$build/fuzz.log"
 }
 
+# shellcheck disable=SC2329
+part_formal() {
+    echo "## Formal"
+    echo
+    why3 config detect >/dev/null 2>&1
+    python3 -B "$root/tests/proof/formal/formal.py"
+}
+
 # what a page has to name: when, of what, by what
 heading() {
     echo "# Evidence"
@@ -56,7 +65,7 @@ heading() {
     echo
 }
 
-case ${1:-} in -h | --help) sed -n '2,7s/^# \{0,1\}//p' "$0" && exit ;; esac
+case ${1:-} in -h | --help) sed -n '2,8s/^# \{0,1\}//p' "$0" && exit ;; esac
 [ $# -gt 0 ] || set -- "${all_parts[@]}"
 for part in "$@"; do
     declare -F "part_$part" >/dev/null || { echo "proof.sh: no part $part; there are: ${all_parts[*]}" >&2 && exit 1; }
