@@ -22,6 +22,7 @@ static void look_at_root(uint32_t v)
 {
     const uint32_t y = inverse_root(v);
     broken += y < UINT32_C(1) << 31;
+    broken += root_by_inverse(v, y) >> 31;
     broken += root_by_inverse(v, y) < UINT32_C(1) << 30 && v > UINT32_C(1) << 30;
     note(&worst_root, ((double)y * y * 0x1p-62 * v * 0x1p-32 - 1) / 2);
 }

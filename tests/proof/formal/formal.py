@@ -32,6 +32,7 @@ ARGUED = {  # function, kind: why EVA need not show it
     ("shift_up_wide", "signed_downcast"): "takes bits as they are",
     ("carried_set", "signed_downcast"): "takes bits as they are",
     ("steady_mantissa", "postcondition"): "no proof: shifts are leading zeros less 32",
+    ("packed_root", "signed_downcast"): "exhaustive: look_at_root",
     ("dot", "precondition"): "WP: its callers' rows are of norm below 2^30.5 (checked)",
     ("dot", "loop invariant"): "WP",
     ("squares", "precondition of dot"): "WP: as dot",
