@@ -3,6 +3,7 @@
 #   tools/proof.sh               all parts
 #   tools/proof.sh coverage      statements, branch sides and MC/DC of src, as the unit tests reach them
 #   tools/proof.sh static        what gcc -fanalyzer, clang-tidy, cppcheck and its addon for MISRA say of src and of generated C
+#   tools/proof.sh formal        bounds of q31's number layer: Frama-C's EVA and WP, every number of the inverse root and reciprocal
 #   tools/proof.sh faults        turned bits in every object, and sensor faults over a flight of 100,000 rows
 #   tools/proof.sh fuzz          ten minutes each of f32, f64 and q31, of calls of all objects in any order, by libFuzzer
 #   tools/proof.sh mutation [PART/OF]   a thousand faults of src, which of them the unit tests and vectors miss; or a part of these
@@ -10,7 +11,7 @@
 set -euo pipefail
 root=$(cd "$(dirname "${BASH_SOURCE[0]}")/.." && pwd)
 build="$root/build/proof"
-all_parts=(coverage static faults fuzz mutation) share=1/1
+all_parts=(coverage static formal faults fuzz mutation) share=1/1
 
 # shellcheck source=tools/setup.sh
 . "$root/tools/setup.sh"
@@ -99,6 +100,14 @@ part_mutation() {
     echo "## Mutation"
     echo
     "$KQ_PYTHON" -B "$root/tests/proof/mutation.py" "$build/mutation" --part "$share" --jobs "$(nproc)"
+}
+
+# shellcheck disable=SC2329
+part_formal() {
+    echo "## Formal"
+    echo
+    why3 config detect >/dev/null 2>&1
+    python3 -B "$root/tests/proof/formal/formal.py"
 }
 
 # what a page has to name: when, of what, by what

@@ -11,7 +11,7 @@
 #   kq_setup unity     the framework of the unit tests
 #   kq_setup cores     compilers, C libraries and emulators for Arm, RISC-V and AVR
 #   kq_setup clang     clang with its sanitizers
-#   kq_setup proof     clang 19 and llvm 19, which know of MC/DC (proof.sh)
+#   kq_setup proof     clang 19 and llvm 19, which know of MC/DC, Frama-C and its provers (proof.sh)
 #   kq_setup syntax    KQ_PYTHON with clang's syntax trees, too
 #   kq_setup eigen     the library of the textbooks' filters;  package: pkg-config
 #   kq_setup scipy     KQ_PYTHON with SciPy, too
@@ -171,6 +171,7 @@ kq_setup_proof() {
     kq_have clang-19 llvm-cov-19 llvm-profdata-19 clang-tidy-19 cppcheck &&
         [ -n "$(find "$(clang-19 -print-resource-dir)/lib" -name 'libclang_rt.profile*.a' 2>/dev/null)" ] ||
         kq_install clang-19 llvm-19 libclang-rt-19-dev clang-tidy-19 cppcheck
+    kq_have frama-c why3 z3 cvc4 || kq_install frama-c-base why3 z3 cvc4
 }
 
 kq_setup_wasm() {

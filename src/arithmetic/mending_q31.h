@@ -17,7 +17,7 @@ KQ_COLD static inline scaled turn_root_row(int32_t *S, const scaled *c, const sc
     for (int j = i; j < n; j++) {
         const scaled old = {*s, exponent}, other = {-b, exponent};
         entries[j - i] = scaled_products(c[j], old, t[j], other);
-        b = round_products_to_word(turn_word(c + j), b, turn_word(t + j), *s, 31, 30);
+        b = round_products_to_word(turn_word(c + j), b, turn_word(t + j), *s, 31, 31);
         s += j + 1;
     }
     root_set_row(S, entries, n, i);

@@ -122,7 +122,7 @@ KQ_OF_NUMBERS rotation rotor_turn(rotor *t, int32_t f)
 
 /*
  * Column s of S, b_last being 0 before: s <- c s - t b,  b <- c b + t s: a row of S and its b are
- * together as long as the row was, so no row's norm grows.  At the end b = S f / sqrt(a).
+ * together as long as the row was, so no row's norm grows but by rounding (rotate_words).  At the end b = S f / sqrt(a).
  */
 KQ_KERNEL void rotate(int32_t *restrict s, int32_t *restrict b, rotation turn, int last)
 {

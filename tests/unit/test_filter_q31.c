@@ -384,5 +384,22 @@ TEST(a_sharp_measurement_of_a_known_state_leaves_a_variance)
     TEST_ASSERT_TRUE(value_of(P, 0) > 0 && value_of(P, 0) <= 0x1p-60);
 }
 
+/* A row whose norm is 2^30 but for its last bits: rounding takes it beyond that, and it has the room. */
+TEST(a_row_at_the_end_of_its_norm_is_rotated)
+{
+    static const double wide_range[] = {0x1p31 - 1, 0x1p31 - 1}, zero[2], unit[] = {1, 0, 0, 1}, r[] = {1};
+    const int32_t root[] = {64602, 1073741822, 546182390, 0, 0}, home[] = {0};
+    put_sensor(&radar, 2, 1, wide_range, wide_range, (const double[]){1, -2}, r);
+    radar.measurement[1] = (kq_scaled_q31){-2110872719, -30};
+    radar.noise[0] = (kq_scaled_q31){1859340249, -4};
+    ASSERT_OK(kq_sensor_init_q31(&radar.sensor, &radar.table, NULL));
+    put_prior(&start, 2, wide_range, zero, unit);
+    ASSERT_OK(kq_filter_init_q31(&track, &start.table, NULL));
+    for (int k = 0; k < COUNT(root); k++) track_memory[4 + k] = root[k];
+    ASSERT_OK(kq_update_q31(&track, &radar.sensor, home));
+    TEST_ASSERT_EQUAL_INT32(1 << 29, track_memory[5]); /* 2^30 + 1, renormalised */
+    TEST_ASSERT_EQUAL_INT32(1, track_memory[7]);
+}
+
 SUITE(filter_q31, set_up)
 #include "filter_q31.tests"

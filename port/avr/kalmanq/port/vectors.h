@@ -47,18 +47,18 @@ KQ_OUT_OF_LINE void scale(int32_t *w, int up, int32_t factor, int count)
 }
 
 /* s <- c s - t b,  b <- c b + t s, with b_last = 0 before.  c and t are a cosine >= 0 and a sine in
-   Q31; |s_i| and |b_i| are, and stay, at most 2^30. */
+   Q31, c^2 + t^2 <= 1 + 2^-28.  |s_i| and |b_i| are, and stay, below 2^30 + 2^10. */
 KQ_OUT_OF_LINE void rotate_words(int32_t *restrict s, int32_t *restrict b, int32_t c, int32_t t, int last)
 {
     const int32_t back = -t;
     for (int i = 0; i < last; i++) {
         const int32_t old = s[i], own = b[i];
-        s[i] = round_to_word(sum_of(product(c, old), product(back, own), 62), 31, 30);
-        b[i] = round_to_word(sum_of(product(c, own), product(t, old), 62), 31, 30);
+        s[i] = round_to_word(sum_of(product(c, old), product(back, own), 62), 31, 31);
+        b[i] = round_to_word(sum_of(product(c, own), product(t, old), 62), 31, 31);
     }
     const int32_t old = s[last];
-    s[last] = round_to_word(product(c, old), 31, 30);
-    b[last] = round_to_word(product(t, old), 31, 30);
+    s[last] = round_to_word(product(c, old), 31, 31);
+    b[last] = round_to_word(product(t, old), 31, 31);
 }
 
 #endif
