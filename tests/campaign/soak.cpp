@@ -1,6 +1,7 @@
 // Ordinary models for as many steps as are wanted: f64, f32 and q31 in step, on the same measurements.
 //
 //     soak [steps [seed]]      steps of all arithmetics together; 3,000,000 and 1
+//     soak years [seed]        P of each filter is run until all its bits are as they were before: what follows repeats, for ever
 //
 // Ordinary models (kinds.hpp) are put side by side until there are n = 1 .. 16 states, twice each, the second time with 30 % of
 // the updates missing.  Each A is taken times 1 - 10^-u, u in 1.5 .. 3, so that the states stay within q31's ranges, 9 sigma
@@ -27,6 +28,7 @@ using namespace reference;
 
 constexpr Index mostStates = 16;
 constexpr std::uint64_t mostBetween = 4001; // steps between checks, of no period that a filter has
+constexpr std::uint64_t mostUntilRepeated = 3000000;
 constexpr double reach = 9, missing = 0.3;
 
 /// Numbers N(0, 1) out of a table with mean 0 and variance 1, which costs less than a logarithm.
@@ -126,6 +128,13 @@ class Plant
           n_(sequence.states()), controls(model_.B.cols()), components(sensor_.components())
     {
         for (Index c = 0; c < components; ++c) noise_[c] = std::sqrt(sensor_.R(c, c));
+    }
+
+    /// Nothing moves, and all is measured.
+    explicit Plant(const Sequence &sequence) : Plant(sequence, 1)
+    {
+        std::fill(u, u + mostStates, 0);
+        std::fill(z, z + mostStates, 0);
     }
 
     void step(bool hasGaps)
@@ -273,6 +282,33 @@ template <class T> class Filter
 
     auto belief() const { return read(filter_); }
 
+    /// Steps until the memory, of mean 0, is what it was before, and then the largest error of P of all that repeats.  P knows no
+    /// measurement: that is what P is for ever.  (Brent's search: a saved memory, moved at powers of two.)
+    void settle(Verdict &verdict, const Sequence &sequence, const Matrix<long double> &right, const std::string &model)
+    {
+        const Plant none(sequence);
+        std::vector<typename Api::Word> saved;
+        std::uint64_t t = 0, power = 1, period = 0;
+        for (; filter_.memory() != saved && t < mostUntilRepeated; ++t, ++period) {
+            if (period == power || t == 0) {
+                saved = filter_.memory();
+                power *= 2;
+                period = 0;
+            }
+            step(none);
+        }
+        const bool repeats = filter_.memory() == saved;
+        for (std::uint64_t k = 0; k < std::min<std::uint64_t>(period, mostBetween); ++k) {
+            check(1, Vector<long double>::Zero(right.rows()), right, true);
+            step(none);
+        }
+        std::printf("%-6s %s %9llu steps, period %8llu, P %.1e\n", model.c_str(), Api::name, static_cast<unsigned long long>(t),
+                    static_cast<unsigned long long>(period), covarianceWorst);
+        std::fflush(stdout);
+        verdict.expect(repeats, model + ", " + Api::name + ": P has not repeated");
+        verdict.expectAtMost(covarianceWorst, 1e-2, model + ", " + Api::name + ": error of P after all years");
+    }
+
     Drift drift;
     Soundness soundness;
     double nis = 0, taken = 0, meanWorst = 0, covarianceWorst = 0;
@@ -325,10 +361,26 @@ void soak(Verdict &verdict, Drifts &drifts, std::uint64_t seed, Index n, bool ha
     drifts.q31.add(q31.drift);
 }
 
+int years(std::uint64_t seed)
+{
+    Verdict verdict;
+    for (Index n = 1; n <= mostStates; ++n) {
+        Sequence sequence = drawnModel(1000 * seed + static_cast<std::uint64_t>(2 * n), n);
+        declare(sequence);
+        const Steady steady(sequence);
+        const std::string name = "n " + std::to_string(n);
+        Filter<double>(sequence).settle(verdict, sequence, steady.P, name);
+        Filter<float>(sequence).settle(verdict, sequence, steady.P, name);
+        Filter<Q31>(sequence).settle(verdict, sequence, steady.P, name);
+    }
+    return verdict.finish();
+}
+
 } // namespace
 
 int main(int argc, char **argv)
 {
+    if (argc > 1 && std::string(argv[1]) == "years") return years(amountOf(argc, argv, 1));
     const double wanted = argc > 1 ? std::strtod(argv[1], nullptr) : 3e6;
     const std::uint64_t seed = amountOf(argc, argv, 1);
     double shares = 0, done = 0;
