@@ -37,7 +37,7 @@ PLAIN = ("step", "update")  # with a bound of a program that attaches nothing an
 LEFT_OUT = ("roots", "lean", "changed", "extended", "points", "dearest")  # other programs, or those functions with a user's own
 PUSH = {"arm": re.compile(r"\b(?:push|stmdb)(?:\.w)?\s+(?:sp!, )?\{([^}]*)\}|\bvpush\s+\{([^}]*)\}|\bsub(?:\.w|w)?\s+sp, (?:sp, )?#(\d+)"
                           r"|\[sp, #-(\d+)\]!")}
-PLANTED = "int again(int n); int again(int n) { return n > 3 ? 2 + again(n - 1) * n : n; }"
+PLANTED = "int again(int n); int again(int n) { volatile int k = n; if (n > 3) k += again(n - 1); return k; }"
 
 
 class Graph:
@@ -142,6 +142,7 @@ def members_of_source() -> dict[str, set[str]]:
     return members
 
 
+@lru_cache(maxsize=None)
 def outside_of(core: Core) -> dict[str, int]:
     """The bounds of functions of libgcc, libc and libm, from their code"""
     frame: dict[str, int] = defaultdict(int)
