@@ -147,18 +147,27 @@ def outside_of(core: Core) -> dict[str, int]:
     """The bounds of functions of libgcc, libc and libm, from their code"""
     frame: dict[str, int] = defaultdict(int)
     calls: dict[str, set[str]] = defaultdict(set)
+    doubles: dict[tuple[str, str, str], list[str]] = defaultdict(list)
     gcc = toolchain(core, "gcc").compiler
     for archive in ("libgcc.a", "libc_nano.a", "libm.a"):
         path = run([*gcc, f"-print-file-name={archive}"]).strip()
         name = ""
-        for line in run([gcc[0].replace("gcc", "objdump"), "-dr", path]).splitlines():
-            if at := re.match(r"[0-9a-f]+ <([^>]+)>:", line):
+        for line in run([gcc[0].replace("gcc", "objdump"), "-dtr", path]).splitlines():
+            if "file format" in line:
+                member = f"{archive} {line}"
+            elif at := re.match(r"(\w{8}) .{6}F (\S+)\s+\w+ (?:\.hidden )?(\S+)$", line):
+                doubles[member, at[2], at[1]].append(at[3])
+            elif at := re.match(r"[0-9a-f]+ <([^>]+)>:", line):
                 name = at[1]
                 frame[name] += 0
             elif at := re.search(r"R_ARM_THM_(?:CALL|JUMP24|JUMP11)\s+(\w+)", line) or re.search(r"\bb(?:l|\.n|\.w)?\s+[0-9a-f]+ <(\w+)>$", line):
                 calls[name].add(at[1])
             elif at := PUSH["arm"].search(line):
                 frame[name] += pushed(at)
+    for names in doubles.values():  # of the same code
+        most, called = max(frame[name] for name in names), set().union(*(calls[name] for name in names)) - set(names)
+        for name in names:
+            frame[name], calls[name] = most, called
     bounds: dict[str, int] = {}
 
     def bound(name: str, above: tuple[str, ...]) -> int:
