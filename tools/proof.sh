@@ -7,11 +7,13 @@
 #   tools/proof.sh faults        turned bits in every object, and sensor faults over a flight of 100,000 rows
 #   tools/proof.sh fuzz          ten minutes each of f32, f64 and q31, of calls of all objects in any order, by libFuzzer
 #   tools/proof.sh mutation [PART/OF]   a thousand faults of src, which of them the unit tests and vectors miss; or a part of these
+#   tools/proof.sh stack         bounds of the stack from the compiler's call graph, beside the measured ones
+#   tools/proof.sh soak          KQ_SOAK_STEPS (1e9) steps of ordinary models; P and sums after 100 years; a million steps on a Cortex-M0
 # tests/PROOF.md has what was found.
 set -euo pipefail
 root=$(cd "$(dirname "${BASH_SOURCE[0]}")/.." && pwd)
 build="$root/build/proof"
-all_parts=(coverage static formal faults fuzz mutation) share=1/1
+all_parts=(coverage static formal faults fuzz stack soak mutation) share=1/1
 
 # shellcheck source=tools/setup.sh
 . "$root/tools/setup.sh"
@@ -108,6 +110,32 @@ part_formal() {
     echo
     why3 config detect >/dev/null 2>&1
     python3 -B "$root/tests/proof/formal/formal.py"
+}
+
+# shellcheck disable=SC2329
+part_stack() {
+    kq_setup cost
+    echo "## Stack"
+    echo
+    "$KQ_PYTHON" -B "$root/tools/cost/stack.py"
+}
+
+# shellcheck disable=SC2329
+part_soak() {
+    local status=0 tests="$build/soak/tests/campaign" one
+    kq_setup_many cores eigen python
+    kq_quietly cmake -S "$root" -B "$build/soak" -G Ninja -DCMAKE_BUILD_TYPE=Release -DKALMANQ_BUILD_TESTS=ON -DKALMANQ_FETCH_UNITY=ON
+    kq_quietly cmake --build "$build/soak" --target soak sums_f32 sums_f64 sums_q31
+    echo "## Soak"
+    echo
+    nice "$tests/soak" "${KQ_SOAK_STEPS:-1e9}" >"$build/soak.log" || status=1
+    grep -E '^FAILED|steps$|passed' "$build/soak.log" | sed 's/^/- /'
+    python3 -B "$root/tests/proof/drift.py" "$build/soak.log" "$build/drift.svg"
+    "$tests/soak" years >"$build/years.log" || status=1
+    sed -n 's/^\(.*passed.*\)/- P for ever: \1/p' "$build/years.log"
+    for one in f32 f64 q31; do "$tests/sums_$one" | sed 's/^/- /' || status=1; done
+    sh "$root/tests/proof/million.sh" "$build/million" | sed 's/^/- Cortex-M0: /' || status=1
+    return "$status"
 }
 
 # what a page has to name: when, of what, by what

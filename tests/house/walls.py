@@ -9,7 +9,7 @@ import sys
 
 HERE = pathlib.Path(__file__).resolve().parent
 ROOT = HERE.parents[1]
-OF_ALL = ("tools/setup.sh", "tools/test.sh", "tools/package.sh", "tools/release.sh", "tools/docs/", "tests/house/", "tests/readme/")
+OF_ALL = ("tools/setup.sh", "tools/test.sh", "tools/proof.sh", "tools/package.sh", "tools/release.sh", "tools/docs/", "tests/house/", "tests/readme/")
 LINKS = re.compile(r"tools/\w+\.(sh|py)\b|\S+\.(md|csv)\b")  # scripts that whoever runs the tests has; pages, and what they show
 
 
