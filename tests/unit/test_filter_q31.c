@@ -349,6 +349,9 @@ TEST(a_measurement_that_says_too_little_for_the_root_is_an_event)
         level.weak = UINT32_C(1) << 24;
         ASSERT_OK(kq_update_q31(&level, &gauge.sensor, home));
         TEST_ASSERT_EQUAL_HEX(k ? 0 : KQ_EVENT_PRECISION, kq_events_q31(&level));
+        kq_events_clear_q31(&level); /* and as many more may come */
+        ASSERT_OK(kq_update_q31(&level, &gauge.sensor, home));
+        TEST_ASSERT_EQUAL_HEX(0, kq_events_q31(&level));
     }
 }
 

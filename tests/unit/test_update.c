@@ -514,6 +514,9 @@ TEST(many_measurements_that_say_too_little_are_an_event)
         TEST_ASSERT_EQUAL_HEX(0, K(events)(&level));
         for (int more = 0; more < 2; more++) ASSERT_OK(K(update)(&level, &gauge, zero));
         TEST_ASSERT_EQUAL_HEX(is_weak ? most : 0, K(events)(&level));
+        K(events_clear)(&level); /* and as many more may come */
+        ASSERT_OK(K(update)(&level, &gauge, zero));
+        TEST_ASSERT_EQUAL_HEX(0, K(events)(&level));
     }
 }
 
