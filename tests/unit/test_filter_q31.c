@@ -400,7 +400,7 @@ TEST(a_row_at_the_end_of_its_norm_is_rotated)
     ASSERT_OK(kq_filter_init_q31(&track, &start.table, NULL));
     for (int k = 0; k < COUNT(root); k++) track_memory[4 + k] = root[k];
     ASSERT_OK(kq_update_q31(&track, &radar.sensor, home));
-    TEST_ASSERT_EQUAL_INT32(1 << 29, track_memory[5]); /* 2^30 + 1, renormalised */
+    TEST_ASSERT_EQUAL_INT32((1 << 29) + 1, track_memory[5]); /* 2^30 + 1, halved and rounded */
     TEST_ASSERT_EQUAL_INT32(1, track_memory[7]);
 }
 
