@@ -36,7 +36,7 @@ MISRA = [  # required rules, advisory ones, why; none is mandatory
     ("", "18.4", "rows and triangles are pointers into the caller's memory"),
     ("8.14 11.3 11.6 11.8 11.9", "11.5", "an object begins with what is attached, a context is void, a seal is made of addresses, 0 is a null pointer; restrict where the header says so; -Wcast-qual finds no const that is dropped"),
     ("5.4 5.5 7.2 20.1 20.7", "20.10", "one text for all arithmetics: T pastes names, macros declare objects; the addon has no system headers"),
-    ("2.2 8.5", "2.3 2.4 2.5 8.7 8.9", "a text that several instances include: each uses a part of it, with its own constants"),
+    ("2.2", "2.3 2.4 2.5 8.7 8.9", "a text that several instances include: each uses a part of it, with its own constants"),
     ("", "19.2", "the bits of a float"),
     ("9.2 9.3 9.4", "", "initialisers name what is not 0"),
 ]
