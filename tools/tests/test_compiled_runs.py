@@ -140,6 +140,8 @@ def test_a_gap_of_k_steps_is_k_predictions(arithmetic, tmp_path):
         assert (np.concatenate([part.mean for part in parts]) == run.mean).all()
         with pytest.raises(KalmanqError, match="steps of dt = 0.1 alone"):
             one.run(z[:1], u[:1], times[-1:] + 0.15)
+        with pytest.raises(KalmanqError, match="join rows of one time"):
+            one.run(z[:2], u[:2], times[-1] + np.array([0.1, 0.1]))
 
 
 # ------------------------------------------------------------------------------ simulate --runs

@@ -190,7 +190,7 @@ def whole_steps(model: Model, times: Optional[np.ndarray], what: str, cure: str,
     wrong = (steps != count * dt) | (count > most)
     if np.any(wrong):
         at = int(np.argmax(wrong))
-        said = "not one" if most == 1 else f"not 1 to {most} of them"
+        said = "none, join rows of one time" if steps[at] == 0 else "not one" if most == 1 else f"not 1 to {most} of them"
         raise KalmanqError(f"{what}: a filter of steps of dt = {dt:g} alone, and the step from {times[at]:g} to {times[at + 1]:g} {model.continuous.unit} "
                            f"is {said}: {cure}")
     return count.astype(int)
