@@ -155,12 +155,15 @@ for part in "$@"; do
     parts+=("$part")
     declare -F "part_$part" >/dev/null || { echo "proof.sh: no part $part; there are: ${all_parts[*]}" >&2 && exit 1; }
 done
+[ ${#parts[@]} -gt 0 ] || { echo "proof.sh: $share of which part? mutation has parts" >&2 && exit 1; }
 kq_setup_many build unity interpreter proof syntax
 mkdir -p "$build"
 heading "$@" >"$build/proof.md"
 failed=0
+set +e # whether a part fails is read below: behind `||` bash would go on within it after what failed
 for part in "${parts[@]}"; do
-    "part_$part" | tee -a "$build/proof.md" || failed=1
+    (set -e && "part_$part") | tee -a "$build/proof.md"
+    [ "${PIPESTATUS[0]}" = 0 ] || failed=1
 done
 echo "The page is build/proof/proof.md."
 exit "$failed"

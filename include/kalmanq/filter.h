@@ -173,8 +173,8 @@ KQ_NODISCARD kq_status kq_predict_f64(kq_filter_f64 *f, const kq_process_f64 *p,
  * low-noise measurement, is redundant if its innovation variance is rounding.  KQ_EVENT_CONTRADICTION: see status.h.
  * KQ_EVENT_PRECISION: H x of a low-noise component is rounded by an eighth of sqrt(R), for R = 0 of its innovation's
  * sigma (f32, f64); or 2^17 to 2^19 components since init had H P H' within the last four bits of S (f32; q31: to 2^24).  Clear the latter if
- * process noise or other components tell more: it comes again after as many.  What S does not show at all is not counted: with Q = 0 millions
- * of components of R above 2^24 P (f32) tell nothing.
+ * process noise or other components tell more: it comes again after as many.  A component of which S shows nothing is not counted: with Q = 0
+ * and R above 2^24 H P H' (f32) sigma stays too large after millions of them, without an event.
  * Accuracy: P is exact for rows of the root perturbed by a few eps of their norm for each component.  With Q = 0
  * sigma in f32 is off by 0.4 % after 4e5 measurements: add process noise, or use f64 or q31.  Put noise-free
  * components that may repeat each other into one sensor: a later call may take their rounding for information.  A

@@ -36,7 +36,7 @@ static kq_status around_innovations(filter *f, const sensor *s, const num *e, ui
 static void update_by_base(filter *f, const sensor *s, const num *e, uint32_t present, struct T(kq_loss) *loss)
 {
     (void)loss;
-    (void)base_kind(s)->take(f, s, e, present);
+    (void)base_kind(s)->take(f, s, e, present); /* KQ_OK: what may be refused was asked above */
 }
 
 static kq_status take_innovations(filter *f, const sensor *s, const num *e, uint32_t present)

@@ -38,7 +38,7 @@ MISRA = [  # required rules, advisory ones, why; none is mandatory
     ("5.4 5.5 7.2 20.1 20.7", "20.10", "one text for all arithmetics: T pastes names, macros declare objects; the addon has no system headers"),
     ("2.2", "2.3 2.4 2.5 8.7 8.9", "a text that several instances include: each uses a part of it, with its own constants"),
     ("", "19.2", "the bits of a float"),
-    ("9.2 9.3 9.4", "", "initialisers name what is not 0"),
+    ("9.2 9.3 9.4", "", "initialisers name the entries that are not 0"),
 ]
 DEVIATIONS = {  # kind: why
     "bugprone-easily-swappable-parameters": "n, m and l are ints in one order everywhere; the order is read where they are declared",

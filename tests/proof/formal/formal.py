@@ -70,6 +70,12 @@ def annotations():
     return found
 
 
+def counted(name, bits):
+    """The model of a count of leading zeros that the proofs see, a line for each; exhaust.c compares it with the compiler's."""
+    lines = [f"    if (a >= UINT{bits}_C(1) << {bits - 1 - zeros}) return {zeros};\n" for zeros in range(bits)]
+    return f"static inline int {name}(uint{bits}_t a)\n{{\n{''.join(lines)}    return {bits};\n}}\n"
+
+
 def annotate():
     """The sources with acsl.txt in them: each line that it names is there once."""
     shutil.rmtree(WORK, ignore_errors=True)
@@ -82,6 +88,7 @@ def annotate():
             sys.exit(f"formal.py: {file}: {anchor!r} is there {len(at)} times")
         lines[at[0]] = "\n".join(text + [lines[at[0]]] * (kind == ">"))
         (WORK / file).write_text("\n".join(lines))
+    (WORK / "include" / "leading_zeros.h").write_text(counted("leading_zeros", 32) + counted("leading_zeros_wide", 64))
 
 
 def eva(file, main="main"):
