@@ -67,7 +67,7 @@ typedef struct {
     uint16_t known;                   /* bit i: component i can be read */
     float *memory;                    /* yours: mean, then root */
     struct kq_attached_f32 *attached; /* or NULL */
-    uint32_t weak;                    /* measurements within the last bits of S */
+    uint32_t weak;                    /* counts measurements that take little of P, and what rounding takes */
     kq_likelihood_f32 last;           /* of the last update */
     kq_likelihood_run_f32 run;        /* since init */
 } kq_filter_f32;
@@ -172,11 +172,10 @@ KQ_NODISCARD kq_status kq_predict_f64(kq_filter_f64 *f, const kq_process_f64 *p,
  * innovation variance is below 2^-96 (f32) or 2^-360 (f64): choose units above it.  A noise-free one, or one after a
  * low-noise measurement, is redundant if its innovation variance is rounding.  KQ_EVENT_CONTRADICTION: see status.h.
  * KQ_EVENT_PRECISION: H x of a low-noise component is rounded by an eighth of sqrt(R), for R = 0 of its innovation's
- * sigma (f32, f64); or 2^17 to 2^19 components since init had H P H' within the last four bits of S (f32; q31: to 2^24).  Clear the latter if
- * process noise or other components tell more: it comes again after as many.  A component of which S shows nothing is not counted: with Q = 0
- * and R above 2^24 H P H' (f32) sigma stays too large after millions of them, without an event.
- * Accuracy: P is exact for rows of the root perturbed by a few eps of their norm for each component.  With Q = 0
- * sigma in f32 is off by 0.4 % after 4e5 measurements: add process noise, or use f64 or q31.  Put noise-free
+ * sigma (f32, f64).
+ * Accuracy: P is exact for rows of the root perturbed by a few eps of their norm for each component.  Of a component with
+ * H P H' below 2^-14 of its innovation variance (q31: 2^-17) what is taken from the root is rounded up or down as often as is
+ * right: 3e7 of them leave P off by 1e-4.  They cost as low-noise ones (below).  Put noise-free
  * components that may repeat each other into one sensor: a later call may take their rounding for information.  A
  * noise-free component can leave a state with sigma 0, and may measure it again.
  * Cost: 2 n^2 multiplications, n square roots, 2n divisions a component.  A correlated R adds m n / 2 multiplications
@@ -281,8 +280,7 @@ float kq_log_likelihood_f32(const kq_filter_f32 *f);
 double kq_log_likelihood_f64(const kq_filter_f64 *f);
 
 /** Reads and clears the sticky events (KQ_EVENT_... in status.h).
- *   f        read; kq_events_clear changes it.  0 if it is NULL
- * Where kq_events_clear clears KQ_EVENT_PRECISION, measurements that say little are counted anew (kq_update). */
+ *   f        read; kq_events_clear changes it.  0 if it is NULL */
 unsigned kq_events_f32(const kq_filter_f32 *f);
 unsigned kq_events_f64(const kq_filter_f64 *f);
 void kq_events_clear_f32(kq_filter_f32 *f);
@@ -365,8 +363,7 @@ KQ_NODISCARD kq_status kq_filter_init_q31(kq_filter_q31 *f, const kq_prior_table
  * Events: KQ_EVENT_SATURATED: a mean, the only number that can overflow, is saturated at +-2^31 raw values.  Between
  * the components of one measurement it may be 64 times as far; the components that follow then cost as low-noise
  * ones.  kq_step leaves a predicted mean as kq_predict does.  KQ_EVENT_OVERFLOW: predict alone sets it.
- * KQ_EVENT_REDUNDANT: also an innovation variance below 2^-200 squared raw values.  KQ_EVENT_PRECISION: 2^24
- * components since init had H P H' within the last six bits of S.
+ * KQ_EVENT_REDUNDANT: also an innovation variance below 2^-200 squared raw values.
  * Accuracy: rows of the root to about (2n + 4) 2^-29 of their norm, the mean to 2^-24 raw value.  Choose formats
  * whose last bit is not far above the sigmas: a sigma below 2^-20 raw value does not reach the mean.  A process noise
  * below 2^-15 sigma of its state is lost.  A noise-free measurement counts as one of 2^-24 raw value in every state.

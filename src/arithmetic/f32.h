@@ -100,16 +100,16 @@ static inline num num_split(num a, int32_t *exponent)
     return both.value;
 }
 
-static const uint32_t num_most_weak = UINT32_C(1) << 19; /* after so many, sigma may be off by 1 % */
+enum { num_loss_bits = 19 }; /* of what rounding takes (filter/rounding.h) */
 
-/* Is s above r > 0, by less than 16 of its last bits? */
+/* Is s above r > 0 by less than 2^-14 of itself?  Of the cosines 11 bits are left then. */
 static inline int is_weak(num r, num s)
 {
     union {
         num value;
         uint32_t bits;
     } lower = {r}, upper = {s};
-    return upper.bits - lower.bits - 1 < 15;
+    return upper.bits - lower.bits < 512;
 }
 
 /* After a measurement with r below this share of s the root is matched (filter/match.h). */

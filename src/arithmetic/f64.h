@@ -110,7 +110,7 @@ static inline num num_split(num a, int32_t *exponent)
     return both.value;
 }
 
-static const uint32_t num_most_weak = UINT32_MAX; /* is not reached */
+enum { num_loss_bits = 31 }; /* of what rounding takes (filter/rounding.h) */
 
 /* It takes 1e13 measurements within the last bits of s before that shows. */
 static inline int is_weak(num r, num s)

@@ -37,12 +37,12 @@ static inline uint32_t num_folded(num a) { return (uint32_t)a; }
 /* After a measurement with r below this share of s the root is matched (filter/match.h). */
 static inline scaled low_noise_share(scaled s) { return scaled_shift(s, -8); }
 
-static const uint32_t num_most_weak = UINT32_C(1) << 24; /* after so many, sigma may be off by 1 % */
+enum { num_loss_bits = 24 }; /* of what rounding takes (filter/rounding.h) */
 
-/* Is s above r > 0, by less than 64 of its last bits? */
+/* Is s above r > 0 by less than 2^-17 of itself?  Of the cosines 14 bits are left then. */
 static inline int is_weak(scaled r, scaled s)
 {
-    return s.exponent == r.exponent && (uint32_t)(s.mantissa - r.mantissa) - 1 < 63;
+    return s.exponent == r.exponent && (uint32_t)(s.mantissa - r.mantissa) < 8192;
 }
 
 static inline num num_nan(void) { return KQ_NOT_A_VALUE_Q31; }

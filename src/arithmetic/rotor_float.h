@@ -11,14 +11,17 @@ static inline scaled least_noise(scaled r, scaled s, const scaled *h, int n)
     return r;
 }
 
-/* Is there nothing that the low-noise update is for: rounding, sharpness, overflow? */
-static inline int is_ordinary(scaled r, scaled s, scaled e)
+/* Has it no low noise, and does it not overflow? */
+static inline int is_blunt(scaled r, scaled s, scaled e)
 {
     return r >= low_noise_share(s) + num_zero_variance && e * (e / s) <= num_most_nis;
 }
 
+/* Is there nothing that the low-noise update is for: rounding, sharpness, overflow, next to nothing? */
+static inline int is_ordinary(scaled r, scaled s, scaled e) { return is_blunt(r, s, e) && !is_weak(r, s); }
+
 /* May a sensor without the careful path take it? */
-static inline int has_noise_enough(scaled r, scaled s, scaled e) { return is_ordinary(r, s, e); }
+static inline int has_noise_enough(scaled r, scaled s, scaled e) { return is_blunt(r, s, e); }
 
 /* Raises the noise r of a low-noise measurement to twice the least that has_noise_enough takes; s grows with r.
    Answers 0 where r is that large already, or s no number: the measurement overflows. */
@@ -33,11 +36,11 @@ static inline int raise_noise(scaled *r, scaled s)
 /* Is a noise large enough for the variance of an innovation, which is no smaller, to count? */
 static inline int noise_is_ordinary(scaled r) { return r >= 2 * num_zero_variance; }
 
-/* Is it ordinary, in one comparison that some ordinary ones fail, too?  r is not below twice its share of
+/* Is it ordinary, in two comparisons that some ordinary ones fail, too?  r is not below twice its share of
    s, and e^2 / s is below 2^16 or, in double, 2^48. */
 static inline int is_certainly_ordinary(scaled r, scaled s, scaled e)
 {
-    return r > num_sure_share * (s + e * e);
+    return r > num_sure_share * (s + e * e) && !is_weak(r, s);
 }
 
 typedef struct {

@@ -14,13 +14,15 @@ static inline scaled least_noise(scaled r, scaled s, const scaled *h, int n)
     return scaled_is_less(r, least) ? least : r;
 }
 
-/* Is there nothing that the low-noise update is for: rounding, sharpness?  r >= 2^-8 s, and s above
-   the variance that counts as 0 */
-static inline int is_ordinary(scaled r, scaled s, scaled e)
+/* Has it no low noise?  r >= 2^-8 s, and s above the variance that counts as 0 */
+static inline int is_blunt(scaled r, scaled s, scaled e)
 {
     (void)e;
     return r.mantissa > 0 && r.exponent > s.exponent - 8 && s.exponent > num_zero_variance.exponent;
 }
+
+/* Is there nothing that the low-noise update is for: rounding, sharpness, next to nothing? */
+static inline int is_ordinary(scaled r, scaled s, scaled e) { return is_blunt(r, s, e) && !is_weak(r, s); }
 
 /* May a sensor without the careful path take it?  It may where r >= 2^-16 s, and where r < 2^-17 s it
    may not: up to 9 more of 31 bits are lost than to what is ordinary. */

@@ -159,6 +159,14 @@ KQ_OF_WORDS packed packed_entry(const int32_t *S, int n, int i, int k)
 /* The entry, normalised */
 KQ_OF_NUMBERS scaled root_number(const int32_t *S, int n, int i, int k) { return unpack(packed_entry(S, n, i, k)); }
 
+/* S_ik - d, |d| far below the norm of its row: d is rounded down in a share 1 - place 2^-32 of what is left, otherwise up. */
+KQ_COLD static inline void root_take(int32_t *S, int n, int i, int k, scaled d, uint32_t place)
+{
+    const int32_t down = S[KQ_TRIANGLE(n) + i] - d.exponent;
+    const int64_t taken = down < 0 ? 0 : down > 62 ? d.mantissa < 0 ? -1 : 0 : d.mantissa * (INT64_C(1) << 32) >> down;
+    S[column(k) + i] -= (int32_t)((taken + place) >> 32);
+}
+
 /* A sum of products of the entries of rows i and j as a number */
 static inline scaled root_sum(sum total, const int32_t *S, int n, int i, int j)
 {

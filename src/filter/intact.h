@@ -18,7 +18,7 @@ KQ_COLD static int flags_are_possible(const filter *f)
 {
     const int between = FILTER_READY | FILTER_LOW_NOISE | FILTER_NARROW;
     const int plain = f->ready == FILTER_READY && !f->attached ? f->states : 0;
-    if ((f->plain && f->plain != plain) || f->events > ALL_EVENTS || f->weak > num_most_weak) return 0;
+    if ((f->plain && f->plain != plain) || f->events > ALL_EVENTS) return 0;
     if (!f->ready) return 1;
     if (!(f->ready & FILTER_READY) || f->ready & ~between || f->known != filter_all_known(f)) return 0;
     return !(f->ready & FILTER_NARROW) || f->ready & FILTER_LOW_NOISE;

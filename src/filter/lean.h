@@ -9,6 +9,7 @@
 
 #include "low_noise.h"
 #include "update.h"
+#include "weak.h"
 
 enum { LEAN_STAGES = 4 }; /* down to 2^-60 of H P H' (f64: 2^-144) */
 
@@ -22,6 +23,34 @@ KQ_INLINE void move_lean_mean(filter *f, const num *b, const num *S, scaled w, i
     }
     for (int i = 0; i < n; i++) events |= mean_correct_exactly(f->memory, n, i, column_entry(b, S, n, i), w);
     filter_note_move(f, events);
+}
+
+/* Root and mean by a weak measurement of f = S'h, noise r and e / s */
+KQ_COLD KQ_NOINLINE static void take_weak(filter *f, const num *row, scaled r, scaled share)
+{
+    scaled b[KQ_SIZE_MAX], entries[KQ_SIZE_MAX];
+    unsigned events = 0;
+    for (int j = 0; j < f->states; j++) entries[j] = row_entry(row, f->states, j);
+    turn_weakly(f, filter_root(f), b, entries, r);
+    for (int i = 0; i < f->states; i++) events |= mean_correct_exactly(f->memory, f->states, i, b[i], share);
+    filter_note_move(f, events);
+}
+
+/* Root and mean by f = S'h.  Answers the NIS. */
+KQ_INLINE scaled take_row(filter *f, num *row, scaled r, scaled s, scaled e)
+{
+    num *S = filter_root(f);
+    rotor end;
+    if (is_weak(r, s)) {
+        const scaled share = scaled_over(e, s);
+        take_weak(f, row, r, share);
+        return scaled_times(e, share);
+    }
+    rotate_root(&end, S, row, r, s, f->states);
+    const scaled w = rotor_weight(&end, e, s);
+    move_lean_mean(f, row, S, w, f->states);
+    renormalise_if_strong(S, r, s, f->states);
+    return weight_nis(w, e);
 }
 
 /*
@@ -53,15 +82,10 @@ KQ_NOINLINE static int take_stage(filter *f, const reading *z, int c, scaled *le
     const int counts = scaled_is_less(num_zero_variance, variance);
     const scaled s0 = counts ? variance : s, r0 = counts ? given : r;
     if (is_first && f->attached) f->attached->hooks->record_update(f, h, row, 0, least_noise(r0, s0, h, n), e, s0);
-    rotor end;
-    rotate_root(&end, S, row, r, s, n);
-    const scaled w = rotor_weight(&end, e, s);
-    move_lean_mean(f, row, S, w, n);
-    renormalise_if_strong(S, r, s, n);
+    const scaled last = take_row(f, row, r, s, e);
     if (is_first) {
-        const scaled nis = answer == STAGE_LAST ? weight_nis(w, e) : scaled_times(e, scaled_over(e, s0));
+        const scaled nis = answer == STAGE_LAST ? last : scaled_times(e, scaled_over(e, s0));
         likelihood_add(&f->last, nis, physical_variance(z->sensor, c, s0));
-        if (is_weak(r0, s0)) count_weak(f);
     }
     if (answer == STAGE_MORE) *left = scaled_times(r, scaled_over(given, scaled_minus(r, given)));
     return answer;

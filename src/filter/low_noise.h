@@ -10,6 +10,7 @@
 #include "match.h"
 #include "rounding.h"
 #include "twins.h"
+#include "weak.h"
 
 /* One scalar measurement */
 typedef struct {
@@ -21,6 +22,7 @@ typedef struct {
     scaled s, w;     /* the innovation variance, and e / s */
     int exact;       /* it has no noise */
     int sharp;       /* r is so far below s that the root has to be matched */
+    int weak;        /* it takes next to nothing of P (weak.h) */
 } low_noise_scalar;
 
 /*
@@ -127,6 +129,7 @@ KQ_COLD KQ_NOINLINE static void tell_scalar(filter *f, low_noise_scalar *m, cons
     m->r = least_noise(m->r, m->s, m->h, f->states);
     m->w = scaled_over(m->e, m->s);
     m->sharp = scaled_is_less(m->r, low_noise_share(m->s));
+    m->weak = !m->sharp && !m->exact && is_weak(m->r, m->s);
     if (!m->sharp && !m->exact && is_watched(f)) watch_row(f, m->h, m->r, WATCH_PERIOD); /* a sharp one outweighs rounding */
     if (f->attached) f->attached->hooks->record_update(f, m->h, 0, w->f, m->r, m->e, m->s);
     const scaled nis = scaled_times(m->e, m->w);
@@ -150,7 +153,8 @@ KQ_COLD static int update_root(filter *f, low_noise_scalar *m, const low_noise_w
     const int was_ill = rows_share_exponents && m->sharp && !m->exact && !(f->ready & FILTER_LOW_NOISE) &&
                         root_is_ill_conditioned(filter_root(f), f->states, 1);
     const int narrows = m->sharp && !m->exact && !was_ill;
-    rotate_root_apart(filter_root(f), m->h, m->r, m->exact, w, m->sharp, f->states);
+    if (m->weak) turn_weakly(f, filter_root(f), w->b, w->f, m->r);
+    else rotate_root_apart(filter_root(f), m->h, m->r, m->exact, w, m->sharp, f->states);
     if (m->sharp) filter_set_ready(f, f->ready | FILTER_LOW_NOISE | (narrows ? FILTER_NARROW : 0));
     return 1;
 }

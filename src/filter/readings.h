@@ -98,12 +98,9 @@ score T(kq_log_likelihood)(const filter *f) { return filter_log_likelihood(f, 1)
 
 unsigned T(kq_events)(const filter *f) { return f ? f->events : 0; }
 
-/* What was lost has been told, and is counted anew. */
 void T(kq_events_clear)(filter *f)
 {
-    if (!f) return;
-    if (f->events & KQ_EVENT_PRECISION) f->weak = 0;
-    f->events = 0;
+    if (f) f->events = 0;
 }
 
 #endif

@@ -10,6 +10,9 @@
 /* Scalar measurements between looks, as powers of 2: an update, and a step of compile-time sizes */
 enum { WATCH_PERIOD = 3, WATCH_PERIOD_FIXED = 6 };
 
+/* Where f_j^2 is 2^SEEN of its rounding or more, the direction is measured, and its variance right to 2 2^(-SEEN / 2). */
+enum { SEEN = 12 };
+
 /* An update that takes 1/56 of a variance, 0.9 % of a sigma, has the event.  What is below is rounded down, by 1.4. */
 enum { LOSSES = 80 };
 
@@ -26,16 +29,13 @@ KQ_COLD static int watched_column(int32_t look, int n)
     return (int)((((uint32_t)look * UINT32_C(40503) & 0xffff) * (uint32_t)n) >> 16);
 }
 
-/* Adds weight 2^-down to the losses, of which 1 is too much. */
+/* Adds weight 2^-down to the losses.  They are `weak` times 2^-32: more than 1 is too much, has the event, and begins anew. */
 KQ_COLD static void add_losses(filter *f, uint32_t weight, int32_t down)
 {
-    const int32_t up = 31 - leading_zeros(num_most_weak) - down;
-    const uint32_t left = num_most_weak - f->weak;
-    uint32_t share = down < 32 && weight >> down ? left : up >= 0 ? weight << up : weight >> -up;
-    if (share >= left) {
-        f->events |= KQ_EVENT_PRECISION;
-        share = left;
-    }
+    const int is_whole = down < 32 && weight >> down;
+    const uint32_t units = is_whole ? 0 : (uint32_t)((uint64_t)weight << num_loss_bits >> down);
+    const uint32_t share = units << (31 - num_loss_bits) << 1;
+    if (is_whole || f->weak + share < share) f->events |= KQ_EVENT_PRECISION;
     f->weak += share;
 }
 
@@ -48,14 +48,15 @@ KQ_COLD static void add_losses(filter *f, uint32_t weight, int32_t down)
 KQ_COLD KQ_NOINLINE static void watch_rounding(filter *f, const scaled *h, const num *row, scaled r, scaled s, int period)
 {
     enum { MOST_REMEMBERED = 22 };                           /* s - r is rounded */
-    const int32_t least = 48 - leading_zeros(num_most_weak); /* nothing is left of a weight below 2^17 by it */
+    const int32_t least = num_loss_bits + 17; /* nothing is left of a weight below 2^17 by it */
     const int n = f->states, j = watched_column((f->run.count + f->last.count) >> period, n);
     const int32_t all = scaled_log(s), square = scaled_log(scaled_minus(s, r));
     const int32_t remembered = all - square < MOST_REMEMBERED ? all - square : MOST_REMEMBERED;
     const int32_t rounding = num_watched + project_log(filter_root(f), h, n, j);
-    int32_t taken = rounding + 2 * remembered;
+    int32_t taken = rounding + (is_weak(r, s) ? 1 : 2) * remembered; /* what a weak one rounds (weak.h) goes up and down */
     if (all - taken > least) return;
     const int32_t own = 2 * scaled_log(row_entry(row, n, j));
+    if (own - taken > SEEN) return;
     if (own < taken) taken = own;
     if (square < rounding) taken = rounding;
     const int32_t down = all < taken ? 0 : all - taken;

@@ -41,16 +41,6 @@ KQ_KERNEL void move_mean(filter *f, const num *b, const num *S, scaled w, int n)
     filter_note_move(f, events);
 }
 
-/* A measurement that is rounded off in part.  One takes no more than its last bits from P: it needs so many of
-   them before the sum of that shows in a sigma. */
-enum { EVENT_WEAK = 0x4000 }; /* in a copy of a filter: to be counted, and told to nobody */
-
-KQ_COLD KQ_NOINLINE static void count_weak(filter *f)
-{
-    if (f->weak < num_most_weak) f->weak++;
-    else f->events |= KQ_EVENT_PRECISION;
-}
-
 /*
  * Takes component c of a reading into the filter: row h, noise r, innovation e.  selected: 1 + the state that h takes
  * alone and as it is, or 0.  Answers 0, and has done nothing, where something is unusual (low_noise.h).
@@ -81,9 +71,6 @@ KQ_KERNEL int take_scalar(filter *f, const reading *z, int c, const scaled *h, i
     renormalise_if_strong(S, r, s, n);
     if (mode == MODE_BARE) return 1;
     likelihood_add(&f->last, weight_nis(w, e), physical_variance(z->sensor, c, s));
-    if (!is_weak(r, s)) return 1;
-    if (is_copy) f->events |= EVENT_WEAK;
-    else count_weak(f);
     return 1;
 }
 

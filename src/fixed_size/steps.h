@@ -216,10 +216,6 @@ KQ_KERNEL int fixed_run_copy(filter *f, const fixed_inputs *in, fixed_task task)
     }
     copy_unrolled(f->memory, state, task.n);
     if (watches) fixed_watch(f, in->sensor);
-    if (copy.events & EVENT_WEAK) {
-        copy.events ^= EVENT_WEAK;
-        count_weak(f);
-    }
     filter_note(f, copy.events);
     return KQ_OK;
 }

@@ -144,7 +144,11 @@ KQ_COLD KQ_NOINLINE static void late_take_apart(filter *f, const late_scalar *m,
 static int late_take(filter *f, const late_scalar *m)
 {
     const int n = f->states, sharp = scaled_is_less(m->r, low_noise_share(m->s));
-    if (is_ordinary(m->r, m->s, m->e)) {
+    if (is_weak(m->r, m->s) && !sharp) {
+        scaled b[KQ_SIZE_MAX];
+        turn_weakly(f, filter_root(f), b, m->f, m->r);
+        update_mean(f, b, scaled_over(m->e, m->s));
+    } else if (is_blunt(m->r, m->s, m->e)) {
         num row[ROW_LEN(KQ_SIZE_MAX)], *S = filter_root(f);
         row_fitted(row, m->f, n);
         rotor end;
@@ -186,7 +190,7 @@ static int late_counts(filter *f, T(kq_lag) *lag, uint32_t k, const late_scalar 
 {
     scaled noise[KQ_SIZE_MAX];
     late_scalar at[2] = {*m};
-    if (scaled_is_zero(floor) && is_ordinary(m->r, m->s, m->e)) return 1;
+    if (scaled_is_zero(floor) && is_blunt(m->r, m->s, m->e)) return 1;
     for (uint32_t age = k; age > 0; age--) {
         late_through(at + 1, noise, at, lag_map(lag, age, f->states), f->states);
         at[0] = at[1];
@@ -212,7 +216,6 @@ static void late_tell(filter *f, const reading *z, int c, const late_scalar *m, 
 {
     const scaled nis = scaled_times(m->e, scaled_over(m->e, m->s));
     likelihood_add(&f->last, nis, physical_variance(z->sensor, c, m->s));
-    if (is_weak(m->r, m->s)) count_weak(f);
     if (!sharp) return;
     filter_set_ready(f, f->ready | FILTER_LOW_NOISE | FILTER_NARROW);
     if (scaled_is_less(num_most_sure, nis)) f->events |= KQ_EVENT_CONTRADICTION;

@@ -490,33 +490,30 @@ TEST(what_a_sharp_measurement_told_and_a_predict_lost_is_an_event)
     TEST_ASSERT_EQUAL_HEX(KQ_EVENT_PRECISION, events_of_sharpness(EPS * EPS / 4));
 }
 
-static unsigned events_of_share(double share)
+/* Of a constant, after 2^13 measurements that each say `share` of R: are sigma and mean right, and no event? */
+static void assert_taken(const K(sensor) *s, double share)
 {
-    static const num one[] = {1}, zero[] = {0};
-    const num P[] = {N(share)};
-    ASSERT_OK(K(sensor_init)(&gauge, one, one));
+    static const num zero[] = {0}, one[] = {1}, P[] = {1};
+    enum { MANY = 1 << 13 };
     ASSERT_OK(K(filter_init)(&level, zero, P));
-    ASSERT_OK(K(update)(&level, &gauge, zero));
-    return K(events)(&level);
+    for (int k = 0; k < MANY; k++) ASSERT_OK(K(update)(&level, s, one));
+    const double P_left = 1 / (1 + MANY * share);
+    ASSERT_WITHIN(1e-3 * P_left, P_left, K(sigma)(&level, 0) * K(sigma)(&level, 0));
+    ASSERT_WITHIN(1e-3 * (1 - P_left), 1 - P_left, K(mean)(&level, 0));
+    TEST_ASSERT_EQUAL_HEX(0, K(events)(&level));
 }
 
-/* One, or some thousand, that say too little take nothing from P; half a million do, in f32. */
-TEST(many_measurements_that_say_too_little_are_an_event)
+/* Each takes less than the root has bits for, the last two less than its last bit. */
+TEST(measurements_that_say_little_are_taken)
 {
-    static const num zero[] = {0};
-    static const double shares[] = {1, 20, 12, 2, 0};
-    const unsigned most = EPS > 1e-10 ? KQ_EVENT_PRECISION : 0;
+    static const double shares[] = {0x1p-12, 0x1p-13, 0x1p-14, 0x1p-17, 0x1p-20, 0x1p-25, 0x1p-30};
+    static const num one[] = {1};
     for (int k = 0; k < COUNT(shares); k++) {
-        const int is_weak = k == 2 || k == 3;
-        TEST_ASSERT_EQUAL_HEX(0, events_of_share(k ? shares[k] * EPS : 1));
-        level.weak = (UINT32_C(1) << 19) - 2;
-        ASSERT_OK(K(update)(&level, &gauge, zero));
-        TEST_ASSERT_EQUAL_HEX(0, K(events)(&level));
-        for (int more = 0; more < 2; more++) ASSERT_OK(K(update)(&level, &gauge, zero));
-        TEST_ASSERT_EQUAL_HEX(is_weak ? most : 0, K(events)(&level));
-        K(events_clear)(&level); /* and as many more may come */
-        ASSERT_OK(K(update)(&level, &gauge, zero));
-        TEST_ASSERT_EQUAL_HEX(0, K(events)(&level));
+        const num r[] = {N(1 / shares[k])};
+        ASSERT_OK(K(sensor_init)(&gauge, one, r));
+        assert_taken(&gauge, shares[k]);
+        ASSERT_OK(K(sensor_init_lean)(&gauge, one, r));
+        assert_taken(&gauge, shares[k]);
     }
 }
 
