@@ -1,7 +1,7 @@
 // Filter, forecast and smoother against the textbook formulas in quadruple precision: random models and the
-// named classes of state-space models, 200 steps each, and short ones whose smoother is one dense solve.
+// named classes of state-space models, and short ones whose smoother is one dense solve.
 //
-//     test_random_models [seed [models]]
+//     test_random_models [seed [models [steps]]]
 //
 // Units of the filter: an error of the mean counts in sigma of the reference at that time, of a covariance in
 // sigma_i sigma_j, of an innovation in sqrt(S), of a gain in sigma_i / sqrt(S_jj).
@@ -308,14 +308,16 @@ int main(int argc, char **argv)
 {
     const std::uint64_t seed = seedOf(argc, argv, generator::defaultSeed);
     const int compared = static_cast<int>(amountOf(argc, argv, randomModels)); // all are drawn
+    generator::Options options;
+    options.steps = static_cast<int>(amountOf(argc, argv, 200, 3));
     std::printf("seed %llu\n", static_cast<unsigned long long>(seed));
     Random random(seed);
     Report report;
     for (int number = 0; number < randomModels; ++number) {
-        const Sequence sequence = generator::randomSequence(random, number);
+        const Sequence sequence = generator::randomSequence(random, number, options);
         if (number < compared) compareAll(report, "random models", sequence);
     }
-    for (const Sequence &sequence : generator::namedSequences(random)) {
+    for (const Sequence &sequence : generator::namedSequences(random, options.steps)) {
         compareAll(report, "named models", sequence);
     }
     Random others = random;
