@@ -188,6 +188,14 @@ inline void simulate(Random &random, Model &model, double share)
     }
 }
 
+/// z to floats
+inline void roundReadings(Model &model)
+{
+    for (reference::Step &step : model.sequence.steps) {
+        for (reference::Reading &reading : step.readings) reading.z = rounded(reading.z);
+    }
+}
+
 /// The largest |z| of each sensor's components; 1 where all are 0.
 inline std::vector<Vector<double>> largestReadings(const Sequence &sequence)
 {

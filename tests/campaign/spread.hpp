@@ -23,7 +23,7 @@ const char *const shapeNames[] = {"constant acceleration", "chain of integrators
 
 inline Vector<double> powersOfTen(Random &random, Index n, double low, double high)
 {
-    return reference::generated(n, 1, [&] { return std::pow(10, random.uniform(low, high)); });
+    return reference::generated(n, 1, [&] { return logUniform(random, low, high); });
 }
 
 /// 1 with a probability, otherwise 0
@@ -63,7 +63,7 @@ inline Matrix<double> factorOfQ(Random &random, Shape shape, const Vector<double
     Index rank = random.integer(0, static_cast<int>(n));
     if (random.chance(0.25)) rank = 0;
     if (shape == Shape::companion) rank = std::min<Index>(rank, 1);
-    return std::pow(10, random.uniform(-5, 0)) * size.asDiagonal() * reference::normals(random, n, rank);
+    return logUniform(random, -5, 0) * size.asDiagonal() * reference::normals(random, n, rank);
 }
 
 /// Some of its columns are 0 in three models of ten.
@@ -80,7 +80,7 @@ inline void addSpreadSensor(Random &random, Model &model, const Vector<double> &
 {
     const Index n = size.size();
     const Matrix<double> weights = reference::normals(random, 1, n).cwiseProduct(mask(random, 1, n, 0.7));
-    const double r = std::pow(10, random.uniform(-8, 0)) * (random.chance(noisy) ? 1 : 0);
+    const double r = logUniform(random, -8, 0) * (random.chance(noisy) ? 1 : 0);
     const Matrix<double> R = rounded(Matrix<double>::Constant(1, 1, r));
     model.sequence.sensors.push_back({rounded(weights * size.cwiseInverse().asDiagonal()), R});
     model.N.push_back(R.cwiseSqrt());
@@ -111,9 +111,7 @@ inline Model spreadModel(Random &random, std::uint64_t number)
         sequence.steps.push_back(step);
     }
     simulate(random, model, 1);
-    for (Step &step : sequence.steps) {
-        for (Reading &reading : step.readings) reading.z = rounded(reading.z);
-    }
+    roundReadings(model);
     model.text = shapeNames[number % static_cast<unsigned>(Shape::shapes)];
     return model;
 }

@@ -69,6 +69,9 @@ class Random
     std::uint64_t state_;
 };
 
+/// A power of ten whose exponent is uniform
+inline double logUniform(Random &random, double from, double to) { return std::pow(10, random.uniform(from, to)); }
+
 /// Of variance 1, by columns
 inline Matrix<double> normals(Random &random, Index rows, Index columns = 1)
 {
