@@ -61,7 +61,7 @@ set(KALMANQ_LONG tools.design tools.design_costs cost.table_and_goals tools.equa
     tools.campaigns studies.examples tools.error_states tools.nonlinear tools.tables
     tools.compiled.few em.reference studies.gallery tools.compiler_options reference.robust
     tools.offers house.rules target.unit.m0.q31 unit.msan.f32 reference.adaptation vectors.avr+port-gcc-Os.q31
-    reference.nonlinear campaign reference.ordinary)
+    reference.nonlinear campaign)
 
 # The core's tests for every day that need a C and a C++ compiler, CMake, Eigen and Python without libraries: the target `alone`
 # builds them, and they have that label.

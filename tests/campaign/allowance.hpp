@@ -82,12 +82,13 @@ class Documented : public Rounding
 
     void start(Belief &belief) override { disturb(belief.covariance, belief.covariance); }
 
-    void predicted(Belief &belief, const Belief &before, const Vec &drive) override
+    void predicted(Belief &belief, const Belief &before, std::size_t t) override
     {
         disturb(belief.covariance, belief.covariance);
+        const Vec drive = inputs_.model.drive(inputs_.steps[t]);
         for (Index i = 0; i < drive.size(); ++i) {
             Real terms = abs(drive(i));
-            for (Index k = 0; k < drive.size(); ++k) terms += abs(addedFrom(i, k) * before.mean(k));
+            for (Index k = 0; k < drive.size(); ++k) terms += abs(addedFrom(t, i, k) * before.mean(k));
             round(belief, i, terms);
         }
     }
@@ -124,9 +125,9 @@ class Documented : public Rounding
 
   private:
     /// A_ik, but for what a pair has already: A_ii - 1 where 1/2 <= A_ii <= 2
-    Real addedFrom(Index i, Index k) const
+    Real addedFrom(std::size_t t, Index i, Index k) const
     {
-        const Real a = inputs_.A()(i, k);
+        const Real a = inputs_.A(t)(i, k);
         return accuracy_.pair && i == k && a >= 0.5 && a <= 2 ? a - 1 : a;
     }
 

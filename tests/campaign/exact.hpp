@@ -37,8 +37,9 @@ struct Inputs {
     std::vector<Step> steps;
 
     int n() const { return static_cast<int>(x0.size()); }
-    const Mat &A() const { return model.A[0]; }
-    const Mat &Q() const { return model.Q[0]; }
+    /// Of the move from step t to the next
+    const Mat &A(std::size_t t) const { return model.A[steps[t].process]; }
+    const Mat &Q(std::size_t t) const { return model.Q[steps[t].process]; }
 };
 
 // ------------------------------------------------------------------ what comes of it
@@ -79,11 +80,33 @@ class Rounding
     virtual ~Rounding() = default;
     virtual void noise(Mat & /*R*/) {}
     virtual void start(Belief & /*belief*/) {}
-    virtual void predicted(Belief & /*belief*/, const Belief & /*before*/, const Vec & /*drive*/) {}
+    virtual void predicted(Belief & /*belief*/, const Belief & /*before*/, std::size_t /*t*/) {}
     virtual void innovation(Scalar & /*scalar*/, const Vec & /*x*/) {}
     /// Noise that a measurement has beside its own.
     virtual Real leastNoise(const Vec & /*h*/, Real /*r*/) { return 0; }
+    /// Is a component taken, where the textbook by itself would or would not?
+    virtual bool takes(bool itself) { return itself; }
     virtual void updated(Belief & /*belief*/, const Belief & /*before*/) {}
+};
+
+/// Takes what an arithmetic has taken: with sensors of one component, what is redundant to it is for its filter to say.
+class AsTaken : public Rounding
+{
+  public:
+    AsTaken(const Inputs &inputs, const Exact &found)
+    {
+        for (std::size_t t = 0; t < found.size(); ++t) {
+            for (std::size_t k = 0; k < found[t].updates.size(); ++k) {
+                if (inputs.steps[t].readings[k].present != 0) taken_.push_back(found[t].updates[k].taken != 0);
+            }
+        }
+    }
+
+    bool takes(bool itself) override { return taken_.at(next_++) && itself; }
+
+  private:
+    std::vector<bool> taken_;
+    std::size_t next_ = 0;
 };
 
 /// Rows of U^-1 H, U^-1 (z - H x), and D, of R = U D U' over the components present.
@@ -124,7 +147,7 @@ inline void take(Belief &belief, Scalar &scalar, const Real &r, Rounding &roundi
         terms += part * part;
     }
     scalar.variance = scalar.h.dot(b) + r;
-    scalar.taken = scalar.variance > redundant * terms;
+    scalar.taken = rounding.takes(scalar.variance > redundant * terms);
     if (!scalar.taken) return;
     scalar.variance += rounding.leastNoise(scalar.h, r);
     scalar.gain = b / scalar.variance;
@@ -164,17 +187,17 @@ inline void filter(Exact &exact, Inputs inputs, Rounding &rounding)
     for (Mat &R : inputs.model.R) rounding.noise(R);
     Belief belief{inputs.x0, inputs.P0};
     rounding.start(belief);
-    for (const Step &step : inputs.steps) {
+    for (std::size_t t = 0; t < inputs.steps.size(); ++t) {
+        const Step &step = inputs.steps[t];
         Instant now;
         now.predicted = belief;
         for (const Reading &reading : step.readings) {
             now.updates.push_back(update(belief, inputs, reading, rounding));
         }
         now.filtered = belief;
-        const Vec drive = inputs.model.drive(step);
-        belief = {inputs.A() * belief.mean + drive,
-                  sandwich(inputs.A(), belief.covariance) + inputs.Q()};
-        rounding.predicted(belief, now.filtered, drive);
+        const Mat &A = inputs.A(t);
+        belief = {A * belief.mean + inputs.model.drive(step), sandwich(A, belief.covariance) + inputs.Q(t)};
+        rounding.predicted(belief, now.filtered, t);
         exact.push_back(now);
     }
 }
@@ -206,13 +229,12 @@ inline void backThrough(Adjoint &later, const Scalar &scalar)
 inline void smooth(Exact &exact, const Inputs &inputs)
 {
     const Index n = inputs.n();
-    const Mat &A = inputs.A(), back = A.transpose();
     Adjoint later{Vec::Zero(n), Mat::Zero(n, n)};
     for (std::size_t t = exact.size(); t-- > 0;) {
         Instant &now = exact[t];
         const Mat &P = now.filtered.covariance;
         if (t + 1 < exact.size()) {
-            const Mat &predicted = exact[t + 1].predicted.covariance;
+            const Mat &predicted = exact[t + 1].predicted.covariance, &A = inputs.A(t), back = A.transpose();
             now.lagOne = (Mat::Identity(n, n) - predicted * later.information) * (A * P);
             later = {back * later.gradient, sandwich(back, later.information)};
         }
@@ -238,24 +260,43 @@ inline Exact run(const Inputs &inputs)
     return run(inputs, none);
 }
 
-/// Does every measurement say what __float128 can tell from its own rounding, or nothing?
-inline bool isResolved(const Inputs &inputs, const Exact &exact)
+/// look(component, the variance that it would have if nothing were measured)
+template <class Look> void eachComponent(const Inputs &inputs, const Exact &exact, const Look &look)
 {
     Mat open = inputs.P0;
-    for (const Instant &now : exact) {
-        for (const Update &update : now.updates) {
+    for (std::size_t t = 0; t < exact.size(); ++t) {
+        for (const Update &update : exact[t].updates) {
             for (const Scalar &scalar : update.scalars) {
                 Real terms = 0;
                 for (Index k = 0; k < inputs.n(); ++k) {
                     const Real part = scalar.h(k) * sigma(open, k);
                     terms += part * part;
                 }
-                if (scalar.taken && scalar.variance < Real(1e-20) * terms) return false;
+                look(scalar, terms);
             }
         }
-        open = sandwich(inputs.A(), open) + inputs.Q();
+        open = sandwich(inputs.A(t), open) + inputs.Q(t);
     }
-    return true;
+}
+
+/// Does every measurement say what __float128 can tell from its own rounding, or nothing?
+inline bool isResolved(const Inputs &inputs, const Exact &exact)
+{
+    bool all = true;
+    eachComponent(inputs, exact, [&all](const Scalar &scalar, const Real &open) {
+        all = all && !(scalar.taken && scalar.variance < Real(1e-20) * open);
+    });
+    return all;
+}
+
+/// Is a component left out that has more than this share of the variance that it would have if nothing were measured?
+inline bool leavesOut(const Inputs &inputs, const Exact &exact, double share)
+{
+    bool any = false;
+    eachComponent(inputs, exact, [&](const Scalar &scalar, const Real &open) {
+        any = any || (!scalar.taken && scalar.variance > share * open);
+    });
+    return any;
 }
 
 } // namespace campaign

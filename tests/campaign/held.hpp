@@ -76,15 +76,16 @@ inline Inputs heldByWords(const Sequence &sequence, reference::Library<Q31> &lib
 {
     const int n = static_cast<int>(sequence.states());
     const kq_format_q31 *states = library.states().data();
-    const kq_process_q31 &process = *library.process(0);
     const reference::Prior prior(library.states(), sequence.x0, sequence.P0);
     kq::require(prior.status, "root prepare");
     Inputs inputs = heldByFloats(sequence);
     inputs.P0 = covarianceOf(prior.root.data(), states, n);
-    inputs.model.A[0] = matrixOf(process.transition, states, n, states, n);
-    inputs.model.Q[0] = covarianceOf(process.noise_root, states, n);
-    inputs.model.B[0] =
-        matrixOf(process.control, states, n, process.control_format, process.controls);
+    for (std::size_t k = 0; k < sequence.processes.size(); ++k) {
+        const kq_process_q31 &process = *library.process(k);
+        inputs.model.A[k] = matrixOf(process.transition, states, n, states, n);
+        inputs.model.Q[k] = covarianceOf(process.noise_root, states, n);
+        inputs.model.B[k] = matrixOf(process.control, states, n, process.control_format, process.controls);
+    }
     for (std::size_t k = 0; k < sequence.sensors.size(); ++k) {
         const kq_sensor_q31 &sensor = *library.sensor(k);
         const kq_format_q31 *formats = library.components(k).data();
@@ -137,8 +138,9 @@ inline Sequence withRanges(const Model &model, const Exact &exact)
     const Vector<double> declared = declaredRange(model, exact);
     sequence.range = reference::powersOfTwo(declared);
     const Vector<double> before = sequence.range;
-    reference::ProcessModel &process = sequence.processes[0];
-    process.range = reference::controlRange(sequence, process.B.cols());
+    for (reference::ProcessModel &process : sequence.processes) {
+        process.range = reference::controlRange(sequence, process.B.cols());
+    }
     const std::vector<Vector<double>> most = largestReadings(sequence);
     for (std::size_t k = 0; k < most.size(); ++k) {
         sequence.sensors[k].range = reference::powersOfTwo(1.5 * most[k]);
@@ -154,7 +156,7 @@ inline Sequence withRanges(const Model &model, const Exact &exact)
     const Vector<double> grid = reference::powersOfTwo(sequence.range);
     sequence.x0 = reference::onGrid(sequence.x0, grid);
     for (Step &step : sequence.steps) {
-        if (step.u.size() > 0) step.u = reference::onGrid(step.u, process.range);
+        if (step.u.size() > 0) step.u = reference::onGrid(step.u, sequence.processes[step.process].range);
         for (Reading &reading : step.readings) {
             reading.z = reference::onGrid(reading.z, sequence.sensors[reading.sensor].range);
         }

@@ -61,8 +61,8 @@ class Units
     {
         open_.push_back(inputs.P0);
         for (std::size_t t = 1; t < inputs.steps.size(); ++t) {
-            open_.push_back(sandwich(inputs.A(), open_.back()) + inputs.Q());
-            least_.push_back(sandwich(inputs.A(), least_.back()) + floor());
+            open_.push_back(sandwich(inputs.A(t - 1), open_.back()) + inputs.Q(t - 1));
+            least_.push_back(sandwich(inputs.A(t - 1), least_.back()) + floor());
         }
     }
 

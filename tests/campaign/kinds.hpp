@@ -10,6 +10,7 @@
 #include "low_noise.hpp"
 #include "model.hpp"
 #include "plants.hpp"
+#include "spread.hpp"
 #include "whole.hpp"
 
 namespace campaign
@@ -23,6 +24,7 @@ const Kind<Model, std::uint64_t> kinds[] = {
     {"mixed", [](Random &random, std::uint64_t number) { return number % 3 == 2 ? wholeModel(random, 0.7) : hardModel(random, 1); }},
     {"ordinary", [](Random &random, std::uint64_t) { return plantModel(random); }},
     {"low_noise", [](Random &random, std::uint64_t) { return lowNoiseModel(random); }},
+    {"spread", [](Random &random, std::uint64_t number) { return spreadModel(random, number); }},
 };
 
 inline Model drawn(const std::string &kind, std::uint64_t seed, std::uint64_t number)

@@ -66,9 +66,7 @@ inline Model lowNoiseModel(Random &random)
         model.sequence.steps.push_back(step);
     }
     simulate(random, model, 1);
-    for (Step &step : model.sequence.steps) {
-        for (Reading &reading : step.readings) reading.z = rounded(reading.z);
-    }
+    roundReadings(model);
     model.text = "P0/R 1e" + std::to_string(model.decades) + " n" + std::to_string(n) + " sensors " + std::to_string(model.N.size()) + (isChain ? " chain" : "") +
                  (hasOutage ? " outage" : "") + (isNear ? " near" : "");
     return model;

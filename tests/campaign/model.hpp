@@ -174,7 +174,6 @@ inline void simulate(Random &random, Model &model, double share)
 {
     using reference::normals;
     Sequence &sequence = model.sequence;
-    const reference::ProcessModel &process = sequence.processes[0];
     Vector<double> x = sequence.x0 + share * (model.F * normals(random, model.F.cols()));
     model.largest = x.cwiseAbs();
     for (reference::Step &step : sequence.steps) {
@@ -183,8 +182,17 @@ inline void simulate(Random &random, Model &model, double share)
             const Matrix<double> &N = model.N[reading.sensor];
             reading.z = sequence.sensors[reading.sensor].H * x + N * normals(random, N.cols());
         }
+        const reference::ProcessModel &process = sequence.processes[step.process];
         x = process.A * x + process.F * normals(random, process.F.cols());
         if (step.u.size() > 0) x += process.B * step.u;
+    }
+}
+
+/// z to floats
+inline void roundReadings(Model &model)
+{
+    for (reference::Step &step : model.sequence.steps) {
+        for (reference::Reading &reading : step.readings) reading.z = rounded(reading.z);
     }
 }
 

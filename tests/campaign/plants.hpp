@@ -18,11 +18,6 @@ struct Plant {
     Matrix<double> A, B, F, H;
 };
 
-inline double logUniform(Random &random, double from, double to)
-{
-    return std::pow(10, random.uniform(from, to));
-}
-
 /// Position and its derivatives, of which the last one walks; all axes alike, positions are measured.
 inline Plant chain(Random &random, Index order, Index axes)
 {

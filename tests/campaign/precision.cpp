@@ -56,12 +56,12 @@ Plan ordinary(Random &random, double /*ratio*/)
     plan.gap = random.integer(2, 10);
     plan.secondEvery = random.integer(1, 3);
     plan.steps = 1000;
-    const double dt = std::pow(10, -random.uniform(0, 2)), r = std::pow(10, random.uniform(-2, 2));
-    const double worse = std::pow(10, random.uniform(2, 4));
+    const double dt = std::pow(10, -random.uniform(0, 2)), r = logUniform(random, -2, 2);
+    const double worse = logUniform(random, 2, 4);
     Matrix<double> A = Matrix<double>::Identity(n, n), F = Matrix<double>::Zero(n, n), P = F, h = Matrix<double>::Zero(1, n);
     for (Index i = 0; i < n; ++i) {
         if (i + 1 < n) A(i, i + 1) = asFloat(dt);
-        P(i, i) = asFloat(std::pow(10, random.uniform(0, 4)));
+        P(i, i) = asFloat(logUniform(random, 0, 4));
         F(i, i) = asFloat(std::sqrt(dt * std::pow(10, -random.uniform(0, 4))));
     }
     h(0, 0) = 1;
@@ -123,7 +123,7 @@ Plan mixed(Random &random, double ratio)
     const Index n = plan.sequence.P0.rows(), moves = random.integer(0, static_cast<int>(n) - 1);
     plan.steps = 2000;
     Matrix<double> F = Matrix<double>::Zero(n, n);
-    F(moves, moves) = asFloat(std::pow(10, random.uniform(-1.5, 1)));
+    F(moves, moves) = asFloat(logUniform(random, -1.5, 1));
     plan.sequence.processes[0].F = F;
     if (random.uniform(0, 1) < 0.5) {
         plan.sequence.sensors[0].H.setZero();

@@ -97,7 +97,7 @@ Sequence drawnModel(std::uint64_t seed, Index n)
         sensor.R = besides(sensor.R, one.sequence.sensors[0].R);
     }
     Random random(seed);
-    process.A = rounded(Matrix<double>(process.A * (1 - std::pow(10, random.uniform(-3, -1.5)))));
+    process.A = rounded(Matrix<double>(process.A * (1 - logUniform(random, -3, -1.5))));
     Sequence sequence;
     sequence.x0 = Vector<double>::Zero(n);
     sequence.processes.push_back(process);

@@ -38,7 +38,6 @@ void BrysonFrazier::update(Track<Quad> &now, Step &step, const std::vector<bool>
 {
     const Vector<Quad> reach = unmeasured_.back().diagonal().cwiseSqrt();
     const std::vector<Reading> readings = std::exchange(step.readings, {});
-    information_.emplace_back();
     std::size_t k = 0;
     for (const Reading &reading : readings) {
         for (const Index c : presentComponents(reading)) {
@@ -47,8 +46,7 @@ void BrysonFrazier::update(Track<Quad> &now, Step &step, const std::vector<bool>
             const Observation<Quad> seen(model_, one);
             const Vector<Quad> h = seen.H.row(0).transpose();
             const Quad r = seen.R(0, 0), s = h.dot(now.filtered.covariance * h) + r;
-            information_.back().push_back(share(s, h, reach, r));
-            const bool isRedundant = r == Quad(0) && information_.back().back() <= redundant;
+            const bool isRedundant = r == Quad(0) && share(s, h, reach, r) <= redundant;
             const bool isTaken = taken.empty() || taken[k++];
             if (!isTaken || isRedundant) continue;
             now.updates.push_back(reference::update(now.filtered, seen.H, seen.R, seen.z));

@@ -30,10 +30,6 @@ class BrysonFrazier
     /// The covariance of each step if nothing were ever measured.
     const std::vector<Matrix<Quad>> &unmeasured() const { return unmeasured_; }
 
-    /// Of every scalar measurement, taken or not, in the order of `Taken`: its innovation variance
-    /// as a share of the largest that it could have if nothing had been measured.
-    const std::vector<std::vector<double>> &information() const { return information_; }
-
   private:
     void update(Track<Quad> &now, Step &step, const std::vector<bool> &taken);
 
@@ -41,7 +37,6 @@ class BrysonFrazier
     Model<Quad> model_;
     std::vector<Track<Quad>> track_;
     std::vector<Matrix<Quad>> unmeasured_;
-    std::vector<std::vector<double>> information_;
 };
 
 } // namespace reference

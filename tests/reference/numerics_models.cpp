@@ -209,7 +209,7 @@ static SensorModel drawSensor(const NumericsModel &model, const Mode &mode, Rand
 {
     SensorModel sensor = model.sensor;
     for (Index c = 0; c < sensor.components() && mode.varyingNoise; ++c) {
-        sensor.R(c, c) *= std::pow(10, random.uniform(-2, 2));
+        sensor.R(c, c) *= logUniform(random, -2, 2);
     }
     sensor.R = rounded(sensor.R);
     return sensor;

@@ -17,10 +17,10 @@ inline std::uint64_t seedOf(int argc, char **argv, std::uint64_t otherwise = 1)
     return argc > 1 ? std::strtoull(argv[1], nullptr, 10) : otherwise;
 }
 
-/// The second argument: how much is run
-inline std::uint64_t amountOf(int argc, char **argv, std::uint64_t otherwise)
+/// The second argument, or another one: how much is run
+inline std::uint64_t amountOf(int argc, char **argv, std::uint64_t otherwise, int which = 2)
 {
-    return argc > 2 ? std::strtoull(argv[2], nullptr, 10) : otherwise;
+    return argc > which ? std::strtoull(argv[which], nullptr, 10) : otherwise;
 }
 
 /// xorshift64* (Vigna 2016), seeded through one step of splitmix64 so that neighbouring seeds
@@ -68,6 +68,9 @@ class Random
 
     std::uint64_t state_;
 };
+
+/// A power of ten whose exponent is uniform
+inline double logUniform(Random &random, double from, double to) { return std::pow(10, random.uniform(from, to)); }
 
 /// Of variance 1, by columns
 inline Matrix<double> normals(Random &random, Index rows, Index columns = 1)

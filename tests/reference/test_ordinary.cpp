@@ -20,7 +20,6 @@ using namespace reference;
 namespace
 {
 
-constexpr std::size_t stepCount = 2000;
 constexpr double meanGoal = 1e-4;
 /// Where the UD filter is off by more than this, the library has to be ten times better.
 constexpr double visibleError = 1e-3;
@@ -98,11 +97,11 @@ double median(std::vector<double> values)
 
 /// Errors of x in f32 and with UD, those of this run being given: medians with further runs
 void takeMedians(Figures &f32, Figures &ud, const NumericsModel &model, const Mode &mode,
-                 std::uint64_t seed)
+                 std::uint64_t seed, std::size_t steps)
 {
     std::vector<double> mine = {f32.x}, other = {ud.x};
     for (int k = 1; k < runsOfLimited; ++k) {
-        const Sequence sequence = simulate(model, mode, stepCount, seed + static_cast<unsigned>(k));
+        const Sequence sequence = simulate(model, mode, steps, seed + static_cast<unsigned>(k));
         const std::vector<Track<Quad>> exact = filter<Quad>(sequence);
         mine.push_back(runLibrary<float>(sequence, exact).x);
         other.push_back(runUd(sequence, exact).x);
@@ -148,16 +147,16 @@ void checkFixed(Verdict &verdict, const Figures &mine, const Figures &ud,
 }
 
 /// The advantage of q31 over UD in x.
-double testRun(Verdict &verdict, const NumericsModel &model, const Mode &mode, std::uint64_t seed)
+double testRun(Verdict &verdict, const NumericsModel &model, const Mode &mode, std::uint64_t seed, std::size_t steps)
 {
-    const Sequence sequence = simulate(model, mode, stepCount, seed);
+    const Sequence sequence = simulate(model, mode, steps, seed);
     const std::vector<Track<Quad>> exact = filter<Quad>(sequence);
     Figures f32 = runLibrary<float>(sequence, exact);
     const Figures f64 = runLibrary<double>(sequence, exact);
     const Figures q31 = runLibrary<Q31>(sequence, exact);
     Figures ud = runUd(sequence, exact);
     const double advantage = ud.x / q31.x;
-    if (isLimitedByRoot(model)) takeMedians(f32, ud, model, mode, seed);
+    if (isLimitedByRoot(model)) takeMedians(f32, ud, model, mode, seed, steps);
     std::printf("%-22s %-13s %8.1e %8.1e %8.1e %8.1e   %8.1e %8.1e %8.1e %8.1e   %8.1e %8.1e\n",
                 model.name.c_str(), mode.name, f32.x, f64.x, q31.x, ud.x, f32.P, f64.P, q31.P, ud.P,
                 f32.eigenvalue, q31.eigenvalue);
@@ -185,8 +184,9 @@ void checkAdvantage(Verdict &verdict, std::vector<double> advantages)
 int main(int argc, char **argv)
 {
     const std::uint64_t seed = seedOf(argc, argv);
+    const std::size_t steps = amountOf(argc, argv, 2000);
     std::printf("seed %llu, %zu steps; errors of P below %.0e count as rounding\n",
-                static_cast<unsigned long long>(seed), stepCount, covarianceFloor);
+                static_cast<unsigned long long>(seed), steps, covarianceFloor);
     std::printf("%-36s %-35s   %-35s   %s\n", "", "error of x in sigma", "error of P",
                 "smallest eigenvalue");
     std::printf("%-22s %-13s %8s %8s %8s %8s   %8s %8s %8s %8s   %8s %8s\n", "model", "mode", "f32",
@@ -195,7 +195,7 @@ int main(int argc, char **argv)
     std::vector<double> advantages;
     for (const NumericsModel &model : numericsModels()) {
         for (const Mode &mode : numericsModes()) {
-            advantages.push_back(testRun(verdict, model, mode, seed));
+            advantages.push_back(testRun(verdict, model, mode, seed, steps));
         }
     }
     checkAdvantage(verdict, advantages);

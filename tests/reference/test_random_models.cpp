@@ -1,7 +1,7 @@
 // Filter, forecast and smoother against the textbook formulas in quadruple precision: random models and the
-// named classes of state-space models, 200 steps each, and short ones whose smoother is one dense solve.
+// named classes of state-space models, and short ones whose smoother is one dense solve.
 //
-//     test_random_models [seed [models]]
+//     test_random_models [seed [models [steps]]]
 //
 // Units of the filter: an error of the mean counts in sigma of the reference at that time, of a covariance in
 // sigma_i sigma_j, of an innovation in sqrt(S), of a gain in sigma_i / sqrt(S_jj).
@@ -32,14 +32,37 @@ const Claims filterClaims = {
 
 // ------------------------------------------------------------------ one sequence
 
+/// The reference before a reading, and the innovation of all components of its sensor, present or not
+struct Ahead {
+    Belief<Quad> belief;
+    Innovation<Quad> all;
+};
+
+/// Of each step's readings
+std::vector<std::vector<Ahead>> aheadOf(const Study &study)
+{
+    const Model<Quad> model(study.sequence);
+    std::vector<std::vector<Ahead>> ahead(study.track.size());
+    for (std::size_t t = 0; t < ahead.size(); ++t) {
+        Belief<Quad> belief = study.track[t].predicted;
+        for (const Reading &reading : study.sequence.steps[t].readings) {
+            const Matrix<Quad> &H = model.H[reading.sensor], &R = model.R[reading.sensor];
+            ahead[t].push_back({belief, innovation(belief, H, R, convert<Quad>(reading.z))});
+            const Observation<Quad> seen(model, reading);
+            if (seen.z.size() > 0) update(belief, seen.H, seen.R, seen.z);
+        }
+    }
+    return ahead;
+}
+
 /// One filter of the library beside the reference.
 template <class T> class Comparison
 {
   public:
     using Api = kq::Api<T>;
 
-    explicit Comparison(const Study &study)
-        : study_(study), sequence_(study.sequence), library_(sequence_, Processes::shared),
+    Comparison(const Study &study, const std::vector<std::vector<Ahead>> &ahead)
+        : study_(study), expected_(ahead), sequence_(study.sequence), model_(sequence_), library_(sequence_, Processes::shared),
           filter_(library_.states()), ahead_(library_.states())
     {
         library_.init(filter_);
@@ -50,9 +73,10 @@ template <class T> class Comparison
         for (std::size_t t = 0; t < sequence_.steps.size(); ++t) {
             const Step &step = sequence_.steps[t];
             compareBelief("-", study_.track[t].predicted);
-            Belief<Quad> belief = study_.track[t].predicted;
             for (std::size_t k = 0; k < step.readings.size(); ++k) {
-                compareUpdate(belief, step.readings[k], study_.track[t].updates[k]);
+                compareInnovation(expected_[t][k].belief, step.readings[k], expected_[t][k].all);
+                library_.update(filter_.get(), step.readings[k]);
+                compareLikelihood(study_.track[t].updates[k]);
             }
             compareBelief("", study_.track[t].filtered);
             if (t % 23 == 7) compareForecast(t);
@@ -70,19 +94,6 @@ template <class T> class Comparison
         const Vector<Quad> unit = units(study_, exact.covariance, floorOf<T>());
         figures_.add("x" + when, meanError(belief.mean, exact.mean, unit));
         figures_.add("P" + when, covarianceError(belief.covariance, exact.covariance, unit));
-    }
-
-    /// `belief` is the reference before this reading, and then after it.
-    void compareUpdate(Belief<Quad> &belief, const Reading &reading, const Innovation<Quad> &exact)
-    {
-        const Model<Quad> model(sequence_);
-        const Matrix<Quad> &H = model.H[reading.sensor], &R = model.R[reading.sensor];
-        const Vector<Quad> z = convert<Quad>(reading.z);
-        compareInnovation(belief, reading, innovation(belief, H, R, z));
-        library_.update(filter_.get(), reading);
-        compareLikelihood(exact);
-        const Observation<Quad> seen(model, reading);
-        if (seen.z.size() > 0) update(belief, seen.H, seen.R, seen.z);
     }
 
     /// Innovation, S and gain of all components of the sensor, present or not.
@@ -159,8 +170,7 @@ template <class T> class Comparison
         figures_.add("forecast x", meanError(belief.mean, exact.mean, unit));
         figures_.add("forecast P", covarianceError(belief.covariance, exact.covariance, unit));
 
-        const Model<Quad> model(sequence_);
-        const Matrix<Quad> &H = model.H[0], &R = model.R[0];
+        const Matrix<Quad> &H = model_.H[0], &R = model_.R[0];
         const auto *sensor = library_.sensor(0);
         const Formats<T> &components = library_.components(0);
         const auto m = static_cast<std::size_t>(components.count());
@@ -176,7 +186,9 @@ template <class T> class Comparison
     }
 
     const Study &study_;
+    const std::vector<std::vector<Ahead>> &expected_;
     const Sequence &sequence_;
+    const Model<Quad> model_;
     Library<T> library_;
     FilterOwner<T> filter_, ahead_;
     Figures figures_;
@@ -220,9 +232,10 @@ void smoothAll(Report &report, const std::string &group, const Case &model)
     smoothLibrary<Q31>(report, title, isNamed, model);
 }
 
-template <class T> void filterLibrary(Report &report, const std::string &title, bool isNamed, const Study &study)
+template <class T>
+void filterLibrary(Report &report, const std::string &title, bool isNamed, const Study &study, const std::vector<std::vector<Ahead>> &ahead)
 {
-    judge<T>(report, title, isNamed, study, Comparison<T>(study).run(), filterClaims, {1e-9, 1e-11});
+    judge<T>(report, title, isNamed, study, Comparison<T>(study, ahead).run(), filterClaims, {1e-9, 1e-11});
 }
 
 void compareAll(Report &report, const std::string &group, const Sequence &sequence)
@@ -236,9 +249,10 @@ void compareAll(Report &report, const std::string &group, const Sequence &sequen
     report.add("reference in long double" + title, sequence.name,
                selfCheck<long double>(study, floorOf<double>()),
                easy ? Bounds{{"x", 1e-10}, {"P", 1e-12}} : Bounds{});
-    filterLibrary<double>(report, title, isNamed, study);
-    filterLibrary<float>(report, title, isNamed, study);
-    filterLibrary<Q31>(report, title, isNamed, study);
+    const std::vector<std::vector<Ahead>> ahead = aheadOf(study);
+    filterLibrary<double>(report, title, isNamed, study, ahead);
+    filterLibrary<float>(report, title, isNamed, study, ahead);
+    filterLibrary<Q31>(report, title, isNamed, study, ahead);
     smoothAll(report, group, study);
 }
 
@@ -294,14 +308,16 @@ int main(int argc, char **argv)
 {
     const std::uint64_t seed = seedOf(argc, argv, generator::defaultSeed);
     const int compared = static_cast<int>(amountOf(argc, argv, randomModels)); // all are drawn
+    generator::Options options;
+    options.steps = static_cast<int>(amountOf(argc, argv, 200, 3));
     std::printf("seed %llu\n", static_cast<unsigned long long>(seed));
     Random random(seed);
     Report report;
     for (int number = 0; number < randomModels; ++number) {
-        const Sequence sequence = generator::randomSequence(random, number);
+        const Sequence sequence = generator::randomSequence(random, number, options);
         if (number < compared) compareAll(report, "random models", sequence);
     }
-    for (const Sequence &sequence : generator::namedSequences(random)) {
+    for (const Sequence &sequence : generator::namedSequences(random, options.steps)) {
         compareAll(report, "named models", sequence);
     }
     Random others = random;
