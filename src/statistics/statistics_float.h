@@ -9,8 +9,8 @@
 
 typedef T(kq_least_squares) least_squares;
 
-/* A normalised innovation as a word, or "none" where it is not representable */
-static num unit_word(scaled a) { return num_is_finite(a) ? a : num_nan(); }
+/* A normalised innovation as a word, or "none" where the squares of a window might add up to what is not representable */
+static num unit_word(scaled a) { return a * a <= num_most_variance ? a : num_nan(); }
 static int unit_is_none(num a) { return a != a; }
 static score unit_score(num a) { return a; }
 static score unit_product(num a, num b) { return a * b; }

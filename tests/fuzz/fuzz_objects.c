@@ -9,17 +9,18 @@
  */
 #include "laws.h"
 
-enum { STEPS = 12, LAG = 3, WINDOW = 4, OBJECTS = 7, TOLD = KQ_EVENT_OVERFLOW | KQ_EVENT_SATURATED /* what is shown is a limit */ };
+enum { STEPS = 12, LAG = 3, WINDOW = 4, OBJECTS = 8, PROCESSES = 3, CHANGES = 2, TOLD = KQ_EVENT_OVERFLOW | KQ_EVENT_SATURATED /* what is shown is a limit */ };
 
 static struct {
     int n, l, m[SENSORS];
-    num A[2][SQUARE], B[SQUARE], Q[SQUARE], H[SENSORS][SQUARE], R[SENSORS][SQUARE], P0[SQUARE];
+    num A[PROCESSES][SQUARE], B[SQUARE], Q[SQUARE], H[SENSORS][SQUARE], R[SENSORS][SQUARE], P0[SQUARE];
     word x0[MOST];
     entry gain[SQUARE], weights[MOST];
-    K(process) process[2], scaled;
+    K(process) process[PROCESSES], scaled;
     K(sensor) sensor[SENSORS];
     K(filter) filter, twin, ahead;
     K(history) history;
+    K(jacobians) jacobians;
     K(lag) lag, delay;
     K(instant) instant;
     K(adaptation) adaptation;
@@ -64,20 +65,20 @@ static void look_at(const K(filter) *f)
 
 static void make_models(void)
 {
-    const int n = own.n = states = (int)below(MOST) + 1, l = own.l = (int)below(3);
+    const int n = own.n = states = size_drawn(), l = own.l = (int)below(3);
     choose_formats(0);
     numbers(own.B, n * l);
     covariance(own.Q, n);
-    for (int k = 0; k < 2; k++) {
+    for (int k = 0; k < PROCESSES; k++) {
         numbers(own.A[k], n * n);
         for (int i = 0; byte() < 200 && i < n; i++) own.A[k][i * n + i] = 1;
         (void)!put_process(&own.process[k], n, l, own.A[k], own.B, own.Q);
     }
     for (unsigned k = 0; k < SENSORS; k++) {
-        const int m = own.m[k] = (int)below(k ? 4 : MOST) + 1;
+        const int m = own.m[k] = k ? (int)below(4) + 1 : size_drawn();
         numbers(own.H[k], m * n);
         covariance(own.R[k], m);
-        (void)!put_sensor(&own.sensor[k], k, n, m, own.H[k], own.R[k]);
+        (void)!put_sensor(&own.sensor[k], k < 3 ? k : 3 + below(3), n, m, own.H[k], own.R[k]);
     }
 }
 
@@ -97,6 +98,8 @@ static void make_objects(void)
     const int n = own.n, m = own.m[0];
     size_t length = LENGTH(HISTORY)(n, m, below(STEPS) + 1, below(3));
     DEMAND(K(history_assign)(&own.history, n, words(length), length) == KQ_OK);
+    length = (size_t)LENGTH(JACOBIANS)(n, CHANGES, below(CHANGES) + 1);
+    DEMAND(K(jacobians_assign)(&own.jacobians, &own.history, n, KEEP(K(process), CHANGES), CHANGES, words(length), length) == KQ_OK);
     length = LENGTH(LAG)(n, m, LAG);
     DEMAND(K(lag_assign)(&own.lag, n, m, LAG, words(length), length) == KQ_OK);
     DEMAND(K(delay_assign)(&own.delay, n, m, LAG, words(length), length) == KQ_OK);
@@ -118,7 +121,7 @@ static void make_objects(void)
 static struct K(attached) *object(void)
 {
     struct K(attached) *of[OBJECTS] = {&own.history.attached, &own.lag.attached, &own.delay.attached, &own.instant.attached,
-        &own.adaptation.attached, &own.freeze.attached, &own.diffuse.attached};
+        &own.adaptation.attached, &own.freeze.attached, &own.diffuse.attached, &own.jacobians.attached};
     return of[below(OBJECTS)];
 }
 
@@ -135,6 +138,26 @@ static void step_of(const K(process) *p, const word *u, const K(sensor) *s, cons
     DEMAND(K(events)(&own.twin) == K(events)(&own.filter));
 }
 
+/* What a gate rejects changes no state; beside innovations the two words of a mean may be rounded anew. */
+static void update_by_loss(const K(sensor) *s, const word *z, uint32_t present)
+{
+    const unsigned rejected = own.gate.rejected;
+    (void)!judged(K(update_robust)(&own.filter, s, z, present, &own.gate));
+    if (own.gate.rejected > rejected && s != &own.sensor[SENSORS - 1]) DEMAND(memcmp(memory_before, own.filter.memory, sizeof(word) * (size_t)LENGTH(FILTER)(own.n)) == 0);
+}
+
+/* An update whose consistency is watched: a mean NIS is not negative, its bounds are in order, a correlation is within 1. */
+static void watch(const K(sensor) *s, const word *z, uint32_t present)
+{
+    score nis, low, high, correlation;
+    const int is_watched = K(consistency_watch)(&own.consistency, &own.filter, s, z, present) == KQ_OK;
+    (void)!judged(K(update_subset)(&own.filter, s, z, present));
+    if (is_watched) (void)!K(consistency_record)(&own.consistency, &own.filter);
+    if (K(consistency_nis)(&own.consistency, limit_of(2), &nis, &low, &high) == KQ_OK) DEMAND(nis >= 0 && low >= 0 && low <= high);
+    if (K(consistency_innovation)(&own.consistency, (int)below(4), limit_of(2), &nis, &low, &correlation, &high) == KQ_OK)
+        DEMAND(fabs((double)correlation) <= (double)limit_of(1) * (1 + ROUNDING));
+}
+
 static void update(unsigned how)
 {
     const K(sensor) *s = &own.sensor[below(SENSORS)];
@@ -146,25 +169,83 @@ static void update(unsigned how)
     switch (how) {
     case 0: (void)!judged(K(update)(&own.filter, s, z)); break;
     case 1: (void)!judged(K(update_subset)(&own.filter, s, z, present)); break;
-    case 2: (void)!judged(K(update_robust)(&own.filter, s, z, present, &own.gate)); break;
+    case 2: update_by_loss(s, z, present); break;
     case 3: (void)!judged(K(predict)(&own.filter, p, u)); break;
-    case 4: (void)!K(consistency_watch)(&own.consistency, &own.filter, s, z, present); break;
+    case 4: watch(s, z, present); break;
     case 5: (void)!K(update_delayed)(&own.delay, below(LAG + 1), s, z, present); break;
     default: step_of(p, u, s, z);
     }
+}
+
+#ifndef KQ_FUZZ_Q31
+/* A step by sigma points, in one call */
+static void step_by_sigma_points(const K(process) *p, const K(sensor) *s)
+{
+    const int is_predict = (int)below(2), m = s->components;
+    num *work = words(KQ_SIGMA_POINTS_LEN((size_t)own.n, (size_t)m));
+    const kq_sigma_points rule = a_rule();
+    function g;
+    make_function(&g, &own.filter, is_predict ? own.n : m);
+    check_function(&g, judged(is_predict ? K(predict_sigma_points)(&own.filter, p, call_function, &g, rule, work)
+                                         : K(update_sigma_points)(&own.filter, s, call_function, &g, rule, work)));
+}
+
+/* The same by its parts, linearised at the filter or at a view */
+static void predict_by_parts_of(const K(filter) *where, const K(process) *p)
+{
+    const size_t length = KQ_PROCESS_LEN((size_t)own.n);
+    K(process) found;
+    linearised g;
+    if (linearise(where, own.n, &g) != KQ_OK) return;
+    DEMAND(K(process_assign)(&found, own.n, 0, words(length), length) == KQ_OK);
+    for (int i = 0; i < own.n; i++) g.J[i * (own.n + 1)] += 1;
+    if (K(process_linearise)(&found, p, g.J, g.E) == KQ_OK) (void)!judged(K(predict_extended)(&own.filter, &found, g.y));
+}
+
+static void update_by_parts_of(const K(filter) *where, const K(sensor) *s)
+{
+    const int m = s->components;
+    const size_t length = (size_t)KQ_SENSOR_LEN(m);
+    K(sensor) found;
+    linearised g;
+    if (linearise(where, m, &g) != KQ_OK) return;
+    DEMAND(K(sensor_assign)(&found, own.n, m, words(length), length) == KQ_OK);
+    if (K(sensor_linearise)(&found, s, g.J, g.E, KEEP(num, m * m)) == KQ_OK) (void)!judged(K(update)(&own.filter, &found, g.y));
+}
+#endif
+
+static void step_nonlinear(void)
+{
+    const K(process) *p = &own.process[below(PROCESSES)];
+    word d[MOST];
+#ifndef KQ_FUZZ_Q31
+    const K(sensor) *s = &own.sensor[below(SENSORS)];
+    const K(filter) *where = &own.filter;
+    K(filter) view;
+    if (below(4) == 0 && K(smoothed)(&own.history, below(STEPS), &view) == KQ_OK) where = &view;
+    switch (below(4)) {
+    case 0:
+    case 1: step_by_sigma_points(p, s); return;
+    case 2: predict_by_parts_of(where, p); return;
+    default: if (below(2)) { update_by_parts_of(where, s); return; }
+    }
+#endif
+    state_words(d, own.n);
+    (void)!judged(K(predict_extended)(&own.filter, p, d));
 }
 
 static void change(void)
 {
     static const struct K(loss_kind) *const kinds[] = {&K(loss_huber), &K(loss_student), &K(loss_jump), &K(loss_gate)};
     word d[MOST];
-    switch (below(7)) {
+    switch (below(8)) {
     case 0: (void)!change_transition(&own.process[1], own.n); break;
     case 1: (void)!change_measurement(&own.sensor[below(SENSORS)], own.n); break;
-    case 2: own.gate = (K(loss)){.kind = kinds[below(sizeof kinds / sizeof *kinds)], .parameter = entry_of(number()), .weights = own.weights, .limit = limit_of(number()), .run = (uint16_t)below(4)}; break;
+    case 2: own.gate = (K(loss)){.kind = kinds[below(sizeof kinds / sizeof *kinds)], .parameter = entry_of(number()), .weights = own.weights, .limit = below(2) ? K(chi_square_limit)(1, KQ_LEVEL_95) : limit_of(number()), .run = (uint16_t)below(4)}; break;
     case 3: (void)!scale_noise(&own.scaled, &own.process[0], own.n, entry_of(number())); break;
     case 4: state_words(d, own.n), (void)!judged(K(move)(&own.filter, d)); break;
-    case 5: (void)!judged(K(forget)(&own.filter, entry_of(number()))); break;
+    case 5: (void)!change_jacobian(&own.process[2], own.n); break;
+    case 6: (void)!judged(K(forget)(&own.filter, entry_of(number()))); break;
     default: state_words(own.x0, own.n), (void)!judged(put_prior(&own.filter, own.n, own.x0, own.P0));
     }
 }
@@ -234,18 +315,16 @@ static void look(void)
 #ifndef KQ_FUZZ_Q31
 static void learn_all(void)
 {
-    const size_t length = LENGTH(EM)(own.n, own.m[1], 4);
-    num z[4 * MOST];
-    K(em) em;
-    memset(&em, 0, sizeof em);
-    K(parameters) model = {0, 0, own.A[1], NULL, NULL, own.Q, own.H[1], own.R[0], own.x0, own.P0};
-    const kq_em_choice choice = {below(64), (kq_em_form)below(3), (kq_em_form)below(3), NULL, NULL};
-    const K(recording) recording = {below(4) + 1, z, NULL, NULL};
-    if (own.m[1] != own.m[0]) return; /* R is of the first one */
-    numbers(z, 4 * own.m[1]);
-    DEMAND(K(em_assign)(&em, own.n, own.m[1], words(length), length) == KQ_OK);
-    if (K(em_init)(&em, &model, &choice, &recording, 1) < 0) return;
-    for (int k = 0; k < 3; k++) (void)!K(em_iterate)(&em);
+    static learning e;
+    const num *const from[PARAMETERS] = {own.A[1], own.H[1], own.Q, own.R[1], own.x0, own.P0};
+    const int r = below(2) ? (int)below((unsigned)own.n) + 1 : 0;
+    num F[SQUARE];
+    if (r) numbers(F, own.n * r);
+    e.n = own.n, e.m = own.m[1];
+    learn_from(&e, own.l, own.l ? keep_numbers(own.B, own.n * own.l) : NULL, r, r ? keep_numbers(F, own.n * r) : NULL, from);
+    if (r) covariance(e.now[2], r), memcpy(e.first[2], e.now[2], sizeof(num) * (size_t)(r * r));
+    choose_free(&e), record(&e, own.l);
+    go_on_learning(&e);
 }
 
 static void solve(void)
@@ -272,7 +351,7 @@ static void go_on_for_long(void)
     const K(sensor) *s = &own.sensor[below(SENSORS)];
     const int is_predict = (int)below(2);
     sensor_words(z, s);
-    for (int k = 0; k < 300; k++) {
+    for (int k = 0; k < 1200 / (own.n + 3); k++) {
         const kq_status status = is_predict ? K(predict)(&own.filter, &own.process[0], NULL) : K(update)(&own.filter, s, z);
         if (status < 0) return;
     }
@@ -282,7 +361,7 @@ static void go_on_for_long(void)
 static void rare(unsigned op)
 {
     static int count;
-    if (count++ % 4 || count_kept > 120) return;
+    if (count++ % 4 || count_kept > 270) return;
     if (below(8) == 7) go_on_for_long();
 #ifdef KQ_FUZZ_Q31
     (void)op;
@@ -294,9 +373,9 @@ static void rare(unsigned op)
 
 static void call(void)
 {
-    if (count_kept > 130) return;
+    if (count_kept > 280) return;
     note();
-    const unsigned op = below(32);
+    const unsigned op = below(36);
     if (op < 4) update(3);
     else if (op < 14) update(op % 7);
     else if (op < 17) change();
@@ -304,7 +383,8 @@ static void call(void)
     else if (op < 22) (void)!K(detach)(object());
     else if (op < 29) look();
     else if (op < 30) (void)!judged(begin_start(&own.diffuse, &own.filter, own.n, own.x0, own.P0, byte() | byte() << 8));
-    else rare(op & 1);
+    else if (op < 32) rare(op & 1);
+    else step_nonlinear();
     if (own.filter.ready) DEMAND(K(filter_check)(&own.filter) == KQ_OK);
     check_scales();
     look_at(&own.filter);
@@ -319,7 +399,7 @@ int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size)
         check_a_law();
     } else {
         memset(&own, 0, sizeof own);
-        own.gate.kind = &K(loss_gate);
+        own.gate = (K(loss)){.kind = &K(loss_gate), .limit = K(chi_square_limit)(1, KQ_LEVEL_95)};
         make_models(), make_filters(), make_objects();
         for (int k = 0; k < 60 && at < end; k++) call();
     }

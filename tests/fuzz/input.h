@@ -14,36 +14,66 @@
 typedef double num; /* what tables are made of */
 typedef int32_t word;
 typedef kq_scaled_q31 entry;
+typedef int64_t score; /* Q39.24 */
 #define K(name) kq_##name##_q31
 #define LENGTH(name) KQ_##name##_LEN_Q31
 #define ROUNDING 0x1p-29 /* of a correlation: from a covariance that is rounded */
 #define WORD_ROUNDING 0x1p-18 /* of what two ways of calls that mean the same make, in sigmas */
+#define IS_WHOLE 1 /* a mean is rounded to it */
 #define GROWTH 0x1p-16 /* of a smoothed variance beside the filtered one, by hundreds of operations */
 #elif defined KQ_FUZZ_F64
-typedef double num, word, entry;
+typedef double num, word, entry, score;
 #define K(name) kq_##name##_f64
 #define LENGTH(name) KQ_##name##_LEN_F64
 #define ROUNDING 0x1p-40
 #define WORD_ROUNDING 0x1p-30
+#define IS_WHOLE 0
 #define GROWTH 0x1p-30
 #define TINY 0x1p-200 /* a sigma below it is noise to the arithmetic (process.h) */
 #else
-typedef float num, word, entry;
+typedef float num, word, entry, score;
 #define K(name) kq_##name##_f32
 #define LENGTH(name) KQ_##name##_LEN_F32
 #define ROUNDING 0x1p-16
 #define WORD_ROUNDING 0x1p-9
+#define IS_WHOLE 0
 #define GROWTH 0x1p-10
 #define TINY 0x1p-60
 #endif
 
-enum { MOST = KQ_SIZE_MAX, SQUARE = MOST * MOST, SENSORS = 3 };
+enum { MOST = KQ_SIZE_MAX, SQUARE = MOST * MOST, SENSORS = 4 };
 
 static const uint8_t *at, *end;
+static uint32_t spun; /* not 0: bytes come of it, not of the input, which has too few for 16 states */
 
-static unsigned byte(void) { return at < end ? *at++ : 0; }
+static unsigned byte(void)
+{
+    if (!spun) return at < end ? *at++ : 0;
+    spun = spun * 1664525u + 1013904223u;
+    return spun >> 24;
+}
 
 static unsigned below(unsigned count) { return byte() % count; }
+
+/* Small ones mostly: they are cheap */
+static int size_drawn(void)
+{
+    const unsigned kind = byte();
+    return (int)(kind < 216 ? kind % 4 : kind % MOST) + 1;
+}
+
+static void spin(void)
+{
+    const unsigned low = byte();
+    spun = (low | byte() << 8) * 2654435761u | 1;
+}
+
+static void spin_if_many(int count)
+{
+    if (count > 4) spin();
+}
+
+static void spin_ends(void) { spun = 0; }
 
 static num number(void)
 {
@@ -55,8 +85,23 @@ static num number(void)
     return (num)ldexp((double)kind - 110, -(int)below(12));
 }
 
+/* Of a size, some of them 0; then up to three of any kind */
+static void spin_numbers(num *to, int count)
+{
+    const int size = (int)below(24) - 19;
+    const unsigned share = byte();
+    spin();
+    for (int k = 0; k < count; k++) to[k] = byte() > share ? 0 : (num)ldexp((double)byte() - 127.5, size);
+    spin_ends();
+    for (unsigned k = below(4); k > 0; k--) to[below((unsigned)count)] = number();
+}
+
 static void numbers(num *to, int count)
 {
+    if (count > 4 && byte() < 200) {
+        spin_numbers(to, count);
+        return;
+    }
     for (int k = 0; k < count; k++) to[k] = number();
 }
 
@@ -84,7 +129,7 @@ static void covariance(num *P, int n)
 }
 
 /* Memory of exactly so many bytes, gone after the input */
-static void *kept[160];
+static void *kept[320];
 static int count_kept;
 
 static void *keep(size_t count, size_t size)

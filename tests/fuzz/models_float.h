@@ -6,24 +6,32 @@
 
 static void choose_formats(int is_tame) { (void)is_tame; }
 
+/* A copy of exactly so many numbers */
+static num *keep_numbers(const num *of, int count)
+{
+    num *made = KEEP(num, count);
+    if (count) memcpy(made, of, sizeof *of * (size_t)count);
+    return made;
+}
+
 static kq_status put_process(K(process) *p, int n, int l, const num *A, const num *B, const num *Q)
 {
     const size_t length = KQ_PROCESS_LEN((size_t)n);
-    num *kept_A = KEEP(num, n * n), *kept_B = KEEP(num, n * l);
-    memcpy(kept_A, A, sizeof *A * (size_t)(n * n));
-    if (l) memcpy(kept_B, B, sizeof *B * (size_t)(n * l));
+    num *kept_A = keep_numbers(A, n * n), *kept_B = keep_numbers(B, n * l);
     DEMAND(K(process_assign)(p, n, l, words(length), length) == KQ_OK);
     return K(process_init)(p, kept_A, l ? kept_B : NULL, Q);
 }
 
-/* Of a kind: any R, lean, independent */
+/* Of a kind: any R, lean, independent; from 3 on of innovations */
 static kq_status put_sensor(K(sensor) *s, unsigned kind, int n, int m, const num *H, const num *R)
 {
-    num r[MOST], *kept_H = KEEP(num, m * n);
-    memcpy(kept_H, H, sizeof *H * (size_t)(m * n));
+    num r[MOST], *kept_H = keep_numbers(H, m * n);
     DEMAND(K(sensor_assign)(s, n, m, words((size_t)KQ_SENSOR_LEN(m)), (size_t)KQ_SENSOR_LEN(m)) == KQ_OK);
     for (int c = 0; c < m; c++) r[c] = R[c * m + c];
     if (kind == 0) return K(sensor_init)(s, kept_H, R);
+    if (kind == 3) return K(sensor_init_extended)(s, kept_H, R);
+    if (kind == 4) return K(sensor_init_lean_extended)(s, kept_H, r);
+    if (kind == 5) return K(sensor_init_diagonal_extended)(s, kept_H, r);
     return kind == 1 ? K(sensor_init_lean)(s, kept_H, r) : K(sensor_init_diagonal)(s, kept_H, r);
 }
 
@@ -46,6 +54,8 @@ static kq_status change_transition(K(process) *p, int n)
     num *A = KEEP(num, n * n);
     return numbers(A, n * n), K(process_change_transition)(p, A);
 }
+
+static kq_status change_jacobian(K(process) *p, int n) { return change_transition(p, n); }
 
 static kq_status change_measurement(K(sensor) *s, int n)
 {

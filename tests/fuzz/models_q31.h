@@ -19,19 +19,22 @@ static void choose_formats(int are_tame)
 {
     is_tame = are_tame;
     is_corrupted = !are_tame && byte() > 220;
+    const int is_plain = is_tame || byte() < 128;
+    if (!is_plain) spin();
     for (int i = 0; i < 2 * MOST; i++) {
-        kq_format_q31 *f = i < MOST ? state_format + i : other_format + i - MOST;
+        kq_format_q31 *f = i < MOST ? state_format + i : other_format + (i - MOST);
         plain[i % MOST] = (kq_format_q31){.fraction = 0, .range = INT32_MAX};
         *f = (kq_format_q31){.fraction = 20, .range = INT32_MAX};
-        if (is_tame || byte() < 128) continue;
+        if (is_plain || byte() < 128) continue;
         f->fraction = KQ_FRACTION_MIN_Q31 + (int)below(KQ_FRACTION_MAX_Q31 - KQ_FRACTION_MIN_Q31 + 1);
         f->range = INT32_MAX >> below(31);
     }
+    spin_ends();
 }
 
 static void flip(const void *bytes, size_t size)
 {
-    if (!is_corrupted || byte() < 200) return;
+    if (!is_corrupted || !size || byte() < 200) return;
     const size_t bit = (byte() | byte() << 8) % (8 * size);
     ((uint8_t *)(uintptr_t)bytes)[bit / 8] ^= (uint8_t)(1u << bit % 8);
 }
@@ -98,12 +101,15 @@ static kq_status put_sensor(kq_sensor_q31 *s, unsigned kind, int n, int m, const
     const double size = unit();
     for (int k = 0; k < m * m; k++) scaled[k] = R[k] * size;
     for (int c = 0; c < m; c++) r[c] = scaled[c * m + c];
-    if (kind == 0) (void)!kq_noise_prepare_q31(noise, scaled, m, plain);
+    if (kind % 3 == 0) (void)!kq_noise_prepare_q31(noise, scaled, m, plain);
     else (void)!kq_noise_prepare_diagonal_q31(noise, r, m, plain);
     flip(noise, sizeof *noise * (size_t)m);
-    *t = (kq_sensor_table_q31){.states = n, .components = m, .correlated = kind == 0, .state_format = formats(state_format, n),
+    *t = (kq_sensor_table_q31){.states = n, .components = m, .correlated = kind % 3 == 0, .state_format = formats(state_format, n),
         .measurement_format = formats(other_format, m), .measurement = table_of(H, m, n), .noise = noise};
     flip(&t->components, sizeof t->components), flip(&t->correlated, sizeof t->correlated);
+    if (kind == 3) return kq_sensor_init_extended_q31(s, t, NULL);
+    if (kind == 4) return kq_sensor_init_lean_extended_q31(s, t, NULL);
+    if (kind == 5) return kq_sensor_init_diagonal_extended_q31(s, t, NULL);
     return kind == 0 ? kq_sensor_init_q31(s, t, NULL) : kind == 1 ? kq_sensor_init_lean_q31(s, t, NULL) : kq_sensor_init_diagonal_q31(s, t, NULL);
 }
 
@@ -138,7 +144,9 @@ static word word_in(const kq_format_q31 *f)
 
 static void words_in(word *x, const kq_format_q31 *f, int count)
 {
+    spin_if_many(count);
     for (int k = 0; k < count; k++) x[k] = word_in(f + k);
+    spin_ends();
 }
 
 static void state_words(word *x, int n) { words_in(x, state_format, n); }
@@ -157,6 +165,12 @@ static kq_status change_transition(kq_process_q31 *p, int n)
 {
     num A[SQUARE];
     return numbers(A, n * n), kq_process_change_transition_q31(p, table_of(A, n, n), NULL);
+}
+
+static kq_status change_jacobian(kq_process_q31 *p, int n)
+{
+    num A[SQUARE];
+    return numbers(A, n * n), kq_process_change_jacobian_q31(p, table_of(A, n, n), NULL);
 }
 
 static kq_status change_measurement(kq_sensor_q31 *s, int n)

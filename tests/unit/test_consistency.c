@@ -377,6 +377,21 @@ TEST_Q31(bounds_of_any_quantile_are_within_the_numbers)
     ASSERT_OK(kq_consistency_nis_q31(&recent, 0, &out[0], &out[1], &out[2]));
     TEST_ASSERT_TRUE(out[1] == out[2]);
 }
+#else
+/* Squares of both would overflow, and the correlation would be NaN. */
+TEST_FLOAT(an_innovation_too_far_counts_as_missing)
+{
+    double a[4];
+    set_z(1, -1);
+    step(0, ALL);
+    for (int k = 1; k < 3; k++) {
+        z[0] = N(EPS > 1e-10 ? 1e25 : 1e200) * N(k == 1 ? 1 : -1);
+        step(k, ALL); /* the other one is taken */
+    }
+    ASSERT_OK(read_innovations(0, a));
+    TEST_ASSERT_TRUE(a[2] == 0); /* not one pair */
+    ASSERT_WITHIN(1e-6, 2, a[1]);
+}
 #endif
 
 SUITE(consistency, set_up)
