@@ -3,17 +3,19 @@
 #   tools/proof.sh               all parts
 #   tools/proof.sh coverage      statements, branch sides and MC/DC of src, as the unit tests reach them
 #   tools/proof.sh static        what gcc -fanalyzer, clang-tidy, cppcheck and its addon for MISRA say of src and of generated C
-#   tools/proof.sh formal        bounds of q31's number layer: Frama-C's EVA and WP, every number of the inverse root and reciprocal
+#   tools/proof.sh formal        bounds of q31's number layer: Frama-C's EVA and WP, Z3, every number of the inverse root and reciprocal; steps of
+#                                one to three states by EVA
 #   tools/proof.sh faults        turned bits in every object, and sensor faults over a flight of 100,000 rows
 #   tools/proof.sh fuzz          ten minutes each of f32, f64 and q31, of calls of all objects in any order, by libFuzzer
 #   tools/proof.sh mutation [PART/OF]   a thousand faults of src, which of them the unit tests and vectors miss; or a part of these
 #   tools/proof.sh stack         bounds of the stack from the compiler's call graph, beside the measured ones
+#   tools/proof.sh time          the dearest calls that a search finds, beside the table's hard inputs (15 minutes)
 #   tools/proof.sh soak          KQ_SOAK_STEPS (1e9) steps of ordinary models; P and sums after 100 years; a million steps on a Cortex-M0
 # tests/PROOF.md has what was found.
 set -euo pipefail
 root=$(cd "$(dirname "${BASH_SOURCE[0]}")/.." && pwd)
 build="$root/build/proof"
-all_parts=(coverage static formal faults fuzz stack soak mutation) share=1/1
+all_parts=(coverage static formal faults fuzz stack time soak mutation) share=1/1
 
 # shellcheck source=tools/setup.sh
 . "$root/tools/setup.sh"
@@ -118,6 +120,14 @@ part_stack() {
     echo "## Stack"
     echo
     "$KQ_PYTHON" -B "$root/tools/cost/stack.py"
+}
+
+# shellcheck disable=SC2329
+part_time() {
+    kq_setup cost
+    echo "## Time"
+    echo
+    "$KQ_PYTHON" -B "$root/tools/cost/search.py"
 }
 
 # shellcheck disable=SC2329

@@ -179,8 +179,8 @@ KQ_NODISCARD kq_status kq_predict_f64(kq_filter_f64 *f, const kq_process_f64 *p,
  * components that may repeat each other into one sensor: a later call may take their rounding for information.  A
  * noise-free component can leave a state with sigma 0, and may measure it again.
  * Cost: 2 n^2 multiplications, n square roots, 2n divisions a component.  A correlated R adds m n / 2 multiplications
- * a component; a row of H that selects one state saves n^2 / 2.  With a low-noise measurement up to 4 times as much at
- * n = 2, 7 times at n = 9 (instructions_worst in tools/cost.csv).  One component in 8 also has its rounding looked at
+ * a component; a row of H that selects one state saves n^2 / 2.  With a low-noise measurement up to 7 times as much at
+ * n = 2, 10 times at n = 9 (instructions_worst in tools/cost.csv).  One component in 8 also has its rounding looked at
  * (kq_predict): at most 2 n multiplications more in that call. */
 KQ_NODISCARD kq_status kq_update_f32(kq_filter_f32 *f, const kq_sensor_f32 *s, const float *z);
 KQ_NODISCARD kq_status kq_update_f64(kq_filter_f64 *f, const kq_sensor_f64 *s, const double *z);
@@ -369,7 +369,7 @@ KQ_NODISCARD kq_status kq_filter_init_q31(kq_filter_q31 *f, const kq_prior_table
  * below 2^-15 sigma of its state is lost.  A noise-free measurement counts as one of 2^-24 raw value in every state.
  * With Q = 0 sigma is off by 0.2 % after 5e6 measurements, 0.7 % after 2e7.
  * Cost: the multiplications of f32, as 32 x 32 -> 64 bits; integer instructions only.  A correlated R is decorrelated
- * at every update.  With a low-noise measurement up to 7 times as much at n = 2, 15 times at n = 9 (instructions_worst
+ * at every update.  With a low-noise measurement up to 8 times as much at n = 2, 20 times at n = 9 (instructions_worst
  * in tools/cost.csv). */
 KQ_NODISCARD kq_status kq_update_q31(kq_filter_q31 *f, const kq_sensor_q31 *s, const int32_t *z);
 /** As kq_update_subset_f32; errors, events and accuracy: as kq_update_q31. */

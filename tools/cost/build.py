@@ -20,7 +20,7 @@ FLAGS = ("-std=c11", "-ffp-contract=fast", "-Wall", "-Wextra")  # beside the lib
 HOST_FLAGS = ("-std=c11", "-O0", "-ffp-contract=off")
 # of the library's functions; what is not there is called as it is in the table
 CALLED = {
-    "lean": "step", "hard_lean": "step", "dearest": "step", "smooth": "smooth_step", "hard_update": "update", "hard_step": "step", "hard_smooth": "smooth_step",
+    "lean": "step", "hard_lean": "step", "dearest": "step", "smooth": "smooth_step", "hard_predict": "predict", "hard_update": "update", "hard_step": "step", "hard_smooth": "smooth_step",
     "steady": "steady_step", "settling": "step", "gated": "update_robust", "huber": "update_robust",
     "student": "update_robust", "jump": "update_robust", "delayed": "update_delayed",
     "continuous": "process_init_continuous", "correlated": "process_init_correlated",
@@ -164,7 +164,7 @@ def defined(wanted: Program) -> list[str]:
         f"KQ_COST_{numbers(wanted)}": True, "KQ_COST_TEXTBOOK": wanted.arithmetic in TEXTBOOK,
         "KQ_COST_FIXED": wanted.sizes != RUNTIME, "KQ_COST_MODULES": wanted.group == MODULES,
         "KQ_COST_NONLINEAR": wanted.group == NONLINEAR, "KQ_COST_EVEN": wanted.group == EVEN, "KQ_COST_ROOTS": wanted.has(ROOTS),
-        "KQ_COST_LEAN": wanted.has(LEAN)}
+        "KQ_COST_LEAN": wanted.has(LEAN), "KQ_COST_FOUND": wanted.profile == GCC and wanted.sizes == RUNTIME}
     names = [name for name, is_so in asked.items() if is_so]
     return [f"-DCONTROLS={wanted.controls}", *(f"-D{name}" for name in names)]
 

@@ -20,7 +20,7 @@ EVEN = ("dearest",)  # of 500 settled steps
 FLOAT_ONLY = ("continuous", "correlated", "points")
 WHAT = (*FILTER, *MODULES, *NONLINEAR, *EVEN)
 # the worst of these, over hard inputs; and whole programs, for their stack
-HARD = {"update": "hard_update", "step": "hard_step", ROOTS: "hard_step", "smooth": "hard_smooth", LEAN: "hard_lean"}
+HARD = {"predict": "hard_predict", "update": "hard_update", "step": "hard_step", ROOTS: "hard_step", "smooth": "hard_smooth", LEAN: "hard_lean"}
 CALLS = {"step": "filter_calls", ROOTS: "root_calls", LEAN: "lean_calls", "smooth": "smoother_calls"}
 HIDDEN = (*dict.fromkeys(HARD.values()), *CALLS.values())
 COUNTED = tuple(what for what in WHAT if what != ROOTS)

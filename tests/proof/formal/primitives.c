@@ -378,6 +378,22 @@ static void reflections(void)
     noise_word(G, Frama_C_interval(1, 100000));
 }
 
+/* What project_exactly asks of a coefficient that was shifted down by 1 .. 31 */
+static void remainders_rounded(void)
+{
+    for (int32_t down = 1; down < 32; down++) remainder_word(WORD(INT32_MAX), down - 27);
+}
+
+/* A word of a number by its row's exponent, at least 4 above the largest; one of an inverse */
+static void fitted(void)
+{
+    NUMBER(a, -FAR, FAR)
+    const int32_t word = shift_down_rounded(a.mantissa, Frama_C_interval(4, INT32_MAX));
+    /*@ assert word: \abs(word) <= 1 << 27; */
+    const int32_t entry = entry_of_inverse(WIDE(P(62)), WORD(1 << 30));
+    /*@ assert held: \abs(entry) <= 1 << 30; */
+}
+
 int main(void)
 {
     shifts_down();
@@ -400,5 +416,7 @@ int main(void)
     rows();
     roots_scaled();
     reflections();
+    remainders_rounded();
+    fitted();
     return 0;
 }

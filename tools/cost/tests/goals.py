@@ -74,7 +74,7 @@ STEPS = (
 # The dearest of 500 settled steps, times one of them
 DEAREST = 1.1
 # The dearest update, times the settled one
-WORST = (("m4f", "f32", 4.28), ("m3", "q31", 8), ("m0", "q31", 8))
+WORST = (("m4f", "f32", 7), ("m3", "q31", 9.5), ("m0", "q31", 8.3))
 
 
 # Of nonlinear models, in f32 on an M4F: instructions of a whole step at n states, f and h in them, extended and
