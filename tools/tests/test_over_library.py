@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 from command import json_of, kalmanq, succeeds
 from firmware_here import Firmware
-from library import EXAMPLES, ROOT, STRICT, cc
+from library import EXAMPLES, ROOT, STRICT, cc, saved
 from models import LATE
 
 from kalmanq import Filter, Robust
@@ -21,6 +21,31 @@ from kalmanq.run.simulation import simulate
 
 LOSSES = (None, ("gate", 2.5), ("student", 4.0), ("huber", 1.5), ("jump", 6.0))
 ROWS = 150
+KNOWN = """
+[model]
+A = [[1.0, 0.5], [0.0, 1.0]]
+Q = [[0.02, 0.05], [0.05, 0.3]]
+P0 = [50.0, 10.0]
+[states]
+ranges = [4000.0, 4000.0]
+[[sensors]]
+name = "place"
+H = [1.0, 0.0]
+R = 1.0
+ranges = [8000.0]
+[[sensors]]
+name = "wheel"
+measurements = ["left", "right"]
+H = [[0.0, 1.0], [1.0, 0.0]]
+R = [[2.0, 0.5], [0.5, 4.0]]
+ranges = [8000.0, 8000.0]
+[[sensors]]
+name = "other"
+H = [1.0, 0.0]
+R = 1.0
+ranges = [8000.0]
+"""
+SENSORS = {"sensors": KNOWN, "unknown": KNOWN.replace("P0 = [50.0, 10.0]", 'P0 = "unknown"')}
 
 
 def compiled(folder: Path, model: Path, *options: Any) -> dict[str, Any]:
@@ -29,10 +54,10 @@ def compiled(folder: Path, model: Path, *options: Any) -> dict[str, Any]:
 
 @pytest.mark.parametrize("arithmetic", ["f32", "f64", "q31"])
 @pytest.mark.parametrize("loss", LOSSES, ids=lambda loss: loss[0] if loss else "plain")
-@pytest.mark.parametrize("name", ["cart", "track", "factor", "oscillator"])
+@pytest.mark.parametrize("name", ["cart", "track", "factor", "oscillator", "sensors", "unknown"])
 def test_it_is_the_filter_of_the_host(name: str, loss: Optional[tuple[str, float]], arithmetic: str, tmp_path: Path) -> None:
     """With outliers and rows that are missing in part or whole: its memory after each row"""
-    path = EXAMPLES / f"{name}.toml"
+    path = saved(tmp_path / f"{name}.toml", SENSORS[name]) if name in SENSORS else EXAMPLES / f"{name}.toml"
     model = model_file.read(path)
     told = compiled(tmp_path, path, "--arith", arithmetic, *([] if loss is None else ["--robust", f"{loss[0]}={loss[1]}"]))
     if arithmetic == "q31":
@@ -45,6 +70,7 @@ def test_it_is_the_filter_of_the_host(name: str, loss: Optional[tuple[str, float
     z = simulate(model, ROWS, 1, u)[1]
     z += np.sqrt(np.diag(model.R)) * np.where(draw.random(z.shape) < 0.1, draw.normal(size=z.shape) * 12, 0)
     z[draw.random(z.shape) < 0.2], z[40:50] = np.nan, np.nan
+    z[100:, -1] += 40 * (name in SENSORS)  # a sensor that jumps for good
     for t in range(ROWS):
         if t:
             f.predict(None if u is None else u[t - 1])
@@ -60,8 +86,9 @@ def test_compilers_have_nothing_to_say(compiler: str, tmp_path: Path) -> None:
     if not shutil.which(compiler):
         pytest.skip(f"no {compiler}")
     for arithmetic, loss in (("f32", "gate=4"), ("f64", "student"), ("q31", "gate"), ("q31", "jump=12")):
-        compiled(tmp_path, EXAMPLES / "track.toml", "--arith", arithmetic, "--robust", loss)
-        cc(compiler, *STRICT, f"-I{ROOT / 'include'}", "-fsyntax-only", "own.c", folder=tmp_path)
+        for path in (EXAMPLES / "track.toml", saved(tmp_path / "unknown.toml", SENSORS["unknown"])):
+            compiled(tmp_path, path, "--arith", arithmetic, "--robust", loss)
+            cc(compiler, *STRICT, f"-I{ROOT / 'include'}", "-fsyntax-only", "own.c", folder=tmp_path)
 
 
 def test_design_writes_the_same(tmp_path: Path) -> None:

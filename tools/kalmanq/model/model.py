@@ -197,6 +197,11 @@ class Model:
         return None if self.B is None or not self.controls[-1].constant else self.B[:, -1]
 
     @property
+    def sensor_sizes(self) -> list[int]:
+        """Measurements of each sensor; where none has a name there is one"""
+        return [len(one.measurements) for one in self.sensors] or [self.m]
+
+    @property
     def inputs(self) -> tuple[Quantity, ...]:
         """Controls that come from outside"""
         return tuple(one for one in self.controls if not one.constant)
