@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from copy import copy
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any, Mapping, Optional, Sequence, Union
 
@@ -302,6 +303,12 @@ class Model:
             offsets = {} if other.d is None else {"d": other.d.tolist()}
             other.builder = {**{key: one for key, one in other.builder.items() if key != "d"}, **offsets}
         return other
+
+    def with_noise(self, name: str, given: np.ndarray) -> Model:
+        """`changed` of a Q, G or R that was looked at: the rest is shared"""
+        made, array = copy(self), _fixed(given)
+        made.__dict__.update({"R": array} if name == "R" else {"Q": array, "G": None} if name == "Q" else {"G": array, "Q": _fixed(array @ array.T)})
+        return made
 
     if not TYPE_CHECKING:
         def __setattr__(self, name: str, value: Any) -> None:
