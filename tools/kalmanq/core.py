@@ -91,10 +91,11 @@ class Arithmetic:
     def struct(self, stem: str) -> Any:
         return ffi.new(f"kq_{stem}_{self.name} *")
 
-    def loss(self, name: str) -> Any:
-        """A loss of robust.h: "gate", "huber", ..."""
-        made = self.struct("loss")
-        made.kind = getattr(lib, f"kq_loss_{name}_{self.name}_address")()
+    def losses(self, name: str, count: int) -> Any:
+        """So many of a loss of robust.h: "gate", "huber", ..."""
+        made = ffi.new(f"kq_loss_{self.name}[]", count)
+        for one in made:
+            one.kind = getattr(lib, f"kq_loss_{name}_{self.name}_address")()
         return made
 
     def empty(self, *shape: int) -> np.ndarray:

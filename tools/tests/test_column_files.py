@@ -147,6 +147,7 @@ def test_commands_take_such_a_model(tmp_path):
     ('R = ["2"]', "names no column"), ('R = ["a if b else c"]', "no column"), ('R = ["a[0]"]', "no column"), ('R = ["max(a, b)"]', "calls max"),
     ('R = ["sqrt(a, b)"]', "sqrt"), ('R = ["x1"]', "is a state"), ('R = ["z1"]', "is a measurement"), ('R = ["a" , "b"]', "R"),
     ('G = ["a", 1.0]', "write Q"), ('R = [["a or b"]]', "no column"), ('R = ["(lambda: 0)()"]', "calls"), (f'R = ["{"-" * 200}a"]', "nested"),
+    (f'R = ["a{" + a" * 99}"]', "nested"), (f'R = ["{"a - (" * 99}a{")" * 99}"]', "nested"), (f'R = ["{"abs(" * 99}a{")" * 99}"]', "nested"),
     (f'R = ["a{"+a" * 600}"]', "1000"), ('R = ["True*a"]', "no column"), ('R = ["1j*a"]', "no column"), ("R = [\"'a'\"]", "no column")])
 def test_what_is_no_expression(line, said, tmp_path):
     path = saved(tmp_path / "model.toml", f"[model]\nA = [[1.0]]\nH = [1.0]\nQ = [1.0]\nP0 = [1.0]\n{line}\n")

@@ -13,6 +13,7 @@ from kalmanq import KalmanqError, Model, ModelError
 from kalmanq.compiler.given.request import Options
 from kalmanq.compiler.text.product import compiled
 from kalmanq.model import model_file
+from kalmanq.model.continuous import UNITS
 
 LONG = np.longdouble
 
@@ -149,3 +150,10 @@ def test_move_is_a_step_of_another_length(name, arithmetic, most, tmp_path):
     before = f.bits
     for dt in (0.0, -1.0, float("nan"), float("inf")):
         assert f.call("move", f.type(dt)) == 0 and f.bits == before
+
+
+def test_units_are_as_long_as_those_of_numpy():
+    """A year is that of the calendar, in the mean of 400"""
+    known = {one: np.timedelta64(1, letter) / np.timedelta64(1, "s") for one, letter in (
+        ("ms", "ms"), ("s", "s"), ("min", "m"), ("h", "h"), ("day", "D"), ("week", "W"))}
+    assert UNITS == {**known, "year": (np.datetime64("2400-01-01") - np.datetime64("2000-01-01")) / np.timedelta64(1, "s") / 400}

@@ -371,7 +371,9 @@ def test_the_reading_that_the_header_names_keeps_its_figure(arithmetic):
 
 def test_the_header_and_json_say_what_the_reading_is_off(tmp_path):
     done = kalmanq("design", EXAMPLES / "track.toml", "--core", "m3", "--arith", "q31", "--way", "init", "-o", tmp_path, "--json")
-    told = json.loads(done.stdout)["trials"]["q31"]["kq_mean"]
+    whole = json.loads(done.stdout)
+    told = whole["trials"]["q31"]["kq_mean"]
+    assert [(one["arithmetic"], one["way"]) for one in whole["ways"]] == [("q31", "init")] and whole["compiled"] == []  # no other is looked at
     text = " ".join((tmp_path / "track.h").read_text().replace("\n *", "").split())
     said = re.search(r"kq_mean_q31 alone is within (\S+) sigma of double's mean while states are within their ranges. Its 32 "
                      r"bits lose (\S+) at most, which kq_mean_low_q31 has. The rest is (\S+) times the largest error of "

@@ -73,6 +73,11 @@ def compiled(name: str):
     return model, compiled_fixed(model, "device", simulated(model))
 
 
+@lru_cache(None)
+def exact_of(name: str):
+    return compiled_equations(compiled(name)[0], "exact", Options("f64"))
+
+
 def whole_record(model, product, rows: int, seed: int) -> Record:
     return in_whole_groups(drawn(model, rows, seed), product.given.together)
 
@@ -81,7 +86,7 @@ def both(name: str, seed: int, rows: int):
     """The device, and the filter in double"""
     model, product = compiled(name)
     record = whole_record(model, product, rows, seed)
-    with Host(compiled_equations(model, "exact", Options("f64"))) as exact:
+    with Host(exact_of(name)) as exact:
         return FixedRun(product.arithmetic).run(record), exact.run_record(record)
 
 

@@ -11,8 +11,9 @@ import numpy as np
 import pytest
 from command import json_of, kalmanq, succeeds
 from firmware_here import Firmware
-from library import EXAMPLES, ROOT, STRICT, cc
+from library import EXAMPLES, ROOT, STRICT, cc, saved
 from models import LATE
+from whole import paired
 
 from kalmanq import Filter, Robust
 from kalmanq.firmware.ranges import with_ranges
@@ -21,18 +22,43 @@ from kalmanq.run.simulation import simulate
 
 LOSSES = (None, ("gate", 2.5), ("student", 4.0), ("huber", 1.5), ("jump", 6.0))
 ROWS = 150
+KNOWN = """
+[model]
+A = [[1.0, 0.5], [0.0, 1.0]]
+Q = [[0.02, 0.05], [0.05, 0.3]]
+P0 = [50.0, 10.0]
+[states]
+ranges = [4000.0, 4000.0]
+[[sensors]]
+name = "place"
+H = [1.0, 0.0]
+R = 1.0
+ranges = [8000.0]
+[[sensors]]
+name = "wheel"
+measurements = ["left", "right"]
+H = [[0.0, 1.0], [1.0, 0.0]]
+R = [[2.0, 0.5], [0.5, 4.0]]
+ranges = [8000.0, 8000.0]
+[[sensors]]
+name = "other"
+H = [1.0, 0.0]
+R = 1.0
+ranges = [8000.0]
+"""
+SENSORS = {"sensors": KNOWN, "unknown": KNOWN.replace("P0 = [50.0, 10.0]", 'P0 = "unknown"')}
 
 
 def compiled(folder: Path, model: Path, *options: Any) -> dict[str, Any]:
     return json_of("compile", model, "-o", folder / "own.c", "--library", *options)
 
 
-@pytest.mark.parametrize("arithmetic", ["f32", "f64", "q31"])
-@pytest.mark.parametrize("loss", LOSSES, ids=lambda loss: loss[0] if loss else "plain")
-@pytest.mark.parametrize("name", ["cart", "track", "factor", "oscillator"])
+@pytest.mark.parametrize("name, loss, arithmetic", [
+    *paired(((name, loss) for name in ("cart", "track", "factor", "oscillator") for loss in LOSSES), ("f32", "f64", "q31")),
+    *((name, LOSSES[1], arithmetic) for name in ("sensors", "unknown") for arithmetic in ("f32", "f64", "q31"))])
 def test_it_is_the_filter_of_the_host(name: str, loss: Optional[tuple[str, float]], arithmetic: str, tmp_path: Path) -> None:
     """With outliers and rows that are missing in part or whole: its memory after each row"""
-    path = EXAMPLES / f"{name}.toml"
+    path = saved(tmp_path / f"{name}.toml", SENSORS[name]) if name in SENSORS else EXAMPLES / f"{name}.toml"
     model = model_file.read(path)
     told = compiled(tmp_path, path, "--arith", arithmetic, *([] if loss is None else ["--robust", f"{loss[0]}={loss[1]}"]))
     if arithmetic == "q31":
@@ -45,6 +71,7 @@ def test_it_is_the_filter_of_the_host(name: str, loss: Optional[tuple[str, float
     z = simulate(model, ROWS, 1, u)[1]
     z += np.sqrt(np.diag(model.R)) * np.where(draw.random(z.shape) < 0.1, draw.normal(size=z.shape) * 12, 0)
     z[draw.random(z.shape) < 0.2], z[40:50] = np.nan, np.nan
+    z[100:, -1] += 40 * (name in SENSORS)  # a sensor that jumps for good
     for t in range(ROWS):
         if t:
             f.predict(None if u is None else u[t - 1])
@@ -60,8 +87,9 @@ def test_compilers_have_nothing_to_say(compiler: str, tmp_path: Path) -> None:
     if not shutil.which(compiler):
         pytest.skip(f"no {compiler}")
     for arithmetic, loss in (("f32", "gate=4"), ("f64", "student"), ("q31", "gate"), ("q31", "jump=12")):
-        compiled(tmp_path, EXAMPLES / "track.toml", "--arith", arithmetic, "--robust", loss)
-        cc(compiler, *STRICT, f"-I{ROOT / 'include'}", "-fsyntax-only", "own.c", folder=tmp_path)
+        for path in (EXAMPLES / "track.toml", saved(tmp_path / "unknown.toml", SENSORS["unknown"])):
+            compiled(tmp_path, path, "--arith", arithmetic, "--robust", loss)
+            cc(compiler, *STRICT, f"-I{ROOT / 'include'}", "-fsyntax-only", "own.c", folder=tmp_path)
 
 
 def test_design_writes_the_same(tmp_path: Path) -> None:
@@ -101,4 +129,4 @@ def test_the_header_names_the_files_that_it_links_with(model: str, arithmetic: s
     named = re.search(r"add of its src/ alone (kq_\w+\.c) and (kq_\w+\.c)", (tmp_path / "own.h").read_text())
     assert named
     (tmp_path / "main.c").write_text('#include "own.h"\nint main(void) { return 0; }\n')
-    cc("gcc", "-std=c11", "-Os", f"-I{ROOT / 'include'}", "main.c", "own.c", *(str(ROOT / "src" / one) for one in named.groups()), "-lm", "-o", "own", folder=tmp_path)
+    cc("gcc", "-std=c11", "-O0", f"-I{ROOT / 'include'}", "main.c", "own.c", *(str(ROOT / "src" / one) for one in named.groups()), "-lm", "-o", "own", folder=tmp_path)

@@ -55,13 +55,14 @@ def test_a_gate_over_full_rows_is_the_core_s_with_one_limit(arithmetic):
     z = outliers(model, models.data(model, 120, 5)[0], 5)
     z = np.where(np.isnan(z), 3.0, z)
     a, f = CORE[arithmetic], Filter(model, arithmetic)
-    gate = a.loss("gate")
+    gates = a.losses("gate", 1)
+    gate = gates[0]
     gate.limit, gate.run = a.function("chi_square_limit")(2, lib.KQ_LEVEL_99), 3
     words = np.ascontiguousarray(f.parts.words(z, "measurements"))
     for t in range(len(z)):
         if t:
             f.predict()
-        status = a.function("update_robust")(f._handle, f.parts.sensor, a.pointer(words[t]), 3, gate)
+        status = a.function("update_robust")(f._handle, f.parts.sensor, a.pointer(words[t]), 3, gates)
         assert status == 0
     other = Filter(model, arithmetic)
     run = other.run(z, robust=Robust("gate", 0.99, 3))

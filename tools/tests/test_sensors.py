@@ -17,7 +17,11 @@ from firmware_here import Firmware
 from library import STRICT, cc, printed, saved
 from whole import WHOLE, first
 
-from kalmanq import Filter, KalmanqError, Smoother
+from kalmanq import Consistency, Filter, KalmanqError, NonlinearFilter, NonlinearModel, Robust, Smoother
+from kalmanq.compiler.given.request import Options
+from kalmanq.compiler.run.host import Host
+from kalmanq.compiler.text.product import compiled
+from kalmanq.core import lib
 from kalmanq.data import joining, tables
 from kalmanq.model import model_file
 
@@ -541,3 +545,66 @@ def test_what_was_measured_in_the_first_row_of_all_is_kept_however_times_round(t
                  written(tmp_path, "b.csv", "t,b", [first, *np.round(first + 0.6 + 0.1 * np.arange(4), 6)], [np.nan, 5, 6, 7, 8])]
         z, *_ = joining.record(files, model_file.read(path))
         assert z[0, 1] == 5, start
+
+
+def gauges(count: int) -> str:
+    """So many sensors of a level"""
+    one = '[[sensors]]\nname = "{}"\nmeasurements = ["z{}"]\nH = [1.0, 0.0]\nR = {}\nranges = [1000]\n'
+    return ("[model]\nA = [[1.0, 0.1], [0.0, 1.0]]\nQ = [[0.01, 0.0], [0.0, 0.01]]\nP0 = [100.0, 1.0]\n[states]\nranges = [1000, 1000]\n"
+            + "".join(one.format(name, k, k + 1.0) for k, name in enumerate("abc"[:count])))
+
+
+def with_faults(count: int, rows: int = 300) -> np.ndarray:
+    """Rows of one sensor and of several; each is off for a while, at most eight of its rows in a row"""
+    draw = np.random.default_rng(count)
+    z = draw.normal(size=(rows, count)) * np.sqrt(np.arange(count) + 1.0)
+    z[draw.random(z.shape) < 0.4] = np.nan
+    for begin in range(20, rows - 40, 25):
+        at, which = begin + np.arange(20), begin // 25 % count
+        wrong = at[~np.isnan(z[at, which])][: 3 + begin // 25 % 6]
+        z[wrong, which] += 60
+    return z
+
+
+@pytest.mark.parametrize("arithmetic", ["f64", "f32", "q31"])
+@pytest.mark.parametrize("count", [2, 3])
+def test_each_sensor_has_a_gate(count, arithmetic, tmp_path):
+    """As the C of compile counts, and a nonlinear run: a good sensor's rows say nothing of another's"""
+    path, z = saved(tmp_path / "gauges.toml", gauges(count)), with_faults(count)
+    data = written(tmp_path, "log.csv", ",".join(f"z{k}" for k in range(count)), *z.T)
+    model, gate = model_file.read(path), Robust("gate", 4.0)
+    run = Filter(model, arithmetic).run(z, robust=gate)
+    wrong = z > 40
+    assert run.events == lib.KQ_EVENT_GATED and np.array_equal(np.sum(~np.isnan(z), axis=1) - run.taken, np.sum(wrong, axis=1))
+    told = json_of("run", path, data, "--arith", arithmetic, "--robust", "gate=4")
+    assert told["rejected"] == np.sum(wrong) > 30 and told["mean"] == run.mean[-1].tolist() and 0.5 < told["nis_per_measurement"] < 1.5
+    with Host(compiled(model, "filter", Options(arithmetic, gate=4.0))) as host:
+        ours = host.run(z)
+    assert np.array_equal(ours.taken, (~np.isnan(z) & ~wrong) @ (1 << np.arange(count))) and np.allclose(ours.mean, run.mean, atol=1e-3)
+    bent = NonlinearModel(f=lambda x: model.A @ x, Q=model.Q, x0=model.x0, P0=model.P0, states=model.states, measurements=model.measurements,
+                          sensors={one.name: (lambda x: x[:1], [[model.R[k, k]]]) for k, one in enumerate(model.sensors)})
+    other = NonlinearFilter(bent, arithmetic).run(z, robust=gate)
+    assert np.array_equal(other.taken, run.taken) and np.allclose(other.mean, run.mean, atol=1e-4)
+    assert np.allclose(other.nis, run.nis, rtol=1e-3, atol=1e-4, equal_nan=True) and np.allclose(other.log_likelihood, run.log_likelihood, atol=1e-3)
+    smoothed = Smoother(model, arithmetic).run(z, robust=gate)
+    assert np.array_equal(smoothed.taken, run.taken) and np.allclose(smoothed.mean, run.mean, atol=1e-6)
+
+
+@pytest.mark.parametrize("arithmetic", ["f64", "f32", "q31"])
+def test_a_sensor_that_stays_elsewhere_comes_in(arithmetic, tmp_path):
+    """After eight of its rows, whatever the other says; blocks, single rows and copies go on counting"""
+    model, gate, draw = model_file.read(saved(tmp_path / "gauges.toml", gauges(2))), Robust("gate", 4.0), np.random.default_rng(0)
+    z = draw.normal(size=(60, 2))
+    z[::2, 0] = z[1::2, 1] = np.nan
+    z[30:, 1] += 50
+    run = Filter(model, arithmetic).run(z, robust=gate)
+    second = run.taken[30::2]
+    assert np.all(run.taken[:30] == 1) and not np.any(second[:8]) and second[8] == 1 and run.mean[46, 0] > 30
+    parts = Filter(model, arithmetic)
+    for begin, end in ((0, 37), (37, 38), (38, 60)):
+        last = parts.run(z[begin:end], robust=gate)
+        parts = parts.copy()
+    assert np.array_equal(last.mean, run.mean[38:])
+    watch = Consistency(model, 60, arithmetic)
+    Filter(model, arithmetic).run(z, robust=gate, watch=watch)
+    assert len(watch) == np.count_nonzero(run.taken) and watch.nis()[0] == pytest.approx(np.sum(run.nis[run.taken > 0]) / np.sum(run.taken), rel=1e-5)

@@ -305,9 +305,9 @@ def test_jitter_is_rounded_on_demand(tmp_path):
     assert said["--jitter", "0.05"] == said["--time", "t"] != said[()]
     jittery = text_in(tmp_path, CART.replace("dt = 0.1", "dt = 0.1\njitter = 0.05"), "jitter.toml")
     assert json_of("run", jittery, data)["mean"] == json.loads(said["--time", "t"])["mean"]
-    for more, said in ((("--compiled",), "--compiled: a filter of steps of dt = 0.1 alone"),
-                       (("--as", "tables", "--arith", "f32"), "--as: ")):
-        refused(kalmanq("run", model, data, *more), (said, "--jitter"))
+    for more, *said in ((("--compiled",), "--compiled: a filter of steps of dt = 0.1 alone", "s is not 1 to "),
+                        (("--as", "tables", "--arith", "f32"), "--as: ", "s is not one: ")):
+        refused(kalmanq("run", model, data, *more), (*said, "--jitter"))
     succeeds("run", model, data, "--as", "tables", "--arith", "f32", "--jitter", "0.05")
     assert "jitter" in model_file.text_of(model_file.read(jittery))
     wrong = text_in(tmp_path, CART.replace("dt = 0.1", "dt = 0.1\njitter = 0.5"), "wrong.toml")

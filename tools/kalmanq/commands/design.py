@@ -27,7 +27,7 @@ from kalmanq.data.files import require_folder
 from kalmanq.errors import KalmanqError
 from kalmanq.firmware.cores import BY_NAME
 from kalmanq.firmware.costs import COMPACT, CORES, Cost, flags, include_path
-from kalmanq.firmware.designs import PARTS, Designs, Part, Trial, Way, design
+from kalmanq.firmware.designs import PARTS, Designs, Part, Trial, Way, design, offered
 from kalmanq.firmware.measured import compiler
 from kalmanq.firmware.ranges import with_ranges
 from kalmanq.firmware.reach import Record, draw
@@ -69,7 +69,8 @@ def design_file(options: Options, console: Console) -> None:
         require_folder(options.out)
     with console.status("trying, compiling and measuring", spinner="line"):
         made, records = _designs(options, model)
-        compiled = offers(model, made.model, options.name or identifier(made.model.name), [options.core])
+        arithmetics = [one for one in compiled_offers.ARITHMETICS if options.arithmetic in (None, one)] if _asked(options, made.model)[1] else []
+        compiled = offers(model, made.model, options.name or identifier(made.model.name), [options.core], arithmetics)
         add_ways(made, compiled, records)
     chosen = made.chosen(options.arithmetic, options.way)
     written = _write(options, made, chosen, compiled) if chosen and options.out else []
@@ -109,7 +110,16 @@ def _designs(options: Options, model: Model) -> tuple[Designs, list[Record]]:
     if not records:
         raise KalmanqError(f"{model.name}: each record that is drawn of the model begins outside the declared ranges: widen them, make P0 "
                            "smaller, or give --data")
-    return design(ranged, part, records, notes, partial(costs_of, ranged, options.core, any_dt=options.any_dt, steps=options.steps)), records
+    prices = partial(costs_of, ranged, options.core, any_dt=options.any_dt, steps=options.steps)
+    return design(ranged, part, records, notes, prices, _asked(options, ranged)[0]), records
+
+
+def _asked(options: Options, model: Model) -> tuple[Sequence[tuple[str, str]], bool]:
+    """Of the library the arithmetics and ways to look at, and whether compiled is; where there is no such way, all: the refusal names them"""
+    if options.way == COMPILED:
+        return [], True
+    ways = offered(model, options.core, options.arithmetic, options.way)
+    return (ways, options.way is None) if ways else (offered(model, options.core, options.arithmetic), True)
 
 
 def _reason(options: Options, made: Designs) -> str:

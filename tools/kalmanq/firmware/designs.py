@@ -152,8 +152,15 @@ def unpriced(ways: Sequence[tuple[str, str]]) -> list[tuple[Cost, str]]:
     return [(Cost(), "")] * len(ways)
 
 
-def design(model: Model, part: Part, records: Sequence[Record], notes: Sequence[Choice] = (), prices: Prices = unpriced) -> Designs:
-    """Tries every way to run a model that has all its ranges"""
+def offered(model: Model, core: str, arithmetic: Optional[str] = None, way: Optional[str] = None) -> list[tuple[str, str]]:
+    """Arithmetics and ways, or those that are asked for"""
+    return [(name, one) for name in ("f32", "q31") if arithmetic in (None, name) for one in ways_of(model)
+            if way in (None, one) and is_offered(core, name, one)]
+
+
+def design(model: Model, part: Part, records: Sequence[Record], notes: Sequence[Choice] = (), prices: Prices = unpriced,
+           asked: Optional[Sequence[tuple[str, str]]] = None) -> Designs:
+    """Tries every way to run a model that has all its ranges, or those that are asked for"""
     runs = [_run(model, "f64", record) for record in records]
     drawn = [one for one in draw(model.changed(gaps=Gaps()), DRAWN, DRAWN_SEEDS) if len(one.z)]
     exact, reached = [_run(model, "f64", one) for one in drawn], reach(model, records)
@@ -170,7 +177,7 @@ def design(model: Model, part: Part, records: Sequence[Record], notes: Sequence[
     trials = {name: tried(name) for name in ("f32", "q31")}
     trials["q31"].cure = _cure(model, records, runs, trials["q31"])
     made = Designs(model, part, reached, trials, [], notes=list(notes))
-    ways = [(name, way) for name, trial in trials.items() if not trial.refused for way in ways_of(model) if is_offered(part.core, name, way)]
+    ways = [(name, way) for name, way in (offered(model, part.core) if asked is None else asked) if not trials[name].refused]
     for (name, way), (cost, why_not) in zip(ways, prices(ways)):
         trial = trials[name]
         own = tried(name, way) if way == "lean" else trial  # low-noise measurements are taken otherwise

@@ -28,7 +28,7 @@ def require_units(model: Model, free: Sequence[str], held: Mapping[str, np.ndarr
 
 def _apart(model: Model, held: Mapping[str, ArrayLike]) -> Mapping[str, ArrayLike]:
     """Noises of one sensor stay those of none other, as its file has them"""
-    sizes = [len(one.measurements) for one in model.sensors]
+    sizes = model.sensor_sizes
     own = np.repeat(np.arange(len(sizes)), sizes)
     between = (own[:, None] != own) & (model.R == 0) if len(sizes) > 1 else np.zeros(model.R.shape, bool)
     given = np.asarray(held.get("R", np.zeros(model.R.shape, bool)), bool)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from copy import copy
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any, Mapping, Optional, Sequence, Union
 
@@ -197,6 +198,11 @@ class Model:
         return None if self.B is None or not self.controls[-1].constant else self.B[:, -1]
 
     @property
+    def sensor_sizes(self) -> list[int]:
+        """Measurements of each sensor; where none has a name there is one"""
+        return [len(one.measurements) for one in self.sensors] or [self.m]
+
+    @property
     def inputs(self) -> tuple[Quantity, ...]:
         """Controls that come from outside"""
         return tuple(one for one in self.controls if not one.constant)
@@ -297,6 +303,12 @@ class Model:
             offsets = {} if other.d is None else {"d": other.d.tolist()}
             other.builder = {**{key: one for key, one in other.builder.items() if key != "d"}, **offsets}
         return other
+
+    def with_noise(self, name: str, given: np.ndarray) -> Model:
+        """`changed` of a Q, G or R that was looked at: the rest is shared"""
+        made, array = copy(self), _fixed(given)
+        made.__dict__.update({"R": array} if name == "R" else {"Q": array, "G": None} if name == "Q" else {"G": array, "Q": _fixed(array @ array.T)})
+        return made
 
     if not TYPE_CHECKING:
         def __setattr__(self, name: str, value: Any) -> None:

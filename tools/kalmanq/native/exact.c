@@ -69,3 +69,34 @@ void kq_exact_run(const kq_exact *e, size_t rows, const uint8_t *predicts, const
             if (taken[t] >> j & 1) take(e, j, z[t * m + (size_t)j], x, P);
     }
 }
+
+static double product(int n, const double *a, const double *b)
+{
+    double sum = 0;
+    for (int k = 0; k < n; k++) sum += a[k] * b[k];
+    return sum;
+}
+
+static void push(const kq_path *p, const double *off, const double *pushed, double *u)
+{
+    for (int k = 0; k < p->l; k++) {
+        const double wanted = p->holds[k] + (pushed[k] - product(p->n, p->eased + k * p->n, off)) * p->push[k], most = p->most[k];
+        u[k] = (float)(wanted < -most ? -most : wanted > most ? most : wanted) + p->constant[k];
+    }
+}
+
+void kq_path_run(const kq_path *p, size_t rows, const uint8_t *moves, const double *w, const double *pushed, double *x, double *u)
+{
+    const int n = p->n, r = p->r, l = p->l;
+    double *off = p->work, *drawn = off + n, *next = x;
+    for (size_t t = 0; t < rows; t++, next += n, u += l) {
+        for (int i = 0; i < n; i++) off[i] = p->now[i] - p->rests[i];
+        push(p, off, pushed + t * (size_t)l, u);
+        for (int k = 0; k < r; k++) drawn[k] = w[t * (size_t)r + (size_t)k] - product(n, p->back + k * n, off);
+        for (int i = 0; i < n; i++) {
+            const double moved = product(n, p->A + i * n, p->now) + product(r, p->noise + i * r, drawn) + product(l, p->B + i * l, u);
+            next[i] = moves[t] ? moved : p->now[i];
+        }
+        memcpy(p->now, next, sizeof *next * (size_t)n);
+    }
+}

@@ -175,22 +175,53 @@ static kq_status K(look)(const K(row) *r, const K(filter) *f)
     return status == KQ_ERR_NOT_READY ? KQ_OK : status; /* a state that is unknown so far */
 }
 
-/* A gate's limit is that of the components which the row has. */
-static kq_status K(take_robustly)(const K(row) *r, const num *z)
+static kq_status K(take_plainly)(const K(row) *r, const num *z, uint32_t present)
 {
-    const K(sequence) *q = r->q;
-    if (q->limits) q->loss->limit = q->limits[count_of(r->present) - 1];
-    return K(update_robust)(q->filter, r->sensor, z, r->present, q->loss);
+    if (present == r->all) return r->kernels.update(r->q->filter, r->sensor, z);
+    return K(update_subset)(r->q->filter, r->sensor, z, present);
 }
 
-/* A start that is in part unknown takes its measurements as they are: nothing tells an outlier there. */
-static kq_status K(take)(const K(row) *r, const num *z)
+/* By one loss; a gate's limit is that of as many components.  A start that is in part unknown takes its
+   measurements as they are: nothing tells an outlier there. */
+static kq_status K(take_robustly)(const K(row) *r, const num *z, K(loss) *loss, uint32_t present)
+{
+    const score *limits = r->q->limits;
+    if (limits) loss->limit = limits[count_of(present) - 1];
+    const kq_status status = K(update_robust)(r->q->filter, r->sensor, z, present, loss);
+    return status == KQ_ERR_NOT_READY ? K(take_plainly)(r, z, present) : status;
+}
+
+/* What an update tells, added to the others': what was rejected counts where nothing is taken. */
+static void K(join)(K(likelihood) *all, const K(likelihood) *one)
+{
+    if (all->count && !one->count) return;
+    if (one->count && !all->count) {
+        *all = *one;
+        return;
+    }
+    all->nis = sum_of_scores(all->nis, one->nis);
+    multiply(all, one);
+    all->count += one->count;
+}
+
+/* What each loss is of, one after the other */
+static kq_status K(take_by_losses)(const K(row) *r, const num *z)
 {
     const K(sequence) *q = r->q;
-    const kq_status status = q->loss && r->present ? K(take_robustly)(r, z) : KQ_ERR_NOT_READY;
-    if (status != KQ_ERR_NOT_READY) return status;
-    if (r->present == r->all) return r->kernels.update(q->filter, r->sensor, z);
-    return K(update_subset)(q->filter, r->sensor, z, r->present);
+    K(likelihood) all = nothing_taken;
+    for (size_t k = 0; k < q->losses_count; k++) {
+        const uint32_t present = r->present & q->measured[k];
+        const kq_status status = present ? K(take_robustly)(r, z, q->losses + k, present) : KQ_OK;
+        if (status < KQ_OK) return status;
+        if (present) K(join)(&all, &q->filter->last);
+    }
+    q->filter->last = all;
+    return KQ_OK;
+}
+
+static kq_status K(take)(const K(row) *r, const num *z)
+{
+    return r->q->losses && r->present ? K(take_by_losses)(r, z) : K(take_plainly)(r, z, r->present);
 }
 
 /* What it has seen just before an update enters the window just after it. */
@@ -358,7 +389,7 @@ kq_status K(sequence_run)(K(sequence) *q)
     K(place) places[PLACES];
     K(row) r = {.q = q, .n = n, .m = m, .all = UINT32_MAX >> (32 - m), .places = places};
     r.kernels = K(kernels_for)((int)n, (int)m, q->is_upper);
-    r.may_rest = r.kernels.calm && !q->loss && !q->watch && !q->lag && !q->instant &&
+    r.may_rest = r.kernels.calm && !q->losses && !q->watch && !q->lag && !q->instant &&
                  !q->settling && !q->adaptation;
     q->rested = 0;
     for (q->done = 0; q->done < q->steps; q->done++) {

@@ -11,8 +11,10 @@ typedef struct {
     const num *u; /* steps x l: row t is of the predict before row t; NULL: no control */
     int is_upper;            /* A has nothing below its diagonal */
     int begins;              /* the filter stands at row 0: no predict before it */
-    K(loss) *loss;         /* of every update, or NULL */
-    const score *limits;   /* of a gate, for 1 .. m components of a row; NULL: of another loss */
+    K(loss) *losses;       /* of every update: one or, of gates, one for each sensor; NULL: none */
+    const uint32_t *measured; /* by each of these: bits of z */
+    size_t losses_count;
+    const score *limits;   /* of gates, for 1 .. m components of a sensor; NULL: of another loss */
     K(process) *target;    /* of the weights */
     const number *weights; /* steps: the predict before row t has weights[t] Q, by the target; NULL: Q */
     int32_t *root;         /* q31: of the target's noise */

@@ -18,6 +18,16 @@ static int count_of(uint32_t present)
 }
 
 #include "of_f32.h"
+#define nothing_taken {.determinant = 1}
+#define sum_of_scores(a, b) ((a) + (b))
+/* det S, whose factors are within 1/2 .. 1 */
+#define multiply(all, one) \
+    do { \
+        const num both = (all)->determinant * (one)->determinant; \
+        const int is_low = both < 0.5f; \
+        (all)->determinant = is_low ? 2 * both : both; \
+        (all)->exponent += (one)->exponent - is_low; \
+    } while (0)
 #define SCALE_NOISE(q, weight) K(process_scale_noise)((q)->target, (q)->process, weight)
 #define lost (0.0f / 0.0f)
 #define is_lost(word) ((word) != (word))
@@ -34,6 +44,9 @@ static int count_of(uint32_t present)
 #define lost (0.0 / 0.0)
 #define mean_words(n) (n)
 #include "sequence.h"
+#undef nothing_taken
+#undef sum_of_scores
+#undef multiply
 #undef SCALE_NOISE
 #undef lost
 #undef is_lost
@@ -46,7 +59,23 @@ static int count_of(uint32_t present)
 /* A mantissa that no number has: NaN on the host */
 static const kq_scaled_q31 no_number = {INT32_MIN, 0};
 
+/* Each 2^61 at most, as the core has them */
+static int64_t sum_of_scores(int64_t a, int64_t b)
+{
+    const int64_t most = INT64_C(1) << 61;
+    return a + b < most ? a + b : most;
+}
+
+/* Mantissas within 2^30 .. 2^31 */
+static void multiply(kq_likelihood_q31 *all, const kq_likelihood_q31 *one)
+{
+    const int64_t both = (int64_t)all->determinant.mantissa * one->determinant.mantissa;
+    const int shift = both >> 61 ? 31 : 30;
+    all->determinant = (kq_scaled_q31){(int32_t)(both >> shift), all->determinant.exponent + one->determinant.exponent + shift};
+}
+
 #include "of_q31.h"
+#define nothing_taken {.determinant = {INT32_C(1) << 30, -30}}
 #define SCALE_NOISE(q, weight) K(process_scale_noise)((q)->target, (q)->process, (q)->root, weight)
 #define lost KQ_NOT_A_VALUE_Q31
 #define is_lost(word) ((word) == KQ_NOT_A_VALUE_Q31)

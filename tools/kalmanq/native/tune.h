@@ -22,6 +22,7 @@ typedef struct {
     uint32_t unknown;  /* states of which nothing is known at first */
     const void *loss;         /* &kq_loss_NAME_T of the arithmetic; NULL: none */
     int32_t level, run;       /* of a gate; -1: of another loss */
+    int32_t losses;    /* how many: of gates, one for each sensor */
     int32_t smooth;    /* 0, 1 */
     int32_t only;      /* the state that is wanted smoothed; -1: all */
     int32_t lag;       /* rows; -1: none */
@@ -30,6 +31,7 @@ typedef struct {
     const double *A, *B, *Q, *G, *H, *R, *x0, *P0;
     const double *d;         /* m; NULL: 0 */
     const double *parameter; /* of a loss */
+    const uint32_t *measured; /* by each loss: bits of z */
     const double *range;     /* n + m + l, of q31 */
     const int32_t *fraction; /* n + m + l, of q31 */
     const int32_t *which;    /* rows: the process before each; NULL: the first */

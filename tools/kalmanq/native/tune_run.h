@@ -53,17 +53,17 @@ static kq_status K(begin)(K(tuned) *r, size_t early)
         status = K(diffuse_assign)(&r->start, n, early, more, size);
     }
     if (!status) status = K(prior)(r);
+    for (size_t k = 0; k < r->q.losses_count; k++) r->q.losses[k].rejected = 0;
     return status ? refused(r->of, TUNE_PRIOR, status) : KQ_OK;
 }
 
-static void K(choose_loss)(K(tuned) *r, K(loss) *loss, score *limits)
+static void K(choose_losses)(K(tuned) *r, K(loss) *losses, score *limits)
 {
     const kq_tune *of = r->of;
     if (!of->loss) return;
-    *loss = (K(loss)){.kind = of->loss};
-    loss->parameter = K(parameter)(*of->parameter);
-    loss->run = (uint16_t)of->run;
-    r->q.loss = loss;
+    const K(loss) begun = {.kind = of->loss, .parameter = K(parameter)(*of->parameter), .run = (uint16_t)of->run};
+    for (int k = 0; k < of->losses; k++) losses[k] = begun;
+    r->q.losses = losses, r->q.losses_count = (size_t)of->losses, r->q.measured = of->measured;
     if (of->level < 0) return;
     for (int c = 0; c < of->m; c++) limits[c] = K(chi_square_limit)(c + 1, (kq_level)of->level);
     r->q.limits = limits;
@@ -289,7 +289,7 @@ static kq_status K(tune)(kq_tune *of)
     static K(tuned) kept;
     K(tuned) *r = &kept;
     score limits[KQ_SIZE_MAX];
-    K(loss) loss;
+    K(loss) losses[KQ_SIZE_MAX];
     kept = (K(tuned)){.of = of};
     r->processes = tune_take((size_t)of->processes * sizeof *r->processes);
     if (!r->processes) return refused(of, TUNE_MEMORY, KQ_ERR_MEMORY);
@@ -299,7 +299,7 @@ static kq_status K(tune)(kq_tune *of)
     if (status) return status;
     r->q.process = r->processes, r->q.sensor = &r->sensor;
     r->q.is_upper = are_upper(of);
-    K(choose_loss)(r, &loss, limits);
+    K(choose_losses)(r, losses, limits);
     const K(sequence) plain = r->q;
     void *mark = tune_mark();
     status = of->total ? K(filter_all)(r) : KQ_OK;

@@ -66,7 +66,7 @@ class NonlinearFilter(Readable):
         self.at = model.at_row(0)  # t of this row
         self._left = NOTHING  # controls of the last row
         self._trial: Optional[Readable] = None
-        self._losses = Losses(self.arithmetic, model.m)
+        self._losses = Losses(self.arithmetic, [one.m for one in model.sensors])
         self.parts.init_filter(self._handle)
 
     @property
@@ -201,10 +201,12 @@ class NonlinearFilter(Readable):
         """A gate's limit is that of the components which the row has."""
         if robust is None:
             return None
-        loss, limits = self._losses.of(robust, sensor.first)
-        if limits is not None:
-            loss.limit = limits[np.count_nonzero(there) - 1]
-        return loss
+        made = self._losses.of(robust)
+        if made.limits is None:
+            return made.losses
+        gate = made.losses + self.model.sensors.index(sensor)
+        gate.limit = made.limits[np.count_nonzero(there) - 1]
+        return gate
 
     def _variances(self, sensor: Any) -> np.ndarray:
         """Of the innovation: the diagonal of S"""
@@ -246,10 +248,11 @@ class Taken:
     count: int
 
     def joined(self, other: Taken) -> Taken:
-        """With the sensor after it"""
+        """With the sensor after it; the NIS of what was rejected is that of a row of which nothing is taken"""
         words, variances = (np.where(other.there, two, one) for one, two in
                             ((self.words, other.words), (self.variances, other.variances)))
-        return Taken(self.there | other.there, words, variances, self.nis + other.nis,
+        counted = [one for one in (self, other) if one.count] or [self, other]
+        return Taken(self.there | other.there, words, variances, sum(one.nis for one in counted),
                      self.log_likelihood + other.log_likelihood, self.count + other.count)
 
 

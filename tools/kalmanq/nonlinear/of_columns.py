@@ -60,7 +60,7 @@ class _Written:
         self._names = {one.name: f"u[{k}]" for k, one in enumerate(model.inputs)}
         controls = ["1.0" if one.constant else self._names[one.name] for one in model.controls]
         states = [f"x[{i}]" for i in range(model.n)]
-        ends = np.cumsum([0, *(len(one.measurements) for one in model.sensors)]).tolist() if model.sensors else [0, model.m]
+        ends = np.cumsum([0, *model.sensor_sizes]).tolist()
         self.parts = list(zip(ends, ends[1:]))
         moved = [self._sum([("A", i, states), ("B", i, controls)]) for i in range(model.n)]
         expected = [self._sum([("H", c, states), ("D", c, controls)], self._cell("d", (c,))) for c in range(model.m)]

@@ -8,7 +8,7 @@ import numpy as np
 
 from kalmanq.core import ffi, lib, nearest, require
 from kalmanq.data.rows import present_of
-from kalmanq.errors import KalmanqError, ModelError, counted
+from kalmanq.errors import KalmanqError, counted
 from kalmanq.nonlinear.callbacks import Answer
 from kalmanq.nonlinear.model import NonlinearModel
 from kalmanq.run.parts import Parts, doubles
@@ -46,12 +46,8 @@ class Steps:
 
     def take(self, noises: Mapping[str, np.ndarray]) -> None:
         """Q, G or R of this row"""
-        try:
-            made = Parts(self.noise.model.changed(**noises), self.arithmetic.name)
-            made.take_innovations()
-        except ModelError as problem:
-            raise KalmanqError(str(problem), problem.status) from problem
-        self.noise, self._before = made, self.noise
+        [(name, noise)] = noises.items()
+        self.noise, self._before = self.noise.with_noise(name, noise), self.noise
 
     # ------------------------------------------------------------------ steps that are linear in x
 

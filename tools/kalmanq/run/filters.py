@@ -64,7 +64,7 @@ class Filter(Readable):
         self._steps = Steps(self.parts)
         self._predict, self._one = self.arithmetic.function("predict"), None
         self._is_alone = type(self)._ask is Filter._ask  # otherwise something follows each row, or learns of it
-        self._losses = Losses(self.arithmetic, model.m)
+        self._losses = Losses(self.arithmetic, model.sensor_sizes)
         self._start = self._object("diffuse", model.n, 0, sizes=(model.n, 0)) if np.any(model.unknown) else None
         self.begin()
 
@@ -159,7 +159,7 @@ class Filter(Readable):
         made = Filter(self.model, self.arithmetic.name, parts=self.parts)
         require(made._call("filter_copy", self._handle), "copy")
         made.row, made.begins, made._left, made.time, made.origin = self.row, self.begins, self._left, self.time, self.origin
-        made._next, made._steps = self._next, self._steps.copy()
+        made._next, made._steps, made._losses = self._next, self._steps.copy(), self._losses.copy()
         return made
 
     # ------------------------------------------------------------------ what the next update would do
@@ -287,9 +287,10 @@ class Filter(Readable):
         """Sets how measurements are taken; returns what has to stay until the call is over."""
         if robust is None:
             return None
-        q.loss, limits = made = self._losses.of(robust)
-        if limits is not None:
-            q.limits = self._scores(limits)
+        made = self._losses.of(robust)
+        q.losses, q.losses_count, q.measured = made.losses, len(made.measured), self._pointer(made.measured, "uint32_t")
+        if made.limits is not None:
+            q.limits = self._scores(made.limits)
         return made
 
     def _target(self, q: Any) -> tuple[Any, ...]:

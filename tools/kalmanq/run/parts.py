@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from copy import copy
 from dataclasses import replace
 from functools import cached_property
 from typing import Any, Callable, Optional, Sequence
@@ -38,13 +39,14 @@ class Parts:
         refuse_rows(model, "a constant filter", "give its rows to Filter.run or Smoother.run")
         self.model = model
         self.arithmetic = arithmetic_of(arithmetic)
-        self.kept: list[Any] = []  # what C refers to
-        self.process = self.arithmetic.struct("process")
-        self.sensor = self.arithmetic.struct("sensor")
+        self.kept: list[Any] = []  # what C refers to, but for what process and sensor do
+        self.takes_innovations = False
         if self.arithmetic.is_fixed:
-            _fixed_point(self)
-        else:
-            _floating_point(self)
+            _take_formats(self)
+        self._make_process()
+        self._make_sensor()
+        if self.arithmetic.is_fixed:
+            _take_prior(self)
         if way:
             self._take_as(way)
 
@@ -60,11 +62,35 @@ class Parts:
             a.function("process_as_table")(self.process)
             a.function("sensor_as_table")(self.sensor, way == "lean")
 
+    def _make_process(self) -> None:
+        self.process = self.arithmetic.struct("process")
+        self._of_process = self._keeping(_fixed_process if self.arithmetic.is_fixed else _process)
+
+    def _make_sensor(self) -> None:
+        self.sensor = self.arithmetic.struct("sensor")
+        self._of_sensor = self._keeping(_fixed_sensor if self.arithmetic.is_fixed else _sensor)
+
+    def _keeping(self, make: Callable[[Parts], None]) -> list[Any]:
+        """What C refers to in what it makes"""
+        others, self.kept = self.kept, []
+        make(self)
+        made, self.kept = self.kept, others
+        return made
+
     def take_innovations(self) -> None:
         """The sensor is to take innovations, not measurements."""
-        model, a = self.model, self.arithmetic
-        given = (self.sensor_table, ffi.NULL) if a.is_fixed else (self.array(model.H), self.array(model.R))
-        require(a.function("sensor_init_extended")(self.sensor, *given), "H, R")
+        self.takes_innovations = True
+        self._make_sensor()
+
+    def with_noise(self, name: str, given: np.ndarray) -> Parts:
+        """With another Q, G or R; the rest is shared"""
+        made = copy(self)
+        made.model = self.model.with_noise(name, given)
+        if name == "R":
+            made._make_sensor()
+        else:
+            made._make_process()
+        return made
 
     @property
     def zeros(self) -> tuple[list[int], list[int]]:
@@ -171,9 +197,8 @@ def _rank(rows: np.ndarray) -> int:
     return int(np.linalg.matrix_rank(rows.astype(np.float32)))
 
 
-def _floating_point(parts: Parts) -> None:
-    model, a = parts.model, parts.arithmetic
-    process, sensor = parts.process, parts.sensor
+def _process(parts: Parts) -> None:
+    model, a, process = parts.model, parts.arithmetic, parts.process
     require(a.function("process_assign")(process, model.n, model.l, *parts.memory(
         a.length("process", model.n))), "process")
     A = parts.array(model.A)
@@ -183,13 +208,15 @@ def _floating_point(parts: Parts) -> None:
         _require_held(a.function("process_init_factor")(process, A, B, F, model.G.shape[1]), "A, B, G", a)
     else:
         _require_held(a.function("process_init")(process, A, B, parts.array(model.Q)), "A, B, Q", a)
+
+
+def _sensor(parts: Parts) -> None:
+    model, a, sensor = parts.model, parts.arithmetic, parts.sensor
     require(a.function("sensor_assign")(sensor, model.n, model.m, *parts.memory(
         a.length("sensor", model.m))), "sensor")
-    if is_diagonal(model.R):
-        status = a.function("sensor_init_diagonal")(sensor, parts.array(model.H), parts.array(np.diag(model.R)))
-    else:
-        status = a.function("sensor_init")(sensor, parts.array(model.H), parts.array(model.R))
-    _require_held(status, "H, R", a)
+    is_short = is_diagonal(model.R) and not parts.takes_innovations
+    init = "sensor_init_diagonal" if is_short else "sensor_init_extended" if parts.takes_innovations else "sensor_init"
+    _require_held(a.function(init)(sensor, parts.array(model.H), parts.array(np.diag(model.R) if is_short else model.R)), "H, R", a)
 
 
 MOST = {"f32": "2^120", "f64": "2^1000"}  # a variance (process.h)
@@ -205,29 +232,40 @@ def _require_held(status: int, what: str, arithmetic: Arithmetic) -> None:
 # ------------------------------------------------------------------------------ tables of q31
 
 
-def _fixed_point(parts: Parts) -> None:
-    model = parts.model
-    parts.formats = {which: prepare_formats(model, which) for which in ("states", "measurements", "controls")}
-    states, measurements, controls = parts.formats.values()
-    n, m, l = model.n, model.m, model.l
-    parts.kept.append(parts.formats)
+def _take_formats(parts: Parts) -> None:
+    parts.formats = {which: prepare_formats(parts.model, which) for which in ("states", "measurements", "controls")}
+
+
+def _fixed_process(parts: Parts) -> None:
+    model, (states, _, controls) = parts.model, parts.formats.values()
     parts.process_table = ffi.new("kq_process_table_q31 *", {
-        "states": n, "controls": l, "state_format": states, "control_format": controls if l else ffi.NULL,
+        "states": model.n, "controls": model.l, "state_format": states, "control_format": controls if model.l else ffi.NULL,
         "transition": matrix(parts, "A", model.A, states, states),
-        "control": matrix(parts, "B", model.B, states, controls) if l else ffi.NULL,
+        "control": matrix(parts, "B", model.B, states, controls) if model.l else ffi.NULL,
         "noise_root": noise_root(parts, states)})
+    require_fit(lib.kq_process_init_q31, "A, B, Q", model, parts.process, parts.process_table)
+
+
+def _fixed_sensor(parts: Parts) -> None:
+    model, (states, measurements, _) = parts.model, parts.formats.values()
     parts.sensor_table = ffi.new("kq_sensor_table_q31 *", {
-        "states": n, "components": m, "correlated": not is_diagonal(model.R), "state_format": states,
+        "states": model.n, "components": model.m, "correlated": not is_diagonal(model.R), "state_format": states,
         "measurement_format": measurements,
         "measurement": matrix(parts, "H", model.H, measurements, states),
         "noise": sensor_noise(parts, measurements)})
+    if parts.takes_innovations:
+        require(lib.kq_sensor_init_extended_q31(parts.sensor, parts.sensor_table, ffi.NULL), "H, R")
+    else:
+        require_fit(lib.kq_sensor_init_q31, "H, R", model, parts.sensor, parts.sensor_table)
+
+
+def _take_prior(parts: Parts) -> None:
+    model, states = parts.model, parts.formats["states"]
     mean = prior_mean(parts, states)
-    root = prepared(parts, "int32_t[]", lib.kq_length_q31(lib.KQ_OBJECT_ROOT, n, 0, 0, 0), "P0",
-                    lambda out: lib.kq_root_prepare_q31(out, doubles(known_prior(model)), n, states))
+    root = prepared(parts, "int32_t[]", lib.kq_length_q31(lib.KQ_OBJECT_ROOT, model.n, 0, 0, 0), "P0",
+                    lambda out: lib.kq_root_prepare_q31(out, doubles(known_prior(model)), model.n, states))
     parts.prior = ffi.new("kq_prior_table_q31 *", {
-        "states": n, "state_format": states, "mean": mean, "root": root})
-    require_fit(lib.kq_process_init_q31, "A, B, Q", model, parts.process, parts.process_table)
-    require_fit(lib.kq_sensor_init_q31, "H, R", model, parts.sensor, parts.sensor_table)
+        "states": model.n, "state_format": states, "mean": mean, "root": root})
 
 
 def doubles(array: np.ndarray) -> Any:

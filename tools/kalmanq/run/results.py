@@ -34,7 +34,7 @@ class Run(Spelled):
     model, arithmetic, words : what it is of, and raw values as the chip has them
     mean, sigma : T x n, after the update; covariance: T x n x n
     innovation : T x m, z - H x before the update; innovation_sigma: its standard deviation (a Student-t step shows none)
-    nis : T, e' S^-1 e, of a rejected measurement, too; NaN where nothing was measured; `taken`: degrees of freedom, 0 where rejected
+    nis : T, e' S^-1 e of what was taken or, where nothing is, of what was rejected; NaN where nothing was measured; `taken`: degrees of freedom
     log_likelihood : T, each row's term; 0 where nothing was taken
     smoothed, smoothed_sigma, smoothed_covariance : given all rows
     lagged, lagged_sigma : of `lag` rows before, given all rows so far; NaN in the first `lag` rows

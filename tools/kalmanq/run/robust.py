@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 from statistics import NormalDist
-from typing import Any, Optional
+from typing import Any, Optional, Sequence
 
 import numpy as np
 
@@ -54,7 +54,7 @@ class Robust:
 
     Parameters
     ----------
-    way : "gate": a row that is too far off, for as many components as it has, is not taken;
+    way : "gate": what a sensor tells in a row is not taken if it is too far off, for as many components as it has; each sensor has a gate;
         "huber", "student": it counts less; "jump": the covariance is raised
     parameter : gate: the probability that a good measurement passes (0.9, 0.95, 0.99, 0.999, 0.9999), or above 1 how many sigma a
         single one may be off, with that limit's probability for rows of several;
@@ -105,27 +105,51 @@ class Robust:
 
 
 class Losses:
-    """The losses of one filter, as C has them; a gate's count of rejections goes on from call to call.
+    """The losses of one filter, as C has them.  A gate's count of rejections goes on from call to call.
 
-    count   components of a measurement
+    sizes   measurements of each sensor: each has a gate
     """
 
-    def __init__(self, arithmetic: Arithmetic, count: int):
-        self.arithmetic, self.count = arithmetic, count
-        self._gates: dict[tuple[Robust, int], tuple[Any, np.ndarray]] = {}
+    def __init__(self, arithmetic: Arithmetic, sizes: Sequence[int]):
+        self.arithmetic, self.sizes = arithmetic, sizes
+        self._made: dict[Robust, Taking] = {}
 
-    def of(self, robust: Robust, sensor: int = 0) -> tuple[Any, Optional[np.ndarray]]:
-        """The loss, and of a gate the limits of the NIS of 1, 2, ... components; sensor: each has a gate of its own"""
-        a = self.arithmetic
-        if robust.way != "gate":
-            loss = a.loss(robust.way)
-            loss.parameter = a.parameter(robust.value)
-            return loss, None
-        if (robust, sensor) not in self._gates:
-            gate = a.loss("gate")
-            gate.run = robust.run
-            self._gates[robust, sensor] = gate, np.array(robust.limits(a, self.count), a.score)
-        return self._gates[robust, sensor]
+    def of(self, robust: Robust) -> Taking:
+        if robust not in self._made:
+            a, is_gate = self.arithmetic, robust.way == "gate"
+            sizes = self.sizes if is_gate else [sum(self.sizes)]
+            losses = a.losses(robust.way, len(sizes))
+            for one in losses:
+                if is_gate:
+                    one.run = robust.run
+                else:
+                    one.parameter = a.parameter(robust.value)
+            limits = np.array(robust.limits(a, max(sizes)), a.score) if is_gate else None
+            self._made[robust] = Taking(losses, np.array(bits_of(sizes), np.uint32), limits)
+        return self._made[robust]
+
+    def copy(self) -> Losses:
+        """For a filter that goes on from the same row"""
+        made = Losses(self.arithmetic, self.sizes)
+        for robust, one in self._made.items():
+            for own, given in zip(made.of(robust).losses, one.losses):
+                own.rejected = given.rejected
+        return made
+
+
+@dataclass(frozen=True)
+class Taking:
+    """losses: one or, of gates, one for each sensor; measured: by each of them, bits of a row; limits: of gates, of the NIS of 1, 2, ... components"""
+
+    losses: Any
+    measured: np.ndarray
+    limits: Optional[np.ndarray]
+
+
+def bits_of(sizes: Sequence[int]) -> list[int]:
+    """Of each sensor's measurements in a row of all"""
+    ends = np.cumsum(sizes).tolist()
+    return [(1 << end) - (1 << end - size) for end, size in zip(ends, sizes)]
 
 
 def limit_of(sigmas: float, count: int) -> float:

@@ -3,8 +3,8 @@
    worker, the page itself and Node use it alike. */
 
 /* Of a kq_tune (native/tune.h), in its order: 32 bits each */
-const FIELDS = ("arithmetic n m l rows processes factor unknown loss level run smooth only lag ahead latest A B Q G H R x0 P0 d parameter " +
-  "range fraction which late z u mean sigma innovation innovation_sigma nis log_likelihood taken smoothed smoothed_sigma lagged " +
+const FIELDS = ("arithmetic n m l rows processes factor unknown loss level run losses smooth only lag ahead latest A B Q G H R x0 P0 d parameter " +
+  "measured range fraction which late z u mean sigma innovation innovation_sigma nis log_likelihood taken smoothed smoothed_sigma lagged " +
   "lagged_sigma forecast forecast_sigma total events part row quantity component bits").split(" ");
 const RESULTS = ("mean sigma innovation innovation_sigma nis log_likelihood taken smoothed smoothed_sigma lagged lagged_sigma " +
   "forecast forecast_sigma").split(" ");
@@ -128,6 +128,8 @@ class Engine extends Recording {
     const { n, m } = model;
     this.u = model.u ? this.put(model.u) : 0;
     this.which = model.which ? this.putWhole(model.which) : 0;
+    this.gated = this.putWhole(model.sensors);
+    this.all = this.putWhole([2 ** model.m - 1]);
     const quantities = [...model.states, ...model.measurements, ...model.controls];
     this.canFix = quantities.every((one) => one.range !== null);
     this.range = this.put(quantities.map((one) => one.range || 1));
@@ -174,11 +176,12 @@ class Engine extends Recording {
     if (asked.arithmetic === "q31" && !this.canFix) throw new Refusal("q31 needs a range of each state, measurement and control: `ranges` in the model file");
     for (const name of ["Q", "R", "P0"]) this.write(this.free[name], made[name]);
     if (made.G) this.write(this.free.G, made.G);
-    const loss = asked.loss && asked.loss !== "none" ? this.core[`kq_loss_${asked.loss}_${asked.arithmetic}`].value : 0;
+    const isGate = asked.loss === "gate", loss = asked.loss && asked.loss !== "none" ? this.core[`kq_loss_${asked.loss}_${asked.arithmetic}`].value : 0;
     this.ahead = asked.all === false ? 0 : Math.min(asked.ahead || 0, this.mostAhead);
-    this.write(this.free.parameter, [loss && asked.loss !== "gate" ? asked.parameter : 0]);
+    this.write(this.free.parameter, [loss && !isGate ? asked.parameter : 0]);
     this.set({ arithmetic: ARITHMETICS.indexOf(asked.arithmetic), n: model.n, m: model.m, l: model.l, rows: model.rows,
-               processes: model.processes, factor: model.factor, unknown: model.unknown, loss, level: asked.loss === "gate" ? this.level(asked.parameter) : -1, run: 8,
+               processes: model.processes, factor: model.factor, unknown: model.unknown, loss, level: isGate ? this.level(asked.parameter) : -1, run: 8,
+               losses: isGate ? model.sensors.length : 1, measured: isGate ? this.gated : this.all,
                smooth: asked.smooth && !loss ? 1 : 0, only: asked.only ?? -1, lag: asked.lag > 0 ? asked.lag : -1, ahead: this.ahead, ...this.fixed, ...this.free,
                range: this.range, fraction: this.fraction, which: this.which, late: this.late, latest: loss ? 0 : this.latest, z: this.z, u: this.u, ...this.out });
     if (asked.all === false) this.set({ mean: 0, smooth: 0 });

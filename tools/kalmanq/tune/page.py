@@ -18,7 +18,7 @@ from kalmanq.firmware.costs import CORES
 from kalmanq.model import Model
 from kalmanq.nonlinear import NonlinearModel
 from kalmanq.run.filters import Filter
-from kalmanq.run.robust import LOSSES
+from kalmanq.run.robust import LOSSES, bits_of
 from kalmanq.tune import emitted, equations
 from kalmanq.tune.noises import Shape, has_dt, noises_of
 from kalmanq.tune.packing import losses, noise_content, packed, quantities
@@ -85,7 +85,7 @@ def content(model: Model, z: np.ndarray, u: Optional[np.ndarray], times: Optiona
         "name": model.name, "sources": sources, "n": model.n, "m": model.m, "l": model.l, "rows": len(z),
         "states": quantities(model.states), "measurements": quantities(model.measurements), "controls": quantities(model.controls),
         "processes": len(arrays["A"]), "factor": 0 if model.G is None else model.G.shape[1],
-        "unknown": sum(1 << int(i) for i in np.flatnonzero(model.unknown)),
+        "unknown": sum(1 << int(i) for i in np.flatnonzero(model.unknown)), "sensors": bits_of(model.sensor_sizes),
         **{name: packed(arrays[name]) for name in ("A", "B", "Q", "G", "H", "R", "x0", "P0", "d")},
         "rest": {name: packed(rest[name]) for name in ("Q", "R", "P0")},
         "z": packed(z), "u": packed(_with_ones(model, u, len(z))), "which": packed(which), "times": packed(times),

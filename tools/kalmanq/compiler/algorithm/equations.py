@@ -95,6 +95,8 @@ def _refuse_numbers(model: NonlinearModel, options: Options) -> None:
              "plus": (model.carried, [[one] for one in f.corrected])}
     names.update({} if f.noise_of_step is None else {"G" if "G" in model.given else "Q": (model.states, f.noise_of_step)})
     names.update({} if f.noise_of_sensors is None else {"R": (model.measurements, f.noise_of_sensors)})
+    if all(abs(one.value) <= most for one in needed(one for _, rows in names.values() for row in rows for one in row)[0] if one.is_constant):
+        return
     for which, (of, rows) in names.items():
         for quantity, formulas in zip(of, rows):
             for one in needed(formulas)[0]:

@@ -115,7 +115,7 @@ def settled(of: Numbers, longest_gap: int, tolerance: float = 1e-6) -> Optional[
             return None  # what nothing sees has grown beyond all digits
         samples = least_steps(doubled, lambda one: is_within(one, tolerance, floor))
         filtered = doublings(doubled[-1], MORE)[-1].Q
-        rest = [min(one, samples) for one in _rests(predict, doubled, filtered, longest_gap, tolerance, floor)]
+        rest = _rests(predict, doubled, filtered, longest_gap, tolerance, floor, samples)
         return _steady(of, filtered, samples, rest, tolerance)
 
 
@@ -138,13 +138,18 @@ def least_steps(doubled: Sequence[Map], is_enough: Callable[[Map], bool]) -> int
     return count + 1
 
 
-def _rests(predict: Map, doubled: Sequence[Map], P: np.ndarray, longest: int, tolerance: float,
-           floor: np.ndarray) -> list[int]:
+def _rests(predict: Map, doubled: Sequence[Map], P: np.ndarray, longest: int, tolerance: float, floor: np.ndarray, samples: int) -> list[int]:
+    """After each gap the least number of steps, by halves; `samples` are enough whatever was before"""
     made, missed = [], P
     aim = np.diag(P)
     for _ in range(longest):
-        missed = predict.of(missed)
-        made.append(least_steps(doubled, lambda one, P=missed: _agree(np.diag(one.of(P)) - aim, aim, tolerance, floor)))
+        now = missed = predict.of(missed)
+        count = 0
+        for k in reversed(range((samples - 1).bit_length())):
+            trial = doubled[k].of(now)
+            if not _agree(np.diag(trial) - aim, aim, tolerance, floor):
+                now, count = trial, count + (1 << k)
+        made.append(min(count + 1, samples))
     return made
 
 

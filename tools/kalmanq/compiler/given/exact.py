@@ -5,6 +5,7 @@ from __future__ import annotations
 import decimal
 from dataclasses import dataclass, fields
 from decimal import Decimal
+from functools import lru_cache
 from typing import Sequence
 
 import numpy as np
@@ -56,6 +57,11 @@ def decimals(array: np.ndarray) -> np.ndarray:
 
 
 def eye(n: int) -> np.ndarray:
+    return _eye(n).copy()
+
+
+@lru_cache(maxsize=None)
+def _eye(n: int) -> np.ndarray:
     return decimals(np.eye(n))
 
 

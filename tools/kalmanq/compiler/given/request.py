@@ -66,7 +66,7 @@ def refuse_over_library(options: Options, fields: Iterable[str]) -> None:
             raise KalmanqError(f"--library and {option}: leave {option} out; over the library it is {instead}")
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)  # what is worked out of one is kept by which it is
 class Request:
     """mixing: m x m, unit lower: what the filter takes is mixing * z, whose noises are independent; together: of each
     component, the bits of those that are taken only with it; nominal: names of what the states are errors of"""

@@ -65,9 +65,10 @@ class Offer:
                 "mean": self.mean, "covariance": self.covariance, "remark": self.remark}
 
 
-def offers(model: Model, ranged: Optional[Model] = None, name: str = "filter", cores: Sequence[str] = USUAL) -> list[Offer]:
+def offers(model: Model, ranged: Optional[Model] = None, name: str = "filter", cores: Sequence[str] = USUAL,
+           arithmetics: Sequence[str] = ARITHMETICS) -> list[Offer]:
     """ranged: the same with ranges that were chosen for it, which q31 takes"""
-    return [_offer(ranged if ranged is not None and arithmetic == "q31" else model, arithmetic, name, cores) for arithmetic in ARITHMETICS]
+    return [_offer(ranged if ranged is not None and arithmetic == "q31" else model, arithmetic, name, cores) for arithmetic in arithmetics]
 
 
 def _offer(model: Model, arithmetic: str, name: str, cores: Sequence[str]) -> Offer:

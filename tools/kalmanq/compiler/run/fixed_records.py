@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from functools import lru_cache
 from typing import Any, Mapping, Sequence
 
 import numpy as np
@@ -29,6 +30,7 @@ def refuse_varying(model: NonlinearModel) -> None:
             raise one.error(f"takes {STEP}, and in q31 the rows are steps that are all alike: take f32 or f64")
 
 
+@lru_cache(maxsize=4)
 def simulated(model: NonlinearModel) -> Seen:
     refuse_varying(model)
     return seen(model, [drawn(model, ROWS, seed) for seed in SEEDS])

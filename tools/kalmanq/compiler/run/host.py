@@ -5,14 +5,16 @@ from __future__ import annotations
 import ctypes
 from contextlib import ExitStack
 from dataclasses import dataclass, replace
+from functools import lru_cache
 from typing import Any, Optional, Sequence
 
 import numpy as np
 
-from kalmanq.compiler.run.building import build, folder_of
+from kalmanq.compiler.run.building import build, compiler, folder_of
 from kalmanq.compiler.templates.engine import rendered
 from kalmanq.compiler.text.emit import PREDICTS, UPDATES, Row
 from kalmanq.compiler.text.product import Product
+from kalmanq.data.files import telling_where
 
 
 def numbered(rows: int, first: int = 0) -> np.ndarray:
@@ -40,10 +42,12 @@ class Host:
         self.product, self.flags = product, flags
 
     def __enter__(self) -> Host:
+        texts = {**self.product.sources(), "driver.c": driver(self.product)}
+        made = _built(tuple(texts.items()), (f"{self.product.given.name}.c", "driver.c"), tuple(self.flags), compiler())
         with ExitStack() as own:
-            self.folder = own.enter_context(folder_of({**self.product.sources(), "driver.c": driver(self.product)}))
-            sources = [f"{self.product.given.name}.c", "driver.c"]
-            library = build(self.folder, sources, "filter.so", ("-O1", *self.flags, "-shared", "-fPIC"))  # -O2 takes longer than it saves
+            library = own.enter_context(folder_of({})) / "filter.so"  # of its own, and so are its statics
+            with telling_where(library.parent):
+                library.write_bytes(made)
             self._library = ctypes.CDLL(str(library))
             self._run = self._library.run
             self._own = own.pop_all()
@@ -92,6 +96,13 @@ class Host:
         """Smoothed means 1, 2, ... steps before the last one of such rows"""
         predicts = np.flatnonzero(np.asarray(what) & PREDICTS)[::-1]
         return self.smoothed(what).mean[predicts[:self.product.given.options.smooth] - 1]
+
+
+@lru_cache(maxsize=8)
+def _built(texts: tuple[tuple[str, str], ...], sources: tuple[str, ...], flags: tuple[str, ...], by: str) -> bytes:
+    """by: the compiler.  What is optimised takes longer than it saves, and has the same bits"""
+    with folder_of(dict(texts)) as folder:
+        return build(folder, sources, "filter.so", ("-O0", *flags, "-shared", "-fPIC")).read_bytes()
 
 
 @dataclass(frozen=True)

@@ -118,9 +118,8 @@ def apart(given: Request, record: Record, ran: Ran, means: np.ndarray, covarianc
     sigma = np.maximum(sigma, FADED * sigma.max(axis=0))
     off = np.abs(ran.mean - means) / sigma
     spread = np.abs(ran.covariance - covariances) / (sigma[:, :, None] * sigma[:, None, :])
-    count = sum(int(one).bit_count() for one in ran.taken)
     whole = in_whole_groups(record, given.together)
-    given_ = sum(int(one).bit_count() for one, what in zip(whole.present, whole.what) if what & UPDATES)
+    count, given_ = (np.count_nonzero(one[:, None] >> np.arange(given.of.m) & 1) for one in (ran.taken, whole.present[whole.what & UPDATES > 0]))
     return Accuracy(float(off.max()), float(spread.max()), int(np.bitwise_or.reduce(ran.events)), count / max(given_, 1))
 
 
@@ -139,8 +138,7 @@ def as_taken(product: Product, record: Record) -> Record:
         return record
 
     def rounded(which: str, values: np.ndarray) -> np.ndarray:
-        raw = [[np.ldexp(a.raw(which, k, value), -a.fraction(which, k)) for k, value in enumerate(row)] for row in values]
-        return np.array(raw).reshape(values.shape)
+        return np.ldexp(a.raws(which, values), -a.fractions(which, values.shape[1]))
     mean = None if record.mean is None else rounded("states", record.mean[None])[0]
     return replace(record, z=rounded("measurements", record.z), u=rounded("controls", record.u), mean=mean)
 

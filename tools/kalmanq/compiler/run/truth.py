@@ -7,12 +7,16 @@ The path follows the model to the last bit; only its noise is not white to one w
 
 from __future__ import annotations
 
-from typing import Optional
+from dataclasses import dataclass
+from functools import lru_cache
+from typing import Any, Optional
 
 import numpy as np
 
 from kalmanq.compiler.algorithm.fixed.formats import gap_of, largest_sigmas, ranged
+from kalmanq.compiler.given.exact import Numbers
 from kalmanq.compiler.given.request import Request
+from kalmanq.core import ffi, lib
 from kalmanq.model import Model, root_of
 
 PUSHED, STAYS, BEGINS = 0.2, 0.25, 0.8  # of a range: sigma of a control, and of a state; where a record begins at most
@@ -23,11 +27,24 @@ WEIGHTS = 10.0 ** np.arange(-12, 7)  # of a state at the end of its range, in a 
 LARGEST = 1e100
 
 
-def drawn(given: Request, moves: np.ndarray, draws: np.random.Generator,
-          first: Optional[np.ndarray] = None) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """States of rows, controls of the steps to them, and the mean before the first row; moves: has a row such a step?
-    first: covariance of a mean that is anywhere within the ranges; None: the model's mean and covariance"""
-    rows = len(moves)
+@dataclass(frozen=True)
+class Path:
+    """What holds of each record of a request.  by: of noises and controls; back, spread: of the feedback; bound: rows within which it stays"""
+
+    noise: np.ndarray
+    push: np.ndarray
+    most: np.ndarray
+    constant: np.ndarray
+    rests: np.ndarray
+    holds: np.ndarray
+    by: np.ndarray
+    back: np.ndarray
+    spread: np.ndarray
+    bound: np.ndarray
+
+
+@lru_cache(maxsize=8)
+def _path(given: Request) -> Path:
     of, model = given.of.doubles(), ranged(given.model, largest_sigmas(given.of, gap_of(given.model)))
     noise, push = root_of(of.Q), np.array([0.0 if one.constant else PUSHED * (one.range or 1.0) for one in given.model.controls])
     most = push / PUSHED
@@ -36,24 +53,37 @@ def drawn(given: Request, moves: np.ndarray, draws: np.random.Generator,
     by = np.hstack([noise, EASY * of.B * push])
     limits = _limits(model, rests, of.n)
     back, spread = _feedback(of.A, by, noise.shape[1], limits)
+    return Path(noise, push, most, constant, rests, holds, by, back, spread, np.vstack([limits / BEGINS, back[:noise.shape[1]]]))
+
+
+def drawn(given: Request, moves: np.ndarray, draws: np.random.Generator,
+          first: Optional[np.ndarray] = None) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """States of rows, controls of the steps to them, and the mean before the first row; moves: has a row such a step?
+    first: covariance of a mean that is anywhere within the ranges; None: the model's mean and covariance"""
+    rows, of, path = len(moves), given.of.doubles(), _path(given)
+    rests, back, columns = path.rests, path.back, path.noise.shape[1]
     x, u = np.empty((rows, of.n)), np.empty((rows, of.l))
-    bound = np.vstack([limits / BEGINS, back[:noise.shape[1]]])
-    anywhere = of.x0 if first is None else rests + root_of(spread) @ draws.standard_normal(of.n)
+    anywhere = of.x0 if first is None else rests + root_of(path.spread) @ draws.standard_normal(of.n)
     begun = root_of(of.P0 if first is None else first) @ draws.standard_normal(of.n)
-    now = rests + _within(anywhere - rests + begun, of.A - by @ back, bound)
+    now = rests + _within(anywhere - rests + begun, of.A - path.by @ back, path.bound)
     mean = of.x0 if first is None else (now - begun).astype(np.float32).astype(float)
-    w, pushed = np.split(draws.standard_normal((rows, by.shape[1])), [noise.shape[1]], axis=1)
-    moved_by, eased_by, has_controls = back[:noise.shape[1]], EASY * back[noise.shape[1]:], of.l > 0
-    for t in range(rows):
-        off = now - rests
-        if has_controls:
-            wanted = holds + (pushed[t] - eased_by @ off) * push
-            u[t] = np.minimum(np.maximum(wanted, -most), most).astype(np.float32) + constant
-        if moves[t]:
-            now = of.A @ now + noise @ (w[t] - moved_by @ off)
-            now = now + of.B @ u[t] if has_controls else now
-        x[t] = now
+    w, pushed = np.split(draws.standard_normal((rows, path.by.shape[1])), [columns], axis=1)
+    _walked(path, of, moves, w, pushed, now, x, u)
     return x, u, mean
+
+
+def _walked(path: Path, of: Numbers, moves: np.ndarray, w: np.ndarray, pushed: np.ndarray, now: np.ndarray, x: np.ndarray, u: np.ndarray) -> None:
+    """x and u are written"""
+    columns = path.noise.shape[1]
+    held = [_doubles(one) for one in (of.A, of.B, path.noise, path.back[:columns], EASY * path.back[columns:], path.rests, path.holds, path.push,
+                                      path.most, path.constant, now.copy(), np.empty(of.n + columns))]
+    lib.kq_path_run(ffi.new("kq_path *", (of.n, columns, of.l, *held)), len(moves), ffi.from_buffer("uint8_t[]", np.ascontiguousarray(moves, np.uint8)),
+                    _doubles(w), _doubles(pushed), _doubles(x), _doubles(u))
+
+
+def _doubles(values: np.ndarray) -> Any:
+    """As they are, where they are that already"""
+    return ffi.from_buffer("double[]", np.ascontiguousarray(values, np.float64))
 
 
 def _rest(A: np.ndarray, B: np.ndarray, x0: np.ndarray, constant: np.ndarray, span: np.ndarray, most: np.ndarray) -> tuple[np.ndarray, np.ndarray]:

@@ -17,7 +17,7 @@ from kalmanq.firmware.steps_kept import latest_of, steps_late
 from kalmanq.model import Model, Quantity
 from kalmanq.run.filters import Filter
 from kalmanq.run.parts import CONSTANT, Parts, is_diagonal, known_prior, not_lean, ways_of
-from kalmanq.run.robust import Robust
+from kalmanq.run.robust import Robust, bits_of
 
 WORD = {"f32": "float", "f64": "double", "q31": "int32_t"}
 KINDS = ("states", "measurements", "controls")
@@ -191,7 +191,7 @@ def _table(w: Writer) -> list[str]:
 def _of_code(w: Writer) -> dict[str, Any]:
     model = w.model
     zeros = [", ".join(map(str, one)) for one in w.parts.zeros] if w.is_constant else ["", ""]
-    made = {"array": array, "loss": _loss(w), "unknown": f"UINT32_C(0x{w.unknown:x})" if w.unknown else "", "is_diagonal": w.is_diagonal, "offsets": _offsets(w),
+    made = {"array": array, "loss": _loss(w), "gates": _gates(w), "unknown": f"UINT32_C(0x{w.unknown:x})" if w.unknown else "", "is_diagonal": w.is_diagonal, "offsets": _offsets(w),
             "pushes": _pushes(w), "pushed": "NULL" if not model.l else "all" if model.c is not None else "u", "is_upper": not np.any(np.tril(model.A, -1)),
             "zeros_of_H": zeros[1], "processes": [{"end": "", "zeros": zeros[0]}]}
     return {**made, **(_words_of(w) if w.is_fixed else _floats_of(w))}
@@ -217,14 +217,21 @@ def _offsets(w: Writer) -> list[str]:
 
 
 def _loss(w: Writer) -> dict[str, Any]:
-    """Of robust updates; a gate has the limit of as many measurements as are present"""
+    """Of robust updates; a gate has the limit of as many of its sensor's measurements as are present"""
     if w.robust is None:
         return {"way": ""}
     made, of = {"way": w.robust.way}, w.parts.arithmetic
     if w.robust.way == "gate":
-        return {**made, "limits": [f"INT64_C({one})" if w.is_fixed else w.number(one) for one in w.robust.limits(of, w.model.m)]}
+        limits = w.robust.limits(of, max(w.model.sensor_sizes))
+        return {**made, "limits": [f"INT64_C({one})" if w.is_fixed else w.number(one) for one in limits]}
     value = of.parameter(w.robust.value)
     return {**made, "parameter": "{{{mantissa}, {exponent}}}".format(**value) if w.is_fixed else w.number(value)}
+
+
+def _gates(w: Writer) -> list[str]:
+    """The measurements of each, where there are several"""
+    bits = bits_of(w.model.sensor_sizes) if w.robust is not None and w.robust.way == "gate" else []
+    return [f"UINT32_C(0x{one:x})" for one in bits] if len(bits) > 1 else []
 
 
 def _floats_of(w: Writer) -> dict[str, Any]:

@@ -78,6 +78,15 @@ class RawValues:
         is_there = abs(word) < 2**31
         return word if is_there else -2**31 if which == "measurements" or value < 0 else 2**31 - 1
 
+    def fractions(self, which: str, count: int) -> np.ndarray:
+        return np.array([self.fraction(which, k) for k in range(count)], int)
+
+    def raws(self, which: str, values: np.ndarray) -> np.ndarray:
+        """`raw` of rows, as float64"""
+        words = np.floor(np.ldexp(values, self.fractions(which, values.shape[1])) + 0.5)
+        ends = np.where((which == "measurements") | (values < 0), -2.0**31, 2.0**31 - 1)
+        return np.where(np.abs(words) < 2.0**31, words, ends)
+
     def literal(self, value: float) -> str:
         return str(int(value)) if value > -2**31 else "INT32_MIN"
 
