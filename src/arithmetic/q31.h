@@ -42,7 +42,7 @@ enum { num_loss_bits = 24 }; /* of what rounding takes (filter/rounding.h) */
 /* Is s above r > 0 by less than 2^-17 of itself?  Of the cosines 14 bits are left then. */
 static inline int is_weak(scaled r, scaled s)
 {
-    return s.exponent == r.exponent && (uint32_t)(s.mantissa - r.mantissa) < 8192;
+    return s.exponent == r.exponent && (uint32_t)s.mantissa - (uint32_t)r.mantissa < 8192;
 }
 
 static inline num num_nan(void) { return KQ_NOT_A_VALUE_Q31; }

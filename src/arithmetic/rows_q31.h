@@ -164,7 +164,7 @@ KQ_COLD static inline void root_take(int32_t *S, int n, int i, int k, scaled d, 
 {
     const int32_t down = S[KQ_TRIANGLE(n) + i] - d.exponent;
     const int64_t taken = down < 0 ? 0 : down > 62 ? d.mantissa < 0 ? -1 : 0 : d.mantissa * (INT64_C(1) << 32) >> down;
-    S[column(k) + i] -= (int32_t)((taken + place) >> 32);
+    S[column(k) + i] = (int32_t)sum_of(S[column(k) + i], -((taken + place) >> 32), 31);
 }
 
 /* A sum of products of the entries of rows i and j as a number */
