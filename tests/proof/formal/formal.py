@@ -58,7 +58,8 @@ ARGUED_STEPS = {  # of steps.c, beside ARGUED
     ("likelihood_add_words", "precondition of sum_of"): "a NIS is a square",
     ("likelihood_run_fold", "precondition of sum_of"): "a NIS is a square",
     ("likelihood_run_add", "precondition of sum_of"): "a NIS is a square",
-    ("root_take", "signed_downcast"): "a weak measurement takes less than 2^-16 of a row's norm from an entry",
+    ("root_take", "precondition of sum_of"): "a weak measurement takes less than 2^-16 of a row's norm from an entry",
+    ("root_take", "signed_downcast"): "as its precondition of sum_of",
     ("contract_noise", "user assertion"): "a noise is a variance, or a share of one: its sign is known where it is made",
 }
 STEPS = {"predict": (1, 2, 3), "update": (1, 2, 3), "care": (1, 2)}  # harnesses of steps.c, and of how many states
