@@ -100,6 +100,17 @@ static inline num num_split(num a, int32_t *exponent)
     return both.value;
 }
 
+/* The power of 2 of |a|, 0 for 0 */
+static inline num num_power(num a)
+{
+    union {
+        num value;
+        uint32_t bits;
+    } both = {a};
+    both.bits &= UINT32_C(0x7f800000);
+    return both.value;
+}
+
 enum { num_loss_bits = 19 }; /* of what rounding takes (filter/rounding.h) */
 
 /* Is s above r > 0 by less than 2^-14 of itself?  Of the cosines 11 bits are left then. */

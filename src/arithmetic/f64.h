@@ -110,6 +110,17 @@ static inline num num_split(num a, int32_t *exponent)
     return both.value;
 }
 
+/* The power of 2 of |a|, 0 for 0 */
+static inline num num_power(num a)
+{
+    union {
+        num value;
+        uint64_t bits;
+    } both = {a};
+    both.bits &= UINT64_C(0x7ff) << 52;
+    return both.value;
+}
+
 enum { num_loss_bits = 31 }; /* of what rounding takes (filter/rounding.h) */
 
 /* It takes 1e13 measurements within the last bits of s before that shows. */

@@ -128,11 +128,8 @@ static inline scaled root_number(const num *S, int n, int i, int k) { return roo
 /* S_ik - d, rounded down in a share of what is left that is 1 - place 2^-32, otherwise up */
 KQ_COLD static inline void root_take(num *S, int n, int i, int k, num d, uint32_t place)
 {
-    int32_t exponent = 0;
-    const num old = root_entry(S, n, i, k), size = scaled_magnitude(old);
-    num unit = 0;
-    if (size > num_tiny) unit = size / num_split(size, &exponent) * num_epsilon * num_half; /* of its last bit */
-    S[column(k) + i] = old - (d + ((num)(place >> 8) * (num)0x1p-24 - num_half) * unit);
+    const num old = root_entry(S, n, i, k), share = (num)(int32_t)(place ^ UINT32_C(0x80000000)) * (num)0x1p-32;
+    S[column(k) + i] = old - (d + share * num_power(old) * num_epsilon);
 }
 
 static inline scaled root_sum(sum total, const num *S, int n, int i, int j)

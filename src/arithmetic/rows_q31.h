@@ -162,8 +162,8 @@ KQ_OF_NUMBERS scaled root_number(const int32_t *S, int n, int i, int k) { return
 /* S_ik - d, |d| far below the norm of its row: d is rounded down in a share 1 - place 2^-32 of what is left, otherwise up. */
 KQ_COLD static inline void root_take(int32_t *S, int n, int i, int k, scaled d, uint32_t place)
 {
-    const int32_t down = S[KQ_TRIANGLE(n) + i] - d.exponent;
-    const int64_t taken = down < 0 ? 0 : down > 62 ? d.mantissa < 0 ? -1 : 0 : d.mantissa * (INT64_C(1) << 32) >> down;
+    const uint32_t down = (uint32_t)S[KQ_TRIANGLE(n) + i] - (uint32_t)d.exponent;
+    const int64_t taken = d.mantissa * (INT64_C(1) << 32) >> (down < 62 ? down : 62);
     S[column(k) + i] = (int32_t)sum_of(S[column(k) + i], -((taken + place) >> 32), 31);
 }
 

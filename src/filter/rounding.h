@@ -32,8 +32,9 @@ KQ_COLD static int watched_column(int32_t look, int n)
 /* Adds weight 2^-down to the losses.  They are `weak` times 2^-32: more than 1 is too much, has the event, and begins anew. */
 KQ_COLD static void add_losses(filter *f, uint32_t weight, int32_t down)
 {
+    const int32_t up = num_loss_bits - down;
     const int is_whole = down < 32 && weight >> down;
-    const uint32_t units = is_whole ? 0 : (uint32_t)((uint64_t)weight << num_loss_bits >> down);
+    const uint32_t units = is_whole ? 0 : up >= 0 ? weight << up : weight >> -up;
     const uint32_t share = units << (31 - num_loss_bits) << 1;
     if (is_whole || f->weak + share < share) f->events |= KQ_EVENT_PRECISION;
     f->weak += share;
