@@ -36,11 +36,11 @@ static inline int raise_noise(scaled *r, scaled s)
 /* Is a noise large enough for the variance of an innovation, which is no smaller, to count? */
 static inline int noise_is_ordinary(scaled r) { return r >= 2 * num_zero_variance; }
 
-/* Is it ordinary, in two comparisons that some ordinary ones fail, too?  r is not below twice its share of
+/* Is it blunt, in one comparison that some blunt ones fail, too?  r is not below twice its share of
    s, and e^2 / s is below 2^16 or, in double, 2^48. */
-static inline int is_certainly_ordinary(scaled r, scaled s, scaled e)
+static inline int is_certainly_blunt(scaled r, scaled s, scaled e)
 {
-    return r > num_sure_share * (s + e * e) && !is_weak(r, s);
+    return r > num_sure_share * (s + e * e);
 }
 
 typedef struct {

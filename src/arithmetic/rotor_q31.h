@@ -42,7 +42,7 @@ static inline int raise_noise(scaled *r, scaled s)
 
 static inline int noise_is_ordinary(scaled r) { return r.mantissa > 0; }
 
-static inline int is_certainly_ordinary(scaled r, scaled s, scaled e) { return is_ordinary(r, s, e); }
+static inline int is_certainly_blunt(scaled r, scaled s, scaled e) { return is_blunt(r, s, e); }
 
 /*
  * The state of Carlson's sums a_j = r + f_0^2 + ... + f_j^2.  All in units of 2^(2 exponent),

@@ -46,7 +46,7 @@ KQ_KERNEL void move_mean(filter *f, const num *b, const num *S, scaled w, int n)
  * alone and as it is, or 0.  Answers 0, and has done nothing, where something is unusual (low_noise.h).
  *   may_ask      the state may be unusual; steps of compile-time sizes have asked before the first component
  *   is_copy      a step of compile-time sizes works on a copy, which is forgotten where anything is unusual
- *   surely       a cheaper bound says that the measurement is ordinary; a copy has no other
+ *   surely       a cheaper bound says that the measurement is blunt; a copy has no other, and asks at its end whether it is weak
  */
 KQ_KERNEL int take_scalar(filter *f, const reading *z, int c, const scaled *h, int selected,
                           scaled r, scaled e, int n, int mode)
@@ -57,9 +57,9 @@ KQ_KERNEL int take_scalar(filter *f, const reading *z, int c, const scaled *h, i
     const scaled s = add_square(r, row, n);
     const int may_ask = mode == MODE_GENERAL || (mean_widens && c > 0);
     const int is_copy = mode != MODE_GENERAL && n <= states_in_registers;
-    const int surely = mode != MODE_GENERAL && KQ_MOSTLY(is_certainly_ordinary(r, s, e));
-    const int ordinary = surely || (!is_copy && is_ordinary(r, s, e));
-    if ((may_ask && f->ready != FILTER_READY) || !ordinary) return 0;
+    const int surely = mode != MODE_GENERAL && KQ_MOSTLY(is_certainly_blunt(r, s, e));
+    const int blunt = surely || (!is_copy && is_blunt(r, s, e));
+    if ((may_ask && f->ready != FILTER_READY) || !blunt || (!is_copy && is_weak(r, s))) return 0;
     if (mode == MODE_GENERAL && f->attached) f->attached->hooks->record_update(f, h, row, 0, r, e, s);
     if (mode == MODE_GENERAL && is_watched(f)) watch_rounding(f, h, row, r, s, WATCH_PERIOD);
     rotor end;
@@ -69,9 +69,8 @@ KQ_KERNEL int take_scalar(filter *f, const reading *z, int c, const scaled *h, i
     KQ_IN_ORDER;
     move_mean(f, gain, S, w, n);
     renormalise_if_strong(S, r, s, n);
-    if (mode == MODE_BARE) return 1;
-    likelihood_add(&f->last, weight_nis(w, e), physical_variance(z->sensor, c, s));
-    return 1;
+    if (mode != MODE_BARE) likelihood_add(&f->last, weight_nis(w, e), physical_variance(z->sensor, c, s));
+    return !is_copy || !is_weak(r, s);
 }
 
 /* What is left to the end of an update */

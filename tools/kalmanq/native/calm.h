@@ -18,7 +18,7 @@ KQ_KERNEL int calm_update(const T(kq_calm) *k, num *x, const sensor *s, const nu
     for (int c = 0; c < m; c++) {
         const num *b = k->directions + c * n, variance = k->variances[c];
         const num residual = mean_residual(z[c], s->measurement + c * n, x, n, 0, n);
-        if (!is_certainly_ordinary(s->noise[c], variance, residual)) return 0;
+        if (!is_certainly_blunt(s->noise[c], variance, residual) || is_weak(s->noise[c], variance)) return 0;
         const num w = residual / variance;
         left[c] = residual;
         KQ_UNROLL

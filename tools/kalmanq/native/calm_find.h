@@ -34,7 +34,7 @@ static int calm_keep(T(kq_calm) *k, num *S, const sensor *s, int c)
     num *f = k->directions + c * n;
     project(f, S, h, n);
     const scaled variance = add_square(r, f, n);
-    if (!is_certainly_ordinary(r, variance, 0)) return 0;
+    if (!is_certainly_blunt(r, variance, 0) || is_weak(r, variance)) return 0;
     calm_rotations(k, r, n, c);
     rotor turned;
     rotate_root(&turned, S, f, r, variance, n);
