@@ -153,7 +153,7 @@ KQ_COLD static int update_root(filter *f, low_noise_scalar *m, const low_noise_w
     const int was_ill = rows_share_exponents && m->sharp && !m->exact && !(f->ready & FILTER_LOW_NOISE) &&
                         root_is_ill_conditioned(filter_root(f), f->states, 1);
     const int narrows = m->sharp && !m->exact && !was_ill;
-    if (m->weak) turn_weakly(f, filter_root(f), w->b, w->f, m->r);
+    if (m->weak) turn_weakly(f, filter_root(f), w->b, 0, w->f, m->r);
     else rotate_root_apart(filter_root(f), m->h, m->r, m->exact, w, m->sharp, f->states);
     if (m->sharp) filter_set_ready(f, f->ready | FILTER_LOW_NOISE | (narrows ? FILTER_NARROW : 0));
     return 1;

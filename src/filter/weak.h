@@ -10,21 +10,21 @@
 #include "state.h"
 
 /*
- * S by a weak measurement of f = S'h and noise r, and b = S f.  `weak` counts them: of each entry its multiples of the golden
+ * S by a weak measurement of f = S'h, a row or `exact`, and noise r, and b = S f.  `weak` counts them: of each entry its multiples of the golden
  * ratio are spread evenly, those of every second or third measurement, too.
  */
-KQ_COLD KQ_NOINLINE static void turn_weakly(filter *f, num *S, scaled *b, const scaled *row, scaled r)
+KQ_COLD KQ_NOINLINE static void turn_weakly(filter *f, num *S, scaled *b, const num *row, const scaled *exact, scaled r)
 {
     const int n = f->states;
     uint32_t place = ++f->weak * UINT32_C(0x9e3779b1);
     for (int i = 0; i < n; i++) b[i] = scaled_zero();
     for (int j = 0; j < n; j++) {
-        const scaled before = r;
-        r = scaled_add_square(r, row[j]);
-        const scaled slope = scaled_over(row[j], scaled_plus(before, r));
+        const scaled before = r, entry = row ? row_entry(row, n, j) : exact[j];
+        r = scaled_add_square(r, entry);
+        const scaled slope = scaled_over(entry, scaled_plus(before, r));
         for (int i = 0; i <= j; i++) {
             const scaled was = b[i];
-            b[i] = scaled_plus(was, scaled_times(row[j], root_number(S, n, i, j)));
+            b[i] = scaled_plus(was, scaled_times(entry, root_number(S, n, i, j)));
             root_take(S, n, i, j, scaled_times(slope, scaled_plus(was, b[i])), place += UINT32_C(0x85ebca6b));
         }
     }
