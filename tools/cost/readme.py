@@ -69,7 +69,7 @@ sensor are constant tables with the shapes of A and H, as `kalmanq design` write
 sensor is lean (`KQ_PROCESS_TABLE`, `KQ_SENSOR_LEAN_TABLE_<T>`). Take lean, unless R is 0 or rows of H repeat exactly.
 RAM: the objects and the tape, on AVR also the constants.
 Worst stack: the deepest of all calls, with init, the first calls and noise-free measurements.
-Step: instructions of a settled `kq_step`; worst update: the dearest one of 56 hard inputs (R from 0 to P0, sigmas 14
+Step: instructions of a settled `kq_step`; worst update: the dearest one of 58 hard inputs (R from 0 to P0, sigmas 14
 decades apart, P0 standing for infinity) and of what a search of any input has found: no bound. Part: flash + RAM of the smallest that holds it, with
 {START_UP} bytes of flash for the start-up, and objects, tape and worst stack in RAM.
 
