@@ -92,7 +92,7 @@ KQ_NODISCARD kq_status kq_consistency_clear_q31(kq_consistency_q31 *c);
  *   s        of n states and m components; read
  *   z, present   as for kq_update_subset; UINT32_MAX for kq_update
  * A component counts as missing if its S_cc counts as 0 (KQ_EVENT_REDUNDANT) or its nu is beyond 2^48 (f64:
- * 2^180, q31: 128).
+ * 2^180); q31's nu is held at +-128.
  * Cost: n^2/2 + 2n multiplications, one root and one division a component.  Stack: n words.
  * Errors of kq_update_subset; KQ_ERR_MISMATCH also where the sensor does not have m components. */
 KQ_NODISCARD kq_status kq_consistency_watch_f32(kq_consistency_f32 *c, const kq_filter_f32 *f,

@@ -494,10 +494,10 @@ TEST(what_a_sharp_measurement_told_and_a_predict_lost_is_an_event)
 static void assert_taken(const K(sensor) *s, double share)
 {
     static const num zero[] = {0}, one[] = {1}, P[] = {1};
-    enum { MANY = 1 << 13 };
+    const int many = 1 << 13;
     ASSERT_OK(K(filter_init)(&level, zero, P));
-    for (int k = 0; k < MANY; k++) ASSERT_OK(K(update)(&level, s, one));
-    const double P_left = 1 / (1 + MANY * share);
+    for (int k = 0; k < many; k++) ASSERT_OK(K(update)(&level, s, one));
+    const double P_left = 1 / (1 + many * share);
     ASSERT_WITHIN(1e-3 * P_left, P_left, K(sigma)(&level, 0) * K(sigma)(&level, 0));
     ASSERT_WITHIN(1e-3 * (1 - P_left), 1 - P_left, K(mean)(&level, 0));
     TEST_ASSERT_EQUAL_HEX(0, K(events)(&level));
