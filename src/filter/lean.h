@@ -25,12 +25,29 @@ KQ_INLINE void move_lean_mean(filter *f, const num *b, const num *S, scaled w, i
     filter_note_move(f, events);
 }
 
+/* Root and mean by f = S'h.  Answers the NIS. */
+KQ_INLINE scaled take_row(filter *f, num *row, scaled r, scaled s, scaled e)
+{
+    num *S = filter_root(f);
+    rotor end;
+    if (is_weak(r, s)) {
+        const scaled share = scaled_over(e, s);
+        take_weak(f, &(weak_scalar){row, 0, r, s}, share, 0);
+        return scaled_times(e, share);
+    }
+    rotate_root(&end, S, row, r, s, f->states);
+    const scaled w = rotor_weight(&end, e, s);
+    move_lean_mean(f, row, S, w, f->states);
+    renormalise_if_strong(S, r, s, f->states);
+    return weight_nis(w, e);
+}
+
 /*
  * One stage of component c.  *left: the noise of what has not been taken, before and after.  least: the least h'P h that
  * is more than rounding.  The first stage is recorded and scored, with noise and variance as given.  Answers STAGE_..., and has
- * done nothing where the variance overflows or says nothing, or where the first is weak.
+ * done nothing where the variance overflows or says nothing.
  */
-enum { STAGE_REFUSED, STAGE_LAST, STAGE_MORE, STAGE_WEAK };
+enum { STAGE_REFUSED, STAGE_LAST, STAGE_MORE };
 
 KQ_NOINLINE static int take_stage(filter *f, const reading *z, int c, scaled *left, scaled least, int is_first)
 {
@@ -51,17 +68,12 @@ KQ_NOINLINE static int take_stage(filter *f, const reading *z, int c, scaled *le
         s = add_square(r, row, n);
         answer = STAGE_MORE;
     }
-    if (is_first && answer == STAGE_LAST && is_weak(r, s)) return STAGE_WEAK;
     const int counts = scaled_is_less(num_zero_variance, variance);
     const scaled s0 = counts ? variance : s, r0 = counts ? given : r;
     if (is_first && f->attached) f->attached->hooks->record_update(f, h, row, 0, least_noise(r0, s0, h, n), e, s0);
-    rotor end;
-    rotate_root(&end, S, row, r, s, n);
-    const scaled w = rotor_weight(&end, e, s);
-    move_lean_mean(f, row, S, w, n);
-    renormalise_if_strong(S, r, s, n);
+    const scaled last = take_row(f, row, r, s, e);
     if (is_first) {
-        const scaled nis = answer == STAGE_LAST ? weight_nis(w, e) : scaled_times(e, scaled_over(e, s0));
+        const scaled nis = answer == STAGE_LAST ? last : scaled_times(e, scaled_over(e, s0));
         likelihood_add(&f->last, nis, physical_variance(z->sensor, c, s0));
     }
     if (answer == STAGE_MORE) *left = scaled_times(r, scaled_over(given, scaled_minus(r, given)));
@@ -81,29 +93,13 @@ KQ_COLD KQ_NOINLINE static scaled stage_begin(filter *f, const reading *z, int c
     return scaled_shift(floor_of_square(filter_root(f), h, n), -4);
 }
 
-/* Component c, which is weak.  It begins anew: beside what a stage has on the stack there is no room for more. */
-KQ_COLD KQ_NOINLINE static void take_weak(filter *f, const reading *z, int c)
-{
-    const int n = f->states;
-    const scaled *h = z->sensor->measurement + c * n, r = z->noise[c], e = scalar_innovation(f, z, c);
-    num row[ROW_LEN(KQ_SIZE_MAX)], *S = filter_root(f);
-    scaled b[KQ_SIZE_MAX];
-    project(row, S, h, n);
-    const scaled s = add_square(r, row, n), share = scaled_over(e, s);
-    if (f->attached) f->attached->hooks->record_update(f, h, row, 0, r, e, s);
-    turn_weakly(f, S, b, row, 0, r);
-    update_mean(f, b, share);
-    likelihood_add(&f->last, scaled_times(e, share), physical_variance(z->sensor, c, s));
-}
-
 /* Component c of a reading.  Answers 0 where it overflows, and has done nothing. */
 KQ_INLINE int take_lean_component(filter *f, const reading *z, int c)
 {
     scaled left = z->noise[c], least = scaled_zero();
     for (int stage = 1;; stage++) {
         const int answer = take_stage(f, z, c, &left, least, stage == 1);
-        if (answer == STAGE_WEAK) take_weak(f, z, c);
-        if (answer == STAGE_WEAK || answer == STAGE_LAST || (answer == STAGE_REFUSED && stage == 1)) return answer;
+        if (answer == STAGE_LAST || (answer == STAGE_REFUSED && stage == 1)) return answer;
         if (answer == STAGE_REFUSED || stage == LEAN_STAGES) break;
         least = stage_begin(f, z, c);
     }

@@ -138,7 +138,7 @@ KQ_COLD KQ_NOINLINE static void tell_scalar(filter *f, low_noise_scalar *m, cons
 }
 
 /* Takes a scalar measurement, given h, r and e, into the root, the likelihood and the history, and
-   fills in the rest of it and w.  Answers whether it was taken.  (Each part has its own frame, so
+   fills in the rest of it and w; a weak one moves the mean, too.  Answers whether it was taken.  (Each part has its own frame, so
    that the stack is no deeper than the deepest of them.) */
 KQ_COLD static int update_root(filter *f, low_noise_scalar *m, const low_noise_work *w)
 {
@@ -153,7 +153,7 @@ KQ_COLD static int update_root(filter *f, low_noise_scalar *m, const low_noise_w
     const int was_ill = rows_share_exponents && m->sharp && !m->exact && !(f->ready & FILTER_LOW_NOISE) &&
                         root_is_ill_conditioned(filter_root(f), f->states, 1);
     const int narrows = m->sharp && !m->exact && !was_ill;
-    if (m->weak) turn_weakly(f, filter_root(f), w->b, 0, w->f, m->r);
+    if (m->weak) take_weak(f, &(weak_scalar){0, w->f, m->r, m->s}, m->w, w->b);
     else rotate_root_apart(filter_root(f), m->h, m->r, m->exact, w, m->sharp, f->states);
     if (m->sharp) filter_set_ready(f, f->ready | FILTER_LOW_NOISE | (narrows ? FILTER_NARROW : 0));
     return 1;
@@ -204,7 +204,7 @@ KQ_COLD KQ_NOINLINE static void take_scalar_in(filter *f, low_noise_scalar *m, s
 {
     const low_noise_work w = low_noise_work_at(memory, f->states);
     if (!update_root(f, m, &w)) return;
-    update_mean(f, w.b, m->w);
+    if (!m->weak) update_mean(f, w.b, m->w);
     if (m->sharp) update_mean_to_end(f, m, w.b);
     note_rounding(f, m->z, m->component, m->h, m->exact ? m->s : m->r);
 }

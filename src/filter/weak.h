@@ -1,7 +1,7 @@
 /*
  * A measurement that takes so little of P that the cosines of its rotations, and the entries of S, have too few bits for it.
- * Of Carlson's rotations (update.h) what they take from S, to a share f_j^2 / a_j of it:
- *     S_j <- S_j - f_j (b + b') / (a_{j-1} + a_j),   b' = b + f_j S_j
+ * Of Carlson's rotations (update.h) what they take from S, to a share (s - r) / s of it:
+ *     S_j <- S_j - f_j (b + b') / (r + s),   b' = b + f_j S_j
  * It is rounded up or down as often as is right for it, so that many measurements take as much as they tell.
  */
 #ifndef KQ_SRC_FILTER_WEAK_H
@@ -9,25 +9,37 @@
 
 #include "state.h"
 
+/* One of f = S'h, a row or `exact`, noise r and variance s */
+typedef struct {
+    const num *row;
+    const scaled *exact;
+    scaled r, s;
+} weak_scalar;
+
 /*
- * S by a weak measurement of f = S'h, a row or `exact`, and noise r, and b = S f.  `weak` counts them: of each entry its multiples of the golden
- * ratio are spread evenly, those of every second or third measurement, too.
+ * S by it, x += b w, and b = S f unless it is NULL.  `weak` counts them: of each entry its multiples of the golden ratio
+ * are spread evenly, those of every second or third measurement, too.
  */
-KQ_COLD KQ_NOINLINE static void turn_weakly(filter *f, num *S, scaled *b, const num *row, const scaled *exact, scaled r)
+KQ_COLD KQ_NOINLINE static void take_weak(filter *f, const weak_scalar *m, scaled w, scaled *b)
 {
     const int n = f->states;
+    num *S = filter_root(f);
+    const scaled inverse = scaled_over(scaled_one, scaled_plus(m->r, m->s));
     uint32_t place = ++f->weak * UINT32_C(0x9e3779b1);
-    for (int i = 0; i < n; i++) b[i] = scaled_zero();
-    for (int j = 0; j < n; j++) {
-        const scaled before = r, entry = row ? row_entry(row, n, j) : exact[j];
-        r = scaled_add_square(r, entry);
-        const scaled slope = scaled_over(entry, scaled_plus(before, r));
-        for (int i = 0; i <= j; i++) {
-            const scaled was = b[i];
-            b[i] = scaled_plus(was, scaled_times(entry, root_number(S, n, i, j)));
-            root_take(S, n, i, j, scaled_times(slope, scaled_plus(was, b[i])), place += UINT32_C(0x85ebca6b));
+    unsigned events = 0;
+    for (int i = 0; i < n; i++) {
+        scaled sum = scaled_zero();
+        for (int j = i; j < n; j++) {
+            const scaled entry = m->row ? row_entry(m->row, n, j) : m->exact[j];
+            const scaled next = scaled_plus(sum, scaled_times(entry, root_number(S, n, i, j)));
+            const scaled taken = scaled_times(scaled_times(entry, inverse), scaled_plus(sum, next));
+            root_take(S, n, i, j, taken, place += UINT32_C(0x85ebca6b));
+            sum = next;
         }
+        events |= mean_correct_exactly(f->memory, n, i, sum, w);
+        if (b) b[i] = sum;
     }
+    filter_note_move(f, events);
 }
 
 #endif
