@@ -144,7 +144,7 @@ KQ_COLD KQ_NOINLINE static void late_take_apart(filter *f, const late_scalar *m,
 static int late_take(filter *f, const late_scalar *m)
 {
     const int n = f->states, sharp = scaled_is_less(m->r, low_noise_share(m->s));
-    if (is_weak(m->r, m->s) && !sharp) {
+    if (is_weak(m->r, m->s)) {
         take_weak(f, &(weak_scalar){0, m->f, m->r, m->s}, scaled_over(m->e, m->s), 0);
     } else if (is_blunt(m->r, m->s, m->e)) {
         num row[ROW_LEN(KQ_SIZE_MAX)], *S = filter_root(f);
