@@ -71,14 +71,18 @@ static void check_held(const learning *e, int k, const uint8_t *held)
     for (int i = 0; held && i < e->count[k]; i++) DEMAND(!held[i] || memcmp(e->now[k] + i, e->first[k] + i, sizeof(num)) == 0);
 }
 
-static void check_parameters(const learning *e)
+/* is_learnt: an M-step has made what is free.  What is given need not be symmetric. */
+static void check_parameters(const learning *e, int is_learnt)
 {
+    const int sizes[PARAMETERS] = {[2] = e->r, [3] = e->m, [5] = e->n};
     for (int k = 0; k < PARAMETERS; k++) {
         DEMAND(e->choice.free >> k & 1 || is_same(e, k, e->first));
         for (int i = 0; i < e->count[k]; i++) DEMAND(isfinite(e->now[k][i]));
     }
     check_held(e, 0, e->choice.A_held), check_held(e, 1, e->choice.H_held);
-    check_covariance(e->now[2], e->r), check_covariance(e->now[3], e->m), check_covariance(e->now[5], e->n);
+    for (int k = 0; k < PARAMETERS; k++) {
+        if (is_learnt && sizes[k] && e->choice.free >> k & 1) check_covariance(e->now[k], sizes[k]);
+    }
 }
 
 /* The M-step of a complete E-step; a refused one has changed nothing. */
@@ -118,7 +122,7 @@ static void go_on_learning(learning *e)
         while (status >= 0 && K(em_remaining)(&e->em));
         if (status >= 0 && k == 1) read_gradient(e);
         if (status >= 0) status = maximise(e);
-        check_parameters(e);
+        check_parameters(e, status >= 0);
         if (status < 0) return;
         DEMAND(isfinite(K(em_log_likelihood)(&e->em)));
     }
