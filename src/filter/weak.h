@@ -30,11 +30,13 @@ KQ_COLD KQ_NOINLINE static void take_weak(filter *f, const weak_scalar *m, scale
     for (int i = 0; i < n; i++) {
         scaled sum = scaled_zero();
         for (int j = i; j < n; j++) {
-            const scaled entry = m->row ? row_entry(m->row, n, j) : m->exact[j];
-            const scaled next = scaled_plus(sum, scaled_times(entry, root_number(S, n, i, j)));
-            const scaled taken = scaled_times(scaled_times(entry, inverse), scaled_plus(sum, next));
+            const scaled entry = m->row ? row_entry(m->row, n, j) : m->exact[j], old = root_number(S, n, i, j);
+            scaled both = sum, slope = scaled_zero(), taken = scaled_zero();
+            scaled_add_times(&sum, &entry, &old);
+            scaled_add(&both, &sum);
+            scaled_add_times(&slope, &entry, &inverse);
+            scaled_add_times(&taken, &slope, &both);
             root_take(S, n, i, j, taken, place += UINT32_C(0x85ebca6b));
-            sum = next;
         }
         events |= mean_correct_exactly(f->memory, n, i, sum, w);
         if (b) b[i] = sum;
