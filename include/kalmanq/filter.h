@@ -369,7 +369,7 @@ KQ_NODISCARD kq_status kq_filter_init_q31(kq_filter_q31 *f, const kq_prior_table
  * below 2^-15 sigma of its state is lost.  A noise-free measurement counts as one of 2^-24 raw value in every state.
  * With Q = 0 sigma is off by 0.2 % after 5e6 measurements, 0.7 % after 2e7.
  * Cost: the multiplications of f32, as 32 x 32 -> 64 bits; integer instructions only.  A correlated R is decorrelated
- * at every update.  With a low-noise measurement up to 8 times as much at n = 2, 20 times at n = 9 (instructions_worst
+ * at every update.  With a low-noise measurement up to 8 times as much at n = 2, 19 times at n = 9 (instructions_worst
  * in tools/cost.csv). */
 KQ_NODISCARD kq_status kq_update_q31(kq_filter_q31 *f, const kq_sensor_q31 *s, const int32_t *z);
 /** As kq_update_subset_f32; errors, events and accuracy: as kq_update_q31. */
