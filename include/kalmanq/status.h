@@ -85,8 +85,7 @@ enum {
     /** Precision lost: a sigma may be wrong by more than 5 %, or a mean by more than a hundredth of it.  Rounding
         hides what a low-noise measurement said or, over many updates, has become information (kq_predict); later
         measurements left next to nothing of a sigma (kq_smooth, kq_lagged, kq_instant_smooth); H x is rounded
-        beside its innovation's sigma (f32, f64); or
-        the ranges of q31 are the prior of a diffuse start (diffuse.h). */
+        beside its innovation's sigma (f32, f64); or the ranges of q31 are the prior of a diffuse start (diffuse.h). */
     KQ_EVENT_PRECISION = 128,
     KQ_EVENT_LOW_NOISE = 256, /**< A lean sensor took a measurement in part: R is 0, or the rest was rounding (sensor.h). */
     /** Contradiction: a low-noise measurement is more than 2^12 (f32), 2^26.5 (f64) or 2^25 (q31) sigma from

@@ -17,7 +17,7 @@ static inline int is_blunt(scaled r, scaled s, scaled e)
     return r >= low_noise_share(s) + num_zero_variance && e * (e / s) <= num_most_nis;
 }
 
-/* Is there nothing that the low-noise update is for: rounding, sharpness, overflow, next to nothing? */
+/* Is there nothing for the careful update (low_noise.h): no low noise, no overflow, and does it say enough? */
 static inline int is_ordinary(scaled r, scaled s, scaled e) { return is_blunt(r, s, e) && !is_weak(r, s); }
 
 /* May a sensor without the careful path take it? */

@@ -21,7 +21,7 @@ static inline int is_blunt(scaled r, scaled s, scaled e)
     return r.mantissa > 0 && r.exponent > s.exponent - 8 && s.exponent > num_zero_variance.exponent;
 }
 
-/* Is there nothing that the low-noise update is for: rounding, sharpness, next to nothing? */
+/* Is there nothing for the careful update (low_noise.h): no low noise, and does it say enough? */
 static inline int is_ordinary(scaled r, scaled s, scaled e) { return is_blunt(r, s, e) && !is_weak(r, s); }
 
 /* May a sensor without the careful path take it?  It may where r >= 2^-16 s, and where r < 2^-17 s it

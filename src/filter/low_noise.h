@@ -138,8 +138,8 @@ KQ_COLD KQ_NOINLINE static void tell_scalar(filter *f, low_noise_scalar *m, cons
 }
 
 /* Takes a scalar measurement, given h, r and e, into the root, the likelihood and the history, and
-   fills in the rest of it and w; a weak one moves the mean, too.  Answers whether it was taken.  (Each part has its own frame, so
-   that the stack is no deeper than the deepest of them.) */
+   fills in the rest of it and w; a weak one moves the mean, too.  Answers whether it was taken.  (Each part has
+   its own frame, so that the stack is no deeper than the deepest of them.) */
 KQ_COLD static int update_root(filter *f, low_noise_scalar *m, const low_noise_work *w)
 {
     if (!weigh_scalar(f, m, w)) {

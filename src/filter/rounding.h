@@ -48,7 +48,7 @@ KQ_COLD static void add_losses(filter *f, uint32_t weight, int32_t down)
  */
 KQ_COLD KQ_NOINLINE static void watch_rounding(filter *f, const scaled *h, const num *row, scaled r, scaled s, int period)
 {
-    enum { MOST_REMEMBERED = 22 };                           /* s - r is rounded */
+    enum { MOST_REMEMBERED = 22 };            /* s - r is rounded */
     const int32_t least = num_loss_bits + 17; /* nothing is left of a weight below 2^17 by it */
     const int n = f->states, j = watched_column((f->run.count + f->last.count) >> period, n);
     const int32_t all = scaled_log(s), square = scaled_log(scaled_minus(s, r));

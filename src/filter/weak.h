@@ -17,8 +17,8 @@ typedef struct {
 } weak_scalar;
 
 /*
- * S by it, x += b w, and b = S f unless it is NULL.  `weak` counts them: of each entry its multiples of the golden ratio
- * are spread evenly, those of every second or third measurement, too.
+ * S by it, x += b w, and b = S f unless it is NULL.  `weak` counts them.  For each entry its multiples of the golden ratio are
+ * spread evenly, also where another sensor takes every second or third count.
  */
 KQ_COLD KQ_NOINLINE static void take_weak(filter *f, const weak_scalar *m, scaled w, scaled *b)
 {

@@ -450,7 +450,7 @@ int years(std::uint64_t seed)
 int main(int argc, char **argv)
 {
     if (argc > 1 && std::string(argv[1]) == "years") return years(amountOf(argc, argv, 1));
-    if (argc > 2 && std::string(argv[1]) == "weak") return allWeak(std::atoi(argv[2]), amountOf(argc - 1, argv + 1, 1));
+    if (argc > 2 && std::string(argv[1]) == "weak") return allWeak(std::atoi(argv[2]), amountOf(argc, argv, 1, 3));
     const double wanted = argc > 1 ? std::strtod(argv[1], nullptr) : 3e6;
     const std::uint64_t seed = amountOf(argc, argv, 1);
     double shares = 0, done = 0;

@@ -12,7 +12,7 @@
 enum { STEPS = 12, LAG = 3, WINDOW = 4, OBJECTS = 8, PROCESSES = 3, CHANGES = 2, TOLD = KQ_EVENT_OVERFLOW | KQ_EVENT_SATURATED /* what is shown is a limit */ };
 
 static struct {
-    int n, l, m[SENSORS];
+    int n, l, m[SENSORS], rare; /* rare: calls that cost much were asked for */
     num A[PROCESSES][SQUARE], B[SQUARE], Q[SQUARE], H[SENSORS][SQUARE], R[SENSORS][SQUARE], P0[SQUARE];
     word x0[MOST];
     entry gain[SQUARE], weights[MOST];
@@ -323,7 +323,7 @@ static void learn_all(void)
     e.n = own.n, e.m = own.m[1];
     learn_from(&e, own.l, own.l ? keep_numbers(own.B, own.n * own.l) : NULL, r, r ? keep_numbers(F, own.n * r) : NULL, from);
     if (r) covariance(e.now[2], r), memcpy(e.first[2], e.now[2], sizeof(num) * (size_t)(r * r));
-    choose_free(&e), record(&e, own.l);
+    mirror_covariances(&e), choose_free(&e), record(&e, own.l);
     go_on_learning(&e);
 }
 
@@ -360,8 +360,7 @@ static void go_on_for_long(void)
 /* What is dear, or needs memory of its own */
 static void rare(unsigned op)
 {
-    static int count;
-    if (count++ % 4 || count_kept > 270) return;
+    if (own.rare++ % 4 || count_kept > 270) return;
     if (below(8) == 7) go_on_for_long();
 #ifdef KQ_FUZZ_Q31
     (void)op;

@@ -190,7 +190,7 @@ static int learn_both(void)
         if (status == KQ_ERR_FEW_DATA) return 0;
         DEMAND(status >= 0);
         for (int t = 0; t < 2; t++) DEMAND(K(em_iterate)(&both[k]->em) == KQ_OK);
-        check_parameters(both[k], 1);
+        check_parameters(both[k]);
     }
     return 1;
 }

@@ -19,6 +19,19 @@ typedef struct {
     K(em) em;
 } learning;
 
+/* Of what is given the upper triangle counts: what is not learnt stays as it came. */
+static void mirror(num *P, int n)
+{
+    for (int i = 0; i < n; i++)
+        for (int j = 0; j < i; j++) P[i * n + j] = P[j * n + i];
+}
+
+static void mirror_covariances(learning *e)
+{
+    const int sizes[PARAMETERS] = {[2] = e->r, [3] = e->m, [5] = e->n};
+    for (int k = 0; k < PARAMETERS; k++) mirror(e->now[k], sizes[k]), mirror(e->first[k], sizes[k]);
+}
+
 /* Of numbers of its own, exactly as many as it needs; B and F: NULL for none */
 static void learn_from(learning *e, int l, const num *B, int r, const num *F, const num *const from[PARAMETERS])
 {
@@ -71,18 +84,14 @@ static void check_held(const learning *e, int k, const uint8_t *held)
     for (int i = 0; held && i < e->count[k]; i++) DEMAND(!held[i] || memcmp(e->now[k] + i, e->first[k] + i, sizeof(num)) == 0);
 }
 
-/* is_learnt: an M-step has made what is free.  What is given need not be symmetric. */
-static void check_parameters(const learning *e, int is_learnt)
+static void check_parameters(const learning *e)
 {
-    const int sizes[PARAMETERS] = {[2] = e->r, [3] = e->m, [5] = e->n};
     for (int k = 0; k < PARAMETERS; k++) {
         DEMAND(e->choice.free >> k & 1 || is_same(e, k, e->first));
         for (int i = 0; i < e->count[k]; i++) DEMAND(isfinite(e->now[k][i]));
     }
     check_held(e, 0, e->choice.A_held), check_held(e, 1, e->choice.H_held);
-    for (int k = 0; k < PARAMETERS; k++) {
-        if (is_learnt && sizes[k] && e->choice.free >> k & 1) check_covariance(e->now[k], sizes[k]);
-    }
+    check_covariance(e->now[2], e->r), check_covariance(e->now[3], e->m), check_covariance(e->now[5], e->n);
 }
 
 /* The M-step of a complete E-step; a refused one has changed nothing. */
@@ -122,7 +131,7 @@ static void go_on_learning(learning *e)
         while (status >= 0 && K(em_remaining)(&e->em));
         if (status >= 0 && k == 1) read_gradient(e);
         if (status >= 0) status = maximise(e);
-        check_parameters(e, status >= 0);
+        check_parameters(e);
         if (status < 0) return;
         DEMAND(isfinite(K(em_log_likelihood)(&e->em)));
     }

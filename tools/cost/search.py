@@ -123,7 +123,7 @@ def changed(chance: random.Random, genes: str) -> str:
     """Some genes anew, or a little more or less of them"""
     now = list(genes)
     for _ in range(chance.choice((1, 1, 2, 3, 6))):
-        k, old = chance.randrange(GENES), 0
+        k = chance.randrange(GENES)
         old = LETTERS.index(now[k])
         now[k] = chance.choice(LETTERS) if chance.random() < 0.5 else LETTERS[(old + chance.choice((-2, -1, 1, 2))) % 32]
     if chance.random() < 0.2:

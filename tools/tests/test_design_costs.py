@@ -113,7 +113,8 @@ def test_what_comes_late_is_counted(tmp_path: Path) -> None:
     for way in (("f32", "lean"), ("q31", "lean")):
         ((more, _), (less, _)) = (costs_of(model, "m4f", [way])[0] for model in (late, timely))
         assert 0 <= less.ram + bytes_of_delays(late, way[0]) - more.ram <= 24 and more.instructions > 1.4 * less.instructions
-        assert more.flash > less.flash + 300 and more.stack > 0.9 * less.stack  # q31's timely one meets what says next to nothing
+        assert more.flash > less.flash + 300
+        assert more.stack > less.stack or way[0] == "q31"  # there the timely one's deepest call is a measurement that says little
 
 
 @pytest.mark.parametrize("more, way", [({"any_dt": True}, ("f32", "init")), ({"steps": 4}, ("q31", "tables"))])
