@@ -16,6 +16,15 @@ enum { SEEN = 12 };
 /* An update that takes 1/56 of a variance, 0.9 % of a sigma, has the event.  What is below is rounded down, by 1.4. */
 enum { LOSSES = 80 };
 
+/* A column makes a sigma wrong by 3 % where it is a quarter of the rest of its row. */
+enum { SHARE_OF_ROW = 4 };
+
+/* What is added to an entry is right to an eighth where its square is 2^SURELY_ADDED of its rounding or more. */
+enum { SURELY_ADDED = 4 };
+
+/* What predicts lose of a row's part that is known, in as many steps as the losses take: a sixteenth has the event. */
+enum { LOSSES_OF_PREDICTS = 16 };
+
 /* Is a look due?  At another place of each 8, so that each component of a sensor is looked at. */
 KQ_KERNEL int is_watched(const filter *f)
 {
@@ -29,9 +38,13 @@ KQ_COLD static int watched_column(int32_t look, int n)
     return (int)((((uint32_t)look * UINT32_C(40503) & 0xffff) * (uint32_t)n) >> 16);
 }
 
+/* Nothing is left of a weight below 2^17 by more. */
+enum { LEAST_LOSS = num_loss_bits + 17 };
+
 /* Adds weight 2^-down to the losses.  They are `weak` times 2^-32: more than 1 is too much, has the event, and begins anew. */
 KQ_COLD static void add_losses(filter *f, uint32_t weight, int32_t down)
 {
+    if (down > LEAST_LOSS) return;
     const int32_t up = num_loss_bits - down;
     const int is_whole = down < 32 && weight >> down;
     const uint32_t units = is_whole ? 0 : up >= 0 ? weight << up : weight >> -up;
@@ -48,20 +61,18 @@ KQ_COLD static void add_losses(filter *f, uint32_t weight, int32_t down)
  */
 KQ_COLD KQ_NOINLINE static void watch_rounding(filter *f, const scaled *h, const num *row, scaled r, scaled s, int period)
 {
-    enum { MOST_REMEMBERED = 22 };            /* s - r is rounded */
-    const int32_t least = num_loss_bits + 17; /* nothing is left of a weight below 2^17 by it */
+    enum { MOST_REMEMBERED = 22 }; /* s - r is rounded */
     const int n = f->states, j = watched_column((f->run.count + f->last.count) >> period, n);
     const int32_t all = scaled_log(s), square = scaled_log(scaled_minus(s, r));
     const int32_t remembered = all - square < MOST_REMEMBERED ? all - square : MOST_REMEMBERED;
     const int32_t rounding = num_watched + project_log(filter_root(f), h, n, j);
     int32_t taken = rounding + (is_weak(r, s) ? 1 : 2) * remembered; /* what a weak one rounds (weak.h) goes up and down */
-    if (all - taken > least) return;
+    if (all - taken > LEAST_LOSS) return;
     const int32_t own = 2 * scaled_log(row_entry(row, n, j));
     if (own - taken > SEEN) return;
     if (own < taken) taken = own;
     if (square < rounding) taken = rounding;
-    const int32_t down = all < taken ? 0 : all - taken;
-    if (down <= least) add_losses(f, (uint32_t)(LOSSES * n) << period, down);
+    add_losses(f, (uint32_t)(LOSSES * n) << period, all < taken ? 0 : all - taken);
 }
 
 /* The same of a measurement that is not on the ordinary path.  What has no noise has a floor. */
@@ -71,6 +82,70 @@ KQ_COLD KQ_NOINLINE static void watch_row(filter *f, const scaled *h, scaled r, 
     if (!scaled_is_less(num_tiny, r)) return;
     project(row, filter_root(f), h, f->states);
     watch_rounding(f, h, row, r, add_square(r, row, f->states), period);
+}
+
+/* ------------------------------------------------------------------ predicts */
+
+/* What a predict adds to S_ij, and the row that most of it is from */
+typedef struct {
+    scaled added;
+    int from;
+} entry_move;
+
+KQ_COLD static entry_move move_of_entry(const num *S, const process *p, int n, int i, int j)
+{
+    entry_move move = {scaled_zero(), i};
+    scaled most = scaled_zero();
+    for (int k = p->first[i]; k <= j; k++) {
+        const scaled a = p->transition[i * n + k], entry = root_number(S, n, k, j);
+        const scaled term = scaled_times(k == i ? scaled_minus(a, scaled_one) : a, entry);
+        scaled_add(&move.added, &term);
+        if (!scaled_is_less(most, scaled_magnitude(term))) continue;
+        most = scaled_magnitude(term);
+        move.from = k;
+    }
+    return move;
+}
+
+/* About log2 of the squares of row i, without column j */
+KQ_COLD static int32_t log_without(const num *S, int n, int i, int j)
+{
+    scaled total = scaled_zero();
+    for (int k = i; k < n; k++) {
+        if (k != j) total = scaled_add_square(total, root_number(S, n, i, k));
+    }
+    return scaled_log(total);
+}
+
+/*
+ * A predict adds A_ik S_kj to S_ij.  Where that is less than S_ij is rounded by, it is lost at each step, the same way:
+ * S_kj stays as it is, though measurements of what is known of row i would take it away.  It is wrong where it makes sigma k,
+ * and after as many steps as bring what was lost to what is known of row i.  So it is with a rate beside a position and its offset, all
+ * without process noise.
+ */
+KQ_COLD KQ_NOINLINE static void watch_transition(filter *f, const process *p)
+{
+    const int n = f->states, j = watched_column(f->run.count >> WATCH_PERIOD_FIXED, n);
+    const uint32_t weight = ((uint32_t)(LOSSES_OF_PREDICTS * n) << WATCH_PERIOD_FIXED) / (uint32_t)f->last.count;
+    const num *S = filter_root(f);
+    for (int i = 0; i < j; i++) {
+        const entry_move move = move_of_entry(S, p, n, i, j);
+        if (scaled_is_zero(move.added)) continue;
+        const int32_t added = 2 * scaled_log(move.added), own = 2 * scaled_log(root_number(S, n, i, j));
+        const int32_t rest = log_without(S, n, i, j), most = rows_share_exponents && rest > own ? rest : own;
+        const int32_t rounding = num_watched + most;
+        if (added > rounding + SURELY_ADDED) continue;
+        const int32_t maker = 2 * scaled_log(root_number(S, n, move.from, j));
+        if (move.from != i && log_without(S, n, move.from, j) - maker > SHARE_OF_ROW) continue;
+        const int32_t down = ((rest < own ? rest : own) - (added < rounding ? added : rounding)) / 2;
+        add_losses(f, weight, down < 0 ? 0 : down);
+    }
+}
+
+/* Is a look at a predict due?  Where the last update has brought the count to another period. */
+KQ_KERNEL int predict_is_watched(const filter *f)
+{
+    return (f->run.count & ((1 << WATCH_PERIOD_FIXED) - 1)) < f->last.count;
 }
 
 #endif

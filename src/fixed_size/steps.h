@@ -172,8 +172,9 @@ KQ_KERNEL void fixed_update_state(filter *f, const fixed_inputs *in, fixed_task 
 }
 
 /* The library looks at what rounding has done. */
-KQ_COLD KQ_NOINLINE static void fixed_watch(filter *f, const sensor *s)
+KQ_COLD KQ_NOINLINE static void fixed_watch(filter *f, const process *p, const sensor *s)
 {
+    if (p && predict_is_watched(f)) watch_transition(f, p);
     if (s->kind->watch) s->kind->watch(f, s);
 }
 
@@ -215,7 +216,7 @@ KQ_KERNEL int fixed_run_copy(filter *f, const fixed_inputs *in, fixed_task task)
         }
     }
     copy_unrolled(f->memory, state, task.n);
-    if (watches) fixed_watch(f, in->sensor);
+    if (watches) fixed_watch(f, in->process, in->sensor);
     filter_note(f, copy.events);
     return KQ_OK;
 }
@@ -231,7 +232,7 @@ KQ_KERNEL int fixed_run_in_place(filter *f, const fixed_inputs *in, fixed_task t
     }
     if (task.updates) {
         fixed_update_state(f, in, task);
-        if (!(task.options & KQ_FIXED_BARE) && fixed_run_add(f)) fixed_watch(f, in->sensor);
+        if (!(task.options & KQ_FIXED_BARE) && fixed_run_add(f)) fixed_watch(f, in->process, in->sensor);
     }
     return KQ_OK;
 }

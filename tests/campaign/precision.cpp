@@ -5,9 +5,12 @@
 //   unseen    two dense rows see 3 to 5 constants, 1500 steps, P0 / R from 1e4 to 1e12 and as far beyond
 //   long      the same with one or two rows, a fifth as many models, 10,000 steps, P0 / R from 1e2 to 1e6
 //   mixed     the same, one of the constants moves by 0.03 to 10 sigma of R a step, 2000 steps, P0 / R from 10 to 1e5
+//   drifting  half as many: a position, its rate and the offset of one or two sensors, no process noise, 10,000 steps, P0 / R from 1e3 to 1e7
+//   walking   the same, whose rate walks by 1e-3 to 1 in a second, position and offset being about 1
 // Of each: models with a sigma off by more than 5 %, those of them without an event, and events without such a sigma.
-// No ordinary model may have an event, and of the mixed ones no more than one in 50 for nothing.  Of the wrong sharp ones a fifth may go without, of the unseen and long ones a tenth; half
-// of the events of the sharp ones may be for nothing: a rounding that may be as large as a sigma is so by chance.
+// No ordinary model may have an event, and of the mixed and walking ones no more than one in 50 for nothing.  Of the wrong sharp ones a fifth
+// may go without, of the unseen, long and drifting ones a tenth; half of the events of the sharp ones may be for nothing: a rounding that may be
+// as large as a sigma is so by chance.
 #include <array>
 #include <cmath>
 #include <cstdint>
@@ -132,6 +135,36 @@ Plan mixed(Random &random, double ratio)
     return plan;
 }
 
+// A position and its rate, seen with an offset that does not move, by one sensor or by two of which each has its own.
+Plan drifting(Random &random, double ratio)
+{
+    const Index sensors = random.integer(1, 2), n = 2 + sensors;
+    Plan plan;
+    plan.gap = 10000;
+    plan.steps = 10000;
+    plan.secondEvery = sensors == 2 ? 1 : plan.steps;
+    Matrix<double> A = Matrix<double>::Identity(n, n), P = Matrix<double>::Zero(n, n);
+    A(0, 1) = asFloat(logUniform(random, -3, 0));
+    for (Index i = 0; i < n; ++i) P(i, i) = asFloat(logUniform(random, -1, 1));
+    plan.sequence.P0 = P;
+    plan.sequence.processes = {{A, Matrix<double>(n, 0), Matrix<double>::Zero(n, n)}};
+    for (Index c = 0; c < 2; ++c) {
+        Matrix<double> h = Matrix<double>::Zero(1, n);
+        h(0, 0) = h(0, c < sensors ? 2 + c : 2) = 1;
+        plan.sequence.sensors.push_back(scalar(h, std::pow(10, random.uniform(-1, 1)) / ratio));
+    }
+    return plan;
+}
+
+// The same whose rate walks.
+Plan walking(Random &random, double ratio)
+{
+    Plan plan = drifting(random, ratio);
+    reference::ProcessModel &process = plan.sequence.processes[0];
+    process.F(1, 1) = asFloat(std::sqrt(process.A(0, 1) * logUniform(random, -6, 0)));
+    return plan;
+}
+
 // ------------------------------------------------------------------ what is right
 
 struct Exactly {
@@ -234,19 +267,25 @@ const Part parts[] = {
     {{"unseen", unseen}, 4, 12, 1, ""},
     {{"long", lasting}, 2, 6, 5, ""},
     {{"mixed", mixed}, 1, 5, 1, ""},
+    {{"drifting", drifting}, 3, 7, 2, ""},
+    {{"walking", walking}, 3, 7, 2, ""},
 };
 
 std::vector<Claim> claimsOf(const std::string &arithmetic)
 {
     const std::string plain = arithmetic + " ordinary", hard = arithmetic + " sharp", hidden = arithmetic + " unseen",
-                      lastingOnes = arithmetic + " long", mixedOnes = arithmetic + " mixed";
+                      lastingOnes = arithmetic + " long", mixedOnes = arithmetic + " mixed", drifts = arithmetic + " drifting", walks = arithmetic + " walking";
     return {{plain, &Counts::falsely},
             {plain, &Counts::wrong},
             {hard, &Counts::silent, 5, hard, &Counts::wrong},
             {hard, &Counts::falsely, 2, hard, &Counts::told},
             {hidden, &Counts::silent, 10, hidden, &Counts::wrong},
             {lastingOnes, &Counts::silent, 10, lastingOnes, &Counts::wrong},
-            {mixedOnes, &Counts::falsely, 50, mixedOnes, &Counts::judged}};
+            {mixedOnes, &Counts::falsely, 50, mixedOnes, &Counts::judged},
+            {drifts, &Counts::silent, 10, drifts, &Counts::wrong},
+            {drifts, &Counts::falsely, 10, drifts, &Counts::judged},
+            {walks, &Counts::falsely, 50, walks, &Counts::judged},
+            {walks, &Counts::wrong}};
 }
 
 template <class T> void study(Tally &tally, const std::string &group, const std::string &line, int number, Plan plan)

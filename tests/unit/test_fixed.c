@@ -255,6 +255,27 @@ TEST(bare_leaves_the_likelihood_as_it_was)
     ASSERT_WITHIN(1e-3, 1, word_value(&prior, S(mean)(&ours.filter, 3), 3)); /* and the measurement was taken */
 }
 
+/* A position and its rate, all constant, seen with an offset of each of two components (test_watch.c) */
+TEST(what_rounding_hides_of_a_rate_is_told)
+{
+#ifdef KQ_TEST_Q31
+    const num r = 0x1p-26;
+#else
+    const num r = N(0x1p-14 * (EPS / (double)FLT_EPSILON) * (EPS / (double)FLT_EPSILON));
+#endif
+    static const num sums[] = {1, 0, 1, 0, 1, 0, 0, 1};
+    begin(4, 2, 1);
+    memset(Q, 0, sizeof Q), memset(P0, 0, sizeof P0), memset(A, 0, sizeof A);
+    memcpy(H, sums, sizeof H);
+    for (int i = 0; i < 4; i++) A[5 * i] = P0[5 * i] = 1;
+    A[1] = N(0x1p-10);
+    for (int c = 0; c < 2; c++) R[3 * c] = r, R[1 + c] = 0;
+    make_process(4), make_sensor(4, 2), begin_filters(4);
+    const word *z = words_for(0, 0);
+    for (int t = 0; t < 10000; t++) ASSERT_OK(upper[3].step(&ours.filter, &process_of.process, NULL, &sensor_of.sensor, z));
+    TEST_ASSERT_EQUAL_HEX(KQ_EVENT_PRECISION, S(events)(&ours.filter) & KQ_EVENT_PRECISION);
+}
+
 TEST(a_history_records)
 {
     static word tape[2][S_HISTORY_LEN(3, 2, 10, 0)];
