@@ -174,7 +174,7 @@ KQ_NODISCARD kq_status kq_predict_f64(kq_filter_f64 *f, const kq_process_f64 *p,
  * innovation variance is below 2^-96 (f32) or 2^-360 (f64): choose units above it.  A noise-free one, or one after a
  * low-noise measurement, is redundant if its innovation variance is rounding.  KQ_EVENT_CONTRADICTION: see status.h.
  * KQ_EVENT_PRECISION: H x of a low-noise component is rounded by an eighth of sqrt(R), for R = 0 of its innovation's
- * sigma (f32, f64).
+ * sigma, or overflows (f32, f64).
  * Accuracy: P is exact for rows of the root perturbed by a few eps of their norm for each component.  Of a component with
  * H P H' below 2^-14 of its innovation variance (q31: 2^-17) what is taken from the root is rounded up or down as often as is
  * right: with Q = 0 P is off by 4e-4 after 2e6 of them, by 3e-3 after 8e6 (f32).  They cost as low-noise ones (below).  Put noise-free

@@ -29,6 +29,14 @@ static num range_sigma(const num *k, int n, num phi, num variance)
     return num_root(variance) * most <= num_most_sigma ? 0 : num_most_sigma / most / num_magnitude(phi);
 }
 
+/* Is x + k e within the numbers?  Twice that, so that it is however x takes it. */
+static int move_is_finite(const filter *f, const num *k, num e)
+{
+    int finite = 1;
+    for (int i = 0; i < f->states; i++) finite &= num_is_finite(2 * (mean_get(f->memory, f->states, i) + k[i] * e));
+    return finite;
+}
+
 static void likelihood_to_units(const start *s, likelihood *p) { (void)s, (void)p; }
 
 #endif

@@ -36,6 +36,13 @@ static scaled range_sigma(const scaled *k, int n, scaled phi, scaled variance)
     return scaled_is_less(scaled_times(seen, seen), variance) ? third : scaled_zero();
 }
 
+/* A mean is saturated. */
+static int move_is_finite(const filter *f, const scaled *k, scaled e)
+{
+    (void)f, (void)k, (void)e;
+    return 1;
+}
+
 /* From the ranges of all that was unknown to its units */
 static void likelihood_to_units(const start *s, likelihood *p)
 {

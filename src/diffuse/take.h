@@ -85,7 +85,7 @@ static void rounding_define(num *rounding, int n, const scaled *k, const sight *
     }
 }
 
-/* x += k e, in the past too.  The second time moves what the first one's rounding has left. */
+/* x += k e, in the past too */
 static void diffuse_move(const start *s, const definition *m, const scaled *k, scaled e)
 {
     const int n = s->states;
@@ -97,6 +97,13 @@ static void diffuse_move(const start *s, const definition *m, const scaled *k, s
             filter_note(s->filter, mean_correct_exactly(q.mean, n, i, share, e));
         }
     }
+}
+
+/* By what the first move's rounding has left, unless that is beyond the numbers */
+static void diffuse_move_again(const start *s, const definition *m, const scaled *k, scaled rest)
+{
+    if (move_is_finite(s->filter, k, rest)) diffuse_move(s, m, k, rest);
+    else s->filter->events |= KQ_EVENT_PRECISION;
 }
 
 static void diffuse_define_root(const start *s, const definition *m, const scaled *k)
@@ -198,9 +205,7 @@ KQ_NOINLINE static int diffuse_define(start *s, const reading *z, int c, sight *
     m.sigma = scaled_root(r);
     project(row, filter_root(f), by->h, n);
     const scaled variance = scaled_plus(r, row_product(row, row, n));
-    int finite = scaled_is_finite(e);
-    for (int i = 0; i < n; i++) finite &= scaled_is_finite(scaled_times(k[i], e));
-    if (!finite) {
+    if (!move_is_finite(f, k, e)) {
         for (int i = 0; i < n; i++) {
             rounding_add(diffuse_memory_of(s).rounding, n, i, by->turned[i]);
         }
@@ -216,7 +221,7 @@ KQ_NOINLINE static int diffuse_define(start *s, const reading *z, int c, sight *
     for (int j = 0; j < n; j++) m.f[j] = row_entry(row, n, j);
     diffuse_define_root(s, &m, k);
     diffuse_move(s, &m, k, e);
-    diffuse_move(s, &m, k, scalar_innovation(f, z, c));
+    diffuse_move_again(s, &m, k, scalar_innovation(f, z, c));
     const scaled size = scaled_magnitude(m.phi);
     likelihood_add(&f->last, zero, physical_variance(z->sensor, c, size));
     likelihood_multiply(&f->last, size);

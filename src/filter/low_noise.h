@@ -179,13 +179,18 @@ KQ_COLD static int was_far_off(const low_noise_scalar *m)
 
 /*
  * After a low-noise measurement the residual is e r / s, but x has been moved with the rounding of one
- * number, perhaps many sigma: what is left of it is moved again.  Answers its square.
+ * number, perhaps many sigma: what is left of it is moved again.  Answers its square.  Where H x of the moved
+ * mean is beyond the numbers that cannot be told: it moves nothing.
  */
 KQ_COLD KQ_NOINLINE static scaled update_mean_again(filter *f, const low_noise_scalar *m,
                                                     const scaled *b)
 {
     const scaled left = scalar_innovation(f, m->z, m->component);
     const scaled rest = scaled_minus(left, scaled_times(m->e, scaled_over(m->r, m->s)));
+    if (likelihood_overflows(rest, m->s)) {
+        f->events |= KQ_EVENT_PRECISION;
+        return scaled_zero();
+    }
     update_mean(f, b, scaled_over(rest, m->s));
     return scaled_times(rest, rest);
 }

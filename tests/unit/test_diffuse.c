@@ -232,6 +232,33 @@ TEST(a_measurement_beyond_the_numbers_is_not_taken)
     ASSERT_WITHIN(0, 0, K(log_likelihood)(&track));
 }
 
+/* Its gain times its innovation is a number, and so is the mean before it: their sum is not. */
+TEST(a_mean_beyond_the_numbers_is_not_taken)
+{
+    static const num h[] = {N(0.75), 0};
+    const double most = MOST_SIGMA * MOST_SIGMA;
+    const num far[] = {N(most), 0}, z = N(0.75 * ((double)NUM_MAX / 2 + most / 4) * 2);
+    ASSERT_OK(K(diffuse_init)(&start, &track, far, NULL, 3));
+    ASSERT_OK(K(sensor_change_measurement)(&level, h));
+    ASSERT_OK(K(update)(&track, &level, &z));
+    ASSERT_OPEN(2, 0);
+    TEST_ASSERT_EQUAL_INT(KQ_EVENT_OVERFLOW, K(events)(&track));
+}
+
+/* Of two components the first is the second one's noise; what it makes of the mean, the second takes beyond the numbers. */
+TEST(a_residual_beyond_the_numbers_moves_nothing)
+{
+    const num q = N(sqrt(sqrt(MOST_SIGMA))), large = q * q * q, far = 4 * large * large;
+    const num h[] = {0, 0, large, 0}, C[] = {1 / large / large, 1 / large, 1 / large, 1}, z[] = {far, 0};
+    ASSERT_OK(K(diffuse_init)(&start, &track, zero, P0, 1));
+    ASSERT_OK(K(sensor_init)(&both, h, C));
+    ASSERT_OK(K(update)(&track, &both, z));
+    ASSERT_OPEN(0, 3);
+    ASSERT_WITHIN(TOLERANCE, -1, (double)K(mean)(&track, 0) / (double)far);
+    TEST_ASSERT_EQUAL_HEX(KQ_EVENT_PRECISION | KQ_EVENT_OVERFLOW, K(events)(&track));
+    ASSERT_OK(K(filter_check)(&track));
+}
+
 /* A sigma up to the largest that predict holds, and not beyond it */
 TEST(a_sigma_beyond_the_largest_is_held)
 {

@@ -661,6 +661,34 @@ TEST(a_mean_far_beyond_what_is_measured_is_where_it_belongs)
     }
 }
 
+/* The first component is the second one's noise.  What it makes of the mean is a number, what the second says of that is
+   none: the mean moves once. */
+TEST(a_residual_of_others_beyond_the_number_range_moves_nothing)
+{
+    const num q = N(sqrt(sqrt(MOST_SIGMA))), large = q * q * q, far = 4 * large * large;
+    const num h[] = {0, 0, large, large}, C[] = {1 / large / large, 1 / large, 1 / large, 1};
+    const num wide[] = {q * q * q * q, 0, 0, q * q * q * q}, origin[] = {0, 0}, seen[] = {far, 0};
+    ASSERT_OK(K(filter_init)(&track, origin, wide));
+    ASSERT_OK(K(update)(&track, sensor_of(h, C, 2), seen));
+    for (int i = 0; i < 2; i++) ASSERT_WITHIN(TOLERANCE, -0.5, (double)K(mean)(&track, i) / (double)far);
+    TEST_ASSERT_EQUAL_INT(1, K(taken)(&track));
+    TEST_ASSERT_EQUAL_HEX(KQ_EVENT_PRECISION | KQ_EVENT_CONTRADICTION | KQ_EVENT_REDUNDANT, K(events)(&track));
+    ASSERT_OK(K(filter_check)(&track));
+}
+
+/* The same where terms of one row cancel: the sigma of what is measured is rounding of theirs. */
+TEST(a_residual_of_terms_beyond_the_number_range_moves_nothing)
+{
+    const double sigma = MOST_SIGMA / 2, factor = EPS > 1e-10 ? 0x1p9 : 0x1p25, left = factor * sigma * EPS;
+    const num root[] = {1, N(sigma * (1 + EPS)), N(sigma)}, h[] = {N(factor), -N(factor)};
+    const num C[] = {1}, origin[] = {0, 0}, seen[] = {N(2 * left * MOST_SIGMA)};
+    ASSERT_OK(K(filter_init_root)(&track, origin, root));
+    ASSERT_OK(K(update)(&track, sensor_of(h, C, 1), seen));
+    for (int i = 0; i < 2; i++) ASSERT_WITHIN(0x1p-20, 1, (double)K(mean)(&track, i) / MOST_SIGMA / MOST_SIGMA);
+    TEST_ASSERT_EQUAL_HEX(KQ_EVENT_PRECISION | KQ_EVENT_CONTRADICTION, K(events)(&track));
+    ASSERT_OK(K(filter_check)(&track));
+}
+
 TEST(an_innovation_beyond_the_number_range_is_not_taken)
 {
     static const num C[] = {1, 0, 0, 1};
