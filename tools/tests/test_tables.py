@@ -92,10 +92,14 @@ UNCERTAIN = {  # and what is said
     "flow [m],flow [ft]\n1,2\n": "flow .*twice",
     "a,b;c\n1,2;3\n": "',' or ';' .*--separator",
     "\0\1\2\3": "text",
+    '"a\nb",c\n1,2\n': "row 1: .*flow; .*a b, c",
+    '# c\na,flow\n"x\ny",1\n"z,2\nw,3\n': "row 4: .*quote",
+    '# c\n"a,flow\n1,2\n': "row 2: .*quote",
+    '# c\nflow\n"1\n"\n\n"2' + "," * 131072: "row 5: .*131072.*quote",
 }
 
 
-@pytest.mark.parametrize("text", UNCERTAIN)
+@pytest.mark.parametrize("text", UNCERTAIN, ids=[text[:24] for text in UNCERTAIN])
 def test_what_is_not_certain_is_refused_with_what_to_say(text, tmp_path):
     with pytest.raises(KalmanqError, match=UNCERTAIN[text]):
         columns(written(tmp_path, text))
