@@ -34,13 +34,14 @@ def test_is_the_textbook(make, arithmetic, seed):
     model = make()
     z, u = models.data(model, 200, seed)
     exact = models.textbook(model, z, u)
-    run = Smoother(model, arithmetic).run(z, u, covariance=True)
+    run, plain, means = (Smoother(model, arithmetic).run(z, u, **more) for more in ({"covariance": True}, {}, {"covariance": True, "means_only": True}))
     sigma = np.sqrt(np.einsum("tii->ti", exact["covariance"]))
     scale = sigma[:, :, None] * sigma[:, None, :]
     limit = LIMITS[arithmetic]
     assert np.max(np.abs(run.mean - exact["mean"]) / sigma) < limit
     assert np.max(np.abs(run.covariance - exact["covariance"]) / scale) < limit
-    assert np.max(np.abs(run.smoothed - exact["smoothed"]) / sigma) < limit
+    assert all(np.max(np.abs(one.smoothed - exact["smoothed"]) / sigma) < limit for one in (run, plain, means))
+    assert plain.covariance is plain.smoothed_covariance is means.smoothed_covariance is means.smoothed_sigma is None
     assert np.max(np.abs(run.smoothed_covariance - exact["smoothed_covariance"]) / scale) < limit
     assert np.max(np.abs(run.log_likelihood - exact["log_likelihood"])) < 50 * limit + 2e-6 * (arithmetic == "q31")
 
