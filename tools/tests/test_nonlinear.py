@@ -542,8 +542,7 @@ BAD_JACOBIANS = {
 
 def written(folder: Path, change: tuple[str, str]) -> Path:
     assert change[0] in GOOD
-    path = saved(folder / "bad.py", GOOD.replace(*change, 1))
-    return path
+    return saved(folder / "bad.py", GOOD.replace(*change, 1))
 
 
 @pytest.mark.parametrize("said", BAD_FILES)
