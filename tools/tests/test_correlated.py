@@ -54,6 +54,9 @@ def test_it_is_the_joint_normal(seed):
         assert np.abs(run.smoothed[t] - mean).max() < 1e-8 * max(1, np.abs(mean).max())
         assert run.smoothed_sigma[t] == pytest.approx(sigma, rel=1e-6, abs=1e-7)
     assert float(np.sum(run.log_likelihood)) == pytest.approx(float(right.log_likelihood), abs=float(1e-7 * max(1, abs(right.log_likelihood))))
+    full, _, varies = decorrelated(model, S, np.ones((3, model.m)), None if u is None else u[:3])
+    assert varies is None and all(np.array_equal(getattr(full, name), getattr(equal, name)) for name in "ABQ")
+    assert [one.name for one in equal.controls] == ["u"] * (u is not None) + ["offset"] * (model.c is not None) + [f"z{j} before" for j in range(model.m)]
     last = Filter(equal, "f32").run(z, controls, varying=varying)
     assert np.abs(last.mean[-1] - mean).max() < 1e-4 * max(1, np.abs(mean).max())
 
@@ -82,9 +85,13 @@ def test_what_is_left_of_q_is_rounded_at_its_own_size(ulps):
 
 def test_what_is_no_s_is_refused():
     model = Model(1, H=1, R=1, Q=1, P0=1)
-    for S, said in ((1.1, "semidefinite"), ([1, 2], "1 x 1"), (np.nan, "not finite")):
-        with pytest.raises(KalmanqError, match=said):
-            decorrelated(model, S, [1.0])
+    moved = decorrelated(model.changed(Q=0), 0.0, [1.0])[0]
+    assert moved.Q == 0 and moved.A == 1
+    small, quiet = model.changed(Q=1e-12, R=1e-12), Model(np.eye(2), H=[1, 0], R=1, Q=[1, 0], P0=[1, 1])
+    for of, S, said in ((model, 1.1, "semidefinite"), (small, 1.1e-12, "semidefinite"), (quiet, [1.1, 0], "semidefinite"), (quiet, [0, 0.1], "semidefinite"),
+                        (model, [1, 2], "1 x 1"), (model, np.nan, "not finite"), (Model(1, H=1, R=1, Q=1, P0=1, D=2), 0.1, "leave D out, and give z - D u")):
+        with pytest.raises(KalmanqError, match=f"^S: .*{said}"):
+            decorrelated(of, S, [1.0])
     with pytest.raises(KalmanqError, match="steps"):
         decorrelated(Model.of_continuous(-1, H=1, R=1, Qc=1, dt=1, P0=1), 0.1, [1.0])
 
