@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import functools
 import json
+import operator
 import re
 import struct
 import sys
@@ -21,7 +23,7 @@ import pyubx2
 from command import kalmanq, refused, succeeds
 from library import saved
 
-from kalmanq import Smoother
+from kalmanq import KalmanqWarning, Smoother
 from kalmanq.data import joining
 from kalmanq.data.layouts import Layout, Source
 from kalmanq.data.readers import READERS
@@ -66,21 +68,19 @@ def gpx(path, seconds, degrees):
     return saved(path, made.to_xml())
 
 
+def sentence(text):
+    return f"${text}*{functools.reduce(operator.xor, text.encode()):02X}\r\n"
+
+
 def nmea(path, seconds, degrees):
     def angle(value, width, ends):
         return f"{int(abs(value)):0{width}}{abs(value) % 1 * 60:09.6f},{ends[int(value < 0)]}"
 
-    def checked(text):
-        total = 0
-        for letter in text:
-            total ^= ord(letter)
-        return f"${text}*{total:02X}\r\n"
-
     lines = []
     for at, (latitude, longitude, height) in zip(seconds, degrees):
         now, place = BEGUN + timedelta(seconds=float(at)), f"{angle(latitude, 2, 'NS')},{angle(longitude, 3, 'EW')}"
-        lines += [checked(f"GPGGA,{now:%H%M%S}.00,{place},1,08,0.9,{height:.6f},M,47.0,M,,"),
-                  checked(f"GPRMC,{now:%H%M%S}.00,A,{place},1.0,90.0,{now:%d%m%y},,,A"), "$GPGSV,junk\r\n"]
+        lines += [sentence(f"GPGGA,{now:%H%M%S}.00,{place},1,08,0.9,{height:.6f},M,47.0,M,,"),
+                  sentence(f"GPRMC,{now:%H%M%S}.00,A,{place},1.0,90.0,{now:%d%m%y},,,A"), "$GPGSV,junk\r\n"]
     return saved(path, "".join(lines))
 
 
@@ -179,13 +179,10 @@ def test_a_message_that_is_broken_costs_no_other_one(spoil, left, wrong, tmp_pat
 
 
 def test_a_leap_second_is_of_the_second_before(tmp_path):
-    def sentence(text):
-        total = 0
-        for one in text:
-            total ^= ord(one)
-        return f"${text}*{total:02X}\r\n"
-    (tmp_path / "a.nmea").write_text("".join(sentence(f"GPRMC,{at},A,4730.00,N,01115.00,E,1.0,0.0,311216,,,A") for at in ("235959", "235960", "000000")))
-    z, _, times = joining.record(Source(tmp_path / "a.nmea"), model_file.read(saved(tmp_path / "walk.toml", WALK)))
+    lines = [sentence(f"GPRMC,{at},A,4730.00,N,01115.00,E,1.0,0.0,311216,,,A") for at in ("235959", "235960", "000000")]
+    (tmp_path / "a.nmea").write_text("".join([*lines, " \r\n", "$GPGSV,junk\r\n"]))
+    with pytest.warns(KalmanqWarning, match="a.nmea: 1 lines are no NMEA sentences"):
+        z, _, times = joining.record(Source(tmp_path / "a.nmea"), model_file.read(saved(tmp_path / "walk.toml", WALK)))
     assert list(times) == [0, 1]
 
 
