@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import csv
 import json
 import os
 import re
@@ -14,7 +13,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from command import json_of, kalmanq, refused, succeeds
+from command import json_of, kalmanq, refused, rows_of, succeeds
 from library import EXAMPLES, saved
 from scipy import special, stats
 
@@ -28,11 +27,6 @@ from kalmanq.run.simulation import simulate
 
 NILE, MODEL = EXAMPLES / "nile.csv", EXAMPLES / "nile.toml"
 PNG = b"\x89PNG\r\n\x1a\n"
-
-
-def rows_of(path):
-    with open(path, newline="") as text:
-        return list(csv.DictReader(text))
 
 
 @pytest.mark.parametrize("arithmetic", ["f32", "f64", "q31"])

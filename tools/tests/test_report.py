@@ -20,7 +20,7 @@ from kalmanq.pages.charts import envelope
 from kalmanq.pages.verdict import findings, headline, whiteness
 from kalmanq.run.diagnostics import autocorrelation, ljung_box, mean_bounds, share_bounds
 from kalmanq.run.simulation import simulate
-from command import kalmanq, refused, succeeds
+from command import kalmanq, succeeds
 from library import EXAMPLES, saved
 from whole import MEASURED, WHOLE
 

@@ -11,7 +11,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from command import json_of, kalmanq, refused, succeeds
+from command import json_of, kalmanq, refused, rows_of, succeeds
 from dense import Steps, conditioned
 from firmware_here import Firmware
 from library import STRICT, cc, printed, saved
@@ -116,7 +116,7 @@ def test_two_rates_with_jitter_beside_the_joint_normal(seed, tmp_path):
     imu, gps, times, z = two_rates(tmp_path, seed)
     path, out = walk(tmp_path), tmp_path / "out.csv"
     assert succeeds("run", path, imu, gps, "--smooth", "--out", out, "--digits", 17).stderr == ""
-    rows = list(csv.DictReader(out.open()))
+    rows = rows_of(out)
     model = model_file.read(path)
     A, Q, _ = model.continuous.steps(np.append(np.diff(times), 1))
     right = conditioned(model.x0, model.P0, Steps(A, None, Q, *(np.tile(one, (len(times), 1, 1)) for one in (model.H, model.R))), z)

@@ -83,6 +83,7 @@ UNCERTAIN = {  # and what is said
     "1,2\n3,4\n": "row 1: .*header: 1, 2 .*flow",
     "time,x,1\n0,2,3\n": "flow; .*time, x, 1",
     "a,flow\n1,2\n3\n": "row 3: 1 .*2: fill",
+    "a,flow\n1,2\n\n3,4\n": "row 3: an empty row: leave it out",
     "flow [m],flow [ft]\n1,2\n": "flow .*twice",
     "a,b;c\n1,2;3\n": "',' or ';' .*--separator",
     "\0\1\2\3": "text",
