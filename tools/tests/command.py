@@ -3,6 +3,7 @@ would spend most of a short command's time on them.  Streams, exit code, signals
 
 from __future__ import annotations
 
+import csv
 import json
 import os
 import subprocess
@@ -66,6 +67,11 @@ def succeeds(*arguments: object, **given: Any) -> subprocess.CompletedProcess:
 def json_of(*arguments: object, **given: Any) -> Any:
     """What a command says with --json, which has to end well"""
     return json.loads(succeeds(*arguments, "--json", **given).stdout)
+
+
+def rows_of(path: Path) -> list[dict[str, str]]:
+    with open(path, newline="") as text:
+        return list(csv.DictReader(text))
 
 
 def refused(done: subprocess.CompletedProcess, said: str | tuple[str, ...], folder: Path | None = None, told: int = 0) -> None:

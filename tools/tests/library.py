@@ -25,12 +25,12 @@ def _object(part: str) -> str:
     return made
 
 
-def saved(path: Path, text: str) -> Path:
-    path.write_text(text, encoding="utf-8")
+def saved(path: Path, text: str | bytes) -> Path:
+    path.write_bytes(text if isinstance(text, bytes) else text.encode())
     return path
 
 
-def text_in(folder: Path, text: str, name: str = "data.csv") -> Path:
+def text_in(folder: Path, text: str | bytes, name: str = "data.csv") -> Path:
     return saved(folder / name, text)
 
 

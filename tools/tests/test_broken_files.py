@@ -8,7 +8,8 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from test_readers import JUNK, MAKE, WALK, walk, written
+from library import saved
+from test_readers import JUNK, MAKE, WALK, walk
 from whole import first
 
 from kalmanq import Filter
@@ -60,18 +61,18 @@ def refused_or_read(read):
 @pytest.mark.parametrize("suffix", MAKE)
 @pytest.mark.parametrize("seed", first(1, range(20)))
 def test_broken_data(suffix, seed, tmp_path):
-    model = model_file.read(written(tmp_path / "walk.toml", WALK))
+    model = model_file.read(saved(tmp_path / "walk.toml", WALK))
     data, draw = MAKE[suffix](tmp_path / f"track.{suffix}", *walk(1, 10)).read_bytes(), random.Random(f"{suffix}{seed}")
     path = tmp_path / f"broken.{suffix}"
     for _ in range(40):
-        refused_or_read(lambda: joining.record(Source(written(path, broken(data, draw))), model))
+        refused_or_read(lambda: joining.record(Source(saved(path, broken(data, draw))), model))
 
 
 @pytest.mark.parametrize("seed", first(8, range(80)))
 def test_broken_models(seed, tmp_path):
     draw, read = random.Random(seed), []
     for example in EXAMPLES:
-        path = written(tmp_path / example.name, broken(example.read_bytes(), draw))
+        path = saved(tmp_path / example.name, broken(example.read_bytes(), draw))
         read.append(refused_or_read(lambda: Filter(model_file.read(path))))
     assert any(read) and not all(read)
 
@@ -79,6 +80,6 @@ def test_broken_models(seed, tmp_path):
 def test_junk_is_neither(tmp_path):
     draw = np.random.default_rng(1)
     for size in draw.integers(0, 300, 60):
-        path = written(tmp_path / "a", draw.integers(0, 256, size, dtype=np.uint8).tobytes())
+        path = saved(tmp_path / "a", draw.integers(0, 256, size, dtype=np.uint8).tobytes())
         assert not refused_or_read(lambda: model_file.read(path))
-        assert not refused_or_read(lambda: joining.record(Source(path), model_file.read(written(tmp_path / "walk.toml", WALK))))
+        assert not refused_or_read(lambda: joining.record(Source(path), model_file.read(saved(tmp_path / "walk.toml", WALK))))

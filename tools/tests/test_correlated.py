@@ -6,6 +6,8 @@ from fractions import Fraction
 
 import numpy as np
 import pytest
+from dense import Dense, Steps, conditioned
+from scipy.linalg import block_diag
 
 from kalmanq import Filter, KalmanqError, Model, Quantity, Smoother, decorrelated
 from kalmanq.model.model import root_of
@@ -29,33 +31,14 @@ def drawn(seed: int):
     return model, joint[:n, n:], z, u
 
 
-def dense(model: Model, S: np.ndarray, z: np.ndarray, u):
-    """Means and covariances of each state given all rows, and the log-likelihood: by one joint normal of x0, w and v"""
-    n, m, T = model.n, model.m, len(z)
-    size = n + T * (n + m)
-    C = np.zeros((size, size))
-    C[:n, :n] = model.P0
-    for t in range(T):
-        w, v = slice(n + t * (n + m), 2 * n + t * (n + m)), slice(2 * n + t * (n + m), n + (t + 1) * (n + m))
-        C[w, w], C[v, v], C[w, v], C[v, w] = model.Q, model.R, S, S.T
-    x, mean, X, Z, expected = np.eye(n, size), model.x0, [], [], []
-    for t in range(T):
-        v = slice(2 * n + t * (n + m), n + (t + 1) * (n + m))
-        X.append((x, mean))
-        row = model.H @ x
-        row[:, v] += np.eye(m)
-        Z.append(row), expected.append(model.H @ mean + (0 if model.d is None else model.d))
-        x, mean = model.A @ x, model.A @ mean
-        x[:, n + t * (n + m):2 * n + t * (n + m)] += np.eye(n)
-        if model.B is not None:
-            pushes = np.concatenate([[] if u is None else u[t], [1.0] if model.c is not None else []])
-            mean = mean + model.B @ pushes
-    there = ~np.isnan(z.ravel())
-    L, e = np.vstack(Z)[there], (z.ravel() - np.concatenate(expected))[there]
-    V = L @ C @ L.T
-    gain = np.linalg.solve(V, e)
-    states = [(mean + x @ C @ L.T @ gain, x @ C @ x.T - x @ C @ L.T @ np.linalg.solve(V, L @ C @ x.T)) for x, mean in X]
-    return states, -0.5 * (len(e) * np.log(2 * np.pi) + np.linalg.slogdet(V)[1] + e @ gain)
+def right_of(model: Model, S: np.ndarray, z: np.ndarray, u) -> Dense:
+    """Of states that are x, w and v"""
+    (m, n), T, noise = model.H.shape, len(z), np.block([[model.Q, S], [S.T, model.R]])
+    A = np.vstack([np.hstack([model.A, np.eye(n, n + m)]), np.zeros((n + m, 2 * n + m))])
+    H, B = np.hstack([model.H, np.zeros((m, n)), np.eye(m)]), np.pad(np.zeros((n, 0)) if model.B is None else model.B, ((0, n + m), (0, 0)))
+    steps = Steps(*(np.tile(one, (T, 1, 1)) for one in (A, B, block_diag(np.zeros((n, n)), noise), H, np.zeros((m, m)))))
+    pushes = np.hstack([np.zeros((T, 0)) if u is None else u, np.ones((T, 0 if model.c is None else 1))])
+    return conditioned(np.pad(model.x0, (0, n + m)), block_diag(model.P0, noise), steps, z - (0 if model.d is None else model.d), pushes)
 
 
 @pytest.mark.parametrize("seed", range(200))
@@ -63,16 +46,19 @@ def test_it_is_the_joint_normal(seed):
     model, S, z, u = drawn(seed)
     if not np.any(~np.isnan(z)):
         z[0] = 0
-    states, likelihood = dense(model, S, z, u)
+    right = right_of(model, S, z, u)
     equal, controls, varying = decorrelated(model, S, z, u)
     run = Smoother(equal).run(z, controls, varying=varying)
-    for t, (mean, C) in enumerate(states):
-        sigma = np.sqrt(np.diag(C).clip(1e-30))
+    for t, mean in enumerate(right.smoothed[:, :model.n].astype(float)):
+        sigma = np.sqrt(np.diag(right.smoothed_covariance[t])[:model.n].astype(float).clip(1e-30))
         assert np.abs(run.smoothed[t] - mean).max() < 1e-8 * max(1, np.abs(mean).max())
         assert run.smoothed_sigma[t] == pytest.approx(sigma, rel=1e-6, abs=1e-7)
-    assert float(np.sum(run.log_likelihood)) == pytest.approx(likelihood, abs=1e-7 * max(1, abs(likelihood)))
+    assert float(np.sum(run.log_likelihood)) == pytest.approx(float(right.log_likelihood), abs=float(1e-7 * max(1, abs(right.log_likelihood))))
+    full, _, varies = decorrelated(model, S, np.ones((3, model.m)), None if u is None else u[:3])
+    assert varies is None and all(np.array_equal(getattr(full, name), getattr(equal, name)) for name in "ABQ")
+    assert [one.name for one in equal.controls] == ["u"] * (u is not None) + ["offset"] * (model.c is not None) + [f"z{j} before" for j in range(model.m)]
     last = Filter(equal, "f32").run(z, controls, varying=varying)
-    assert np.abs(last.mean[-1] - states[-1][0]).max() < 1e-4 * max(1, np.abs(states[-1][0]).max())
+    assert np.abs(last.mean[-1] - mean).max() < 1e-4 * max(1, np.abs(mean).max())
 
 
 def test_ignoring_it_costs_what_it_costs():
@@ -99,9 +85,13 @@ def test_what_is_left_of_q_is_rounded_at_its_own_size(ulps):
 
 def test_what_is_no_s_is_refused():
     model = Model(1, H=1, R=1, Q=1, P0=1)
-    for S, said in ((1.1, "semidefinite"), ([1, 2], "1 x 1"), (np.nan, "not finite")):
-        with pytest.raises(KalmanqError, match=said):
-            decorrelated(model, S, [1.0])
+    moved = decorrelated(model.changed(Q=0), 0.0, [1.0])[0]
+    assert moved.Q == 0 and moved.A == 1
+    small, quiet = model.changed(Q=1e-12, R=1e-12), Model(np.eye(2), H=[1, 0], R=1, Q=[1, 0], P0=[1, 1])
+    for of, S, said in ((model, 1.1, "semidefinite"), (small, 1.1e-12, "semidefinite"), (quiet, [1.1, 0], "semidefinite"), (quiet, [0, 0.1], "semidefinite"),
+                        (model, [1, 2], "1 x 1"), (model, np.nan, "not finite"), (Model(1, H=1, R=1, Q=1, P0=1, D=2), 0.1, "leave D out, and give z - D u")):
+        with pytest.raises(KalmanqError, match=f"^S: .*{said}"):
+            decorrelated(of, S, [1.0])
     with pytest.raises(KalmanqError, match="steps"):
         decorrelated(Model.of_continuous(-1, H=1, R=1, Qc=1, dt=1, P0=1), 0.1, [1.0])
 

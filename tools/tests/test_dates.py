@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import time
 import warnings
 from datetime import date, timedelta
 
@@ -35,9 +36,19 @@ def dated():
             since.to_pytimedelta(), [one.to_pytimedelta() for one in since], pandas.Series(since), since.to_numpy().astype("timedelta64[ms]")]
 
 
+@pytest.fixture
+def far_from_utc(monkeypatch):
+    with monkeypatch.context() as patched:
+        patched.setenv("TZ", "UTC+9")
+        time.tzset()
+        yield
+    time.tzset()
+
+
 @pytest.mark.parametrize("unit, per_second", [("s", 1.0), ("ms", 1e3), ("min", 1 / 60)])
-def test_dates_and_durations_are_times(unit, per_second):
-    """In the unit of the model, since the first one"""
+@pytest.mark.filterwarnings("error")
+def test_dates_and_durations_are_times(unit, per_second, far_from_utc):
+    """In the unit of the model, since the first one, which is of UTC; NumPy would warn of a zone"""
     model = of_time(time_unit=unit)
     z = np.arange(6.0)
     exact = Smoother(model).run(z, times=SECONDS * per_second)
@@ -45,6 +56,7 @@ def test_dates_and_durations_are_times(unit, per_second):
         f = Filter(model)
         run = f.run(z, times=given)
         assert np.allclose(run.mean, exact.mean, rtol=1e-9, atol=1e-12) and abs(f.time - 9 * per_second) < 1e-9 * per_second, type(given)
+        assert f.origin in (None, dated()[1][0]), type(given)
     days = Filter(of_time(time_unit="day"))
     days.run(z[:3], times=[date(2024, 2, 28), date(2024, 3, 1), date(2024, 3, 2)])
     assert days.time == 3 and days.origin == np.datetime64("2024-02-28")

@@ -8,7 +8,7 @@ import re
 import subprocess
 from dataclasses import replace
 from functools import lru_cache
-from itertools import product
+from itertools import groupby, product
 
 import numpy as np
 import pytest
@@ -561,8 +561,7 @@ fractions = [0]
 
 
 def counts(folder, variance, range):
-    path = saved(folder / "adc.toml", COUNTS.format(variance=variance, range=range))
-    return path
+    return saved(folder / "adc.toml", COUNTS.format(variance=variance, range=range))
 
 
 def test_what_is_drawn_has_the_steps_of_its_sensor(tmp_path):
@@ -574,6 +573,14 @@ def test_what_is_drawn_has_the_steps_of_its_sensor(tmp_path):
     told = json.loads(kalmanq("design", path, "--core", "m3", "--json").stdout)
     assert told["trials"]["q31"]["worst"][0] < 1e-3
     assert all(one["mean"] < 1e-3 for one in told["compiled"]), told["compiled"]
+
+
+@pytest.mark.parametrize("gaps", [Gaps(3, 9), Gaps(2)])
+def test_what_is_drawn_has_the_gaps_of_its_model(gaps):
+    z = draw(Model(1, H=1, R=1, Q=1, P0=1, gaps=gaps), 300, [1])[0].z
+    rows = [(is_there, len(list(of))) for is_there, of in groupby(~np.isnan(z[:, 0]))][:-1]
+    assert {count for is_there, count in rows if not is_there} == {*range(1, gaps.max_gap + 1)}
+    assert min(count for is_there, count in rows if is_there) == (gaps.min_run or 1)
 
 
 @pytest.mark.parametrize("variance, range, code", [(90000, 1100, 0), (1, 500, 1)])

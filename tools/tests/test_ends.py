@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import pytest
-from command import kalmanq
+from command import succeeds
 
 LINEAR = """[model]
 A = 0.9
@@ -53,8 +53,7 @@ def test_the_nearer_end_is_taken(text, ends, given, taken, arithmetic, tmp_path)
     for name, values in (("given", given), ("taken", taken)):
         data = tmp_path / f"{name}.csv"
         data.write_text("time,z,u\n" + "".join(f"{t},{t + 1},{u}\n" for t, u in enumerate(values)))
-        done = kalmanq("run", model, data, "--compiled", "--arith", arithmetic, "-o", tmp_path / "out.csv")
-        assert done.returncode == 0, done.stderr
+        done = succeeds("run", model, data, "--compiled", "--arith", arithmetic, "-o", tmp_path / "out.csv")
         rows = [line.split(",") for line in (tmp_path / "out.csv").read_text().splitlines()]
         out[name] = [[one for one, column in zip(row, rows[0]) if column.endswith(("_mean", "_sigma"))] for row in rows]
         assert ("beyond its declared range" in done.stderr) == (name == "given"), done.stderr

@@ -285,6 +285,13 @@ def test_what_is_linear_is_told_once_and_the_rest_in_each_call(tmp_path):
     for name in ("battery", "range_bearing"):
         assert "kq_predict_f32(" in texts[name] and "kq_predict_extended" not in texts[name]
     assert "f->H[" in texts["range_bearing"] and "f->H[2]" not in texts["range_bearing"]
+    assert "kq_update_f32(&f->filter, &f->sensor_mark, z)" in texts["drift"] and "kq_update_f32(&f->filter, &f->sensor_far, z)" not in texts["drift"]
+    given = {"x0": [0.0, 0.0], "P0": [1.0, 1.0], "Q": [0.1, 0.1]}
+    own = NonlinearModel(lambda x: x, lambda x: [x[0]], innovation=lambda z, x: [np.sin(z[0] - x[0])], R=[0.1], **given)
+    assert "sinf(" in compiled_device(own, "own", Options()).code
+    sensors = {"place": (lambda x: [x[0]], [0.1]), "course": (lambda x: [x[1]], [0.1])}
+    turned = compiled_device(NonlinearModel(lambda x: x, sensors=sensors, angles=[1], **given), "turned", Options()).code
+    assert "kq_update_f32(&f->filter, &f->sensor_place, z)" in turned and "kq_update_f32(&f->filter, &f->sensor_course, z)" not in turned
     assert "device_reset" not in texts["drift"] and "kq_sensor_init_diagonal_f32(&f->sensor_mark, H_mark, R_mark)" in texts["drift"]
     assert "f->A[1] = u[0]" in texts["drift"].replace("u0;", "u[0];") and "f->A[0]" not in texts["drift"]
     assert "kq_move_f32" in texts["attitude"]

@@ -8,7 +8,7 @@ import re
 
 import numpy as np
 import pytest
-from command import kalmanq, refused, succeeds
+from command import kalmanq, refused, rows_of, succeeds
 from library import text_in
 
 from kalmanq import Filter, NonlinearFilter, NonlinearModel, Smoother
@@ -82,7 +82,7 @@ def test_a_cell_given_twice_is_two_measurements(arithmetic, within, seed, tmp_pa
     assert said.count("\n") == 1 and "row 4: gives a cell again" in said and f"and {again - 1} more" in said
     assert done["taken"] == 30 + again and abs(done["log_likelihood"] - right.log_likelihood.sum()) < 30 * within
     assert np.allclose(done["mean"], right.mean[-1], atol=within)
-    rows = list(csv.DictReader((tmp_path / "o.csv").open()))
+    rows = rows_of(tmp_path / "o.csv")
     last = [k for k, row in enumerate(rows) if k + 1 == len(rows) or rows[k + 1]["time"] != row["time"]]
     assert np.allclose([float(rows[k]["p_smoothed"]) for k in last], right.smoothed[:, 0], atol=within)
 
@@ -155,7 +155,7 @@ def test_a_pause_begins_a_new_record(more, tmp_path):
     done, _ = told("run", model, data, "--pause", 10, "--out", tmp_path / "o.csv", *more)
     assert done["records"] == 3 and done["log_likelihood"] == pytest.approx(sum(one.log_likelihood.sum() for one in right), rel=1e-9)
     if more:
-        made = [float(row["p_smoothed"]) for row in csv.DictReader((tmp_path / "o.csv").open())]
+        made = [float(row["p_smoothed"]) for row in rows_of(tmp_path / "o.csv")]
         assert np.allclose(made, np.concatenate([one.smoothed[:, 0] for one in right]), atol=1e-9)
     z, _, times = joining.record(Source(data, Layout(pause=10.0)), model_file.read(model))
     assert len(z) == 23 == len(times)
@@ -342,7 +342,7 @@ measured = "gps_time"
 def test_late_times_are_drawn_and_read_back(seed, tmp_path):
     model, out = text_in(tmp_path, LATE, "late.toml"), tmp_path / "o.csv"
     succeeds("simulate", model, "-n", 600, "--seed", seed, "--truth", "-o", out)
-    rows = list(csv.DictReader(out.open()))
+    rows = rows_of(out)
     late = np.array([float(row["time"]) - float(row["gps_time"]) for row in rows if row["gps_time"]])
     assert late.min() == 0 and 0.39 < late.max() < 0.45 + 1e-9 and len(np.unique(np.round(late, 6))) == 5 and len(late) > 300
     off = [float(row["gps"]) - float(rows[round(10 * float(row["gps_time"]))]["x1_true"]) for row in rows if row["gps"]]

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import csv
 import functools
 import json
 import math
@@ -14,7 +13,7 @@ from pathlib import Path
 import models
 import numpy as np
 import pytest
-from command import json_of, kalmanq, refused, succeeds
+from command import json_of, kalmanq, refused, rows_of, succeeds
 from library import EXAMPLES, saved
 from scipy.optimize import least_squares
 
@@ -542,8 +541,7 @@ BAD_JACOBIANS = {
 
 def written(folder: Path, change: tuple[str, str]) -> Path:
     assert change[0] in GOOD
-    path = saved(folder / "bad.py", GOOD.replace(*change, 1))
-    return path
+    return saved(folder / "bad.py", GOOD.replace(*change, 1))
 
 
 @pytest.mark.parametrize("said", BAD_FILES)
@@ -637,20 +635,15 @@ def test_no_noise_and_no_shape_is_a_model_error():
 # ------------------------------------------------------------------ the command line
 
 
-def table(path: Path) -> list[dict[str, str]]:
-    with open(path, newline="") as text:
-        return list(csv.DictReader(text))
-
-
 def columns(path: Path, *names: str) -> np.ndarray:
-    return np.array([[float(row[name] or "nan") for name in names] for row in table(path)])
+    return np.array([[float(row[name] or "nan") for name in names] for row in rows_of(path)])
 
 
 @pytest.mark.parametrize("path, data, rows, seed", [(TRACK, TRACK_DATA, 60, 2), (BATTERY, BATTERY_DATA, 200, 1)])
 def test_the_examples_data_are_simulated(path, data, rows, seed, tmp_path):
     succeeds("simulate", path, "-n", rows, "--seed", seed, "--truth", "--out", tmp_path / "data.csv")
-    names = list(table(data)[0])
-    assert list(table(tmp_path / "data.csv")[0]) == names
+    names = list(rows_of(data)[0])
+    assert list(rows_of(tmp_path / "data.csv")[0]) == names
     # libm's last bits may be another machine's
     assert np.allclose(columns(data, *names), columns(tmp_path / "data.csv", *names), rtol=1e-9, atol=1e-9)
 

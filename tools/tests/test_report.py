@@ -20,7 +20,7 @@ from kalmanq.pages.charts import envelope
 from kalmanq.pages.verdict import findings, headline, whiteness
 from kalmanq.run.diagnostics import autocorrelation, ljung_box, mean_bounds, share_bounds
 from kalmanq.run.simulation import simulate
-from command import kalmanq, refused, succeeds
+from command import kalmanq, succeeds
 from library import EXAMPLES, saved
 from whole import MEASURED, WHOLE
 
@@ -255,15 +255,6 @@ def test_the_print_has_all_of_its_tables(states, tmp_path):
 
 
 # ------------------------------------------------------------------------------ what is refused
-
-
-def test_bad_data_is_one_line_and_no_file(tmp_path):
-    data, out = tmp_path / "data.csv", tmp_path / "out.html"
-    data.write_text("flow\n1\nx\n")
-    refused(kalmanq("report", MODEL, data, "-o", out), "row 3, column flow", tmp_path)
-    data.write_text("flow\n1\n")
-    refused(kalmanq("report", MODEL, data, "-o", data), "is an input", tmp_path)
-    assert data.read_text() == "flow\n1\n"
 
 
 def test_bad_options_are_refused_before_anything_is_done(tmp_path):

@@ -2,14 +2,13 @@
 
 from __future__ import annotations
 
-import csv
 import json
 import sys
 import warnings
 
 import numpy as np
 import pytest
-from command import json_of, kalmanq, refused, succeeds
+from command import json_of, kalmanq, refused, rows_of, succeeds
 from library import text_in
 
 from kalmanq import Filter, KalmanqError, KalmanqWarning, Smoother
@@ -105,7 +104,7 @@ def test_run_takes_each_row_at_its_time(form, tmp_path):
     model, out = cart(tmp_path), tmp_path / "o.csv"
     done = kalmanq("run", model, data, "--smooth", "--out", out, "--digits", 17)
     assert done.returncode == 0 and done.stderr == "", done.stderr
-    rows = list(csv.DictReader(out.open()))
+    rows = rows_of(out)
     z = np.random.default_rng(103).normal(size=ROWS)
     right = Smoother(model_file.read(model)).run(z, times=ms / 1000)
     for name, column in (("x1_smoothed", right.smoothed[:, 0]), ("x2_sigma", right.sigma[:, 1]), ("loglik", right.log_likelihood)):

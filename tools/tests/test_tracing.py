@@ -4,17 +4,22 @@ from __future__ import annotations
 
 import ctypes
 import math
+import site
 import subprocess
 import sys
+import types
+from pathlib import Path
 
 import numpy as np
 import pytest
 import test_formulas as of_constructs
 from test_formulas import Formulas, helper, refused, traced
 
+import kalmanq
 from kalmanq.compiler.run.building import compiler
 from kalmanq.formulas import tracing
 from kalmanq.formulas.graph import using
+from kalmanq.formulas.outside import Outside
 from kalmanq.formulas.printing import Body, Floats, indented
 from kalmanq.nonlinear import read
 
@@ -96,6 +101,14 @@ def test_only_modules_of_the_folder_have_stand_ins(tmp_path):
         sys.path.remove(str(tmp_path / "far"))
         for name in ("far_away", "beside", "parts", "parts.deep"):
             sys.modules.pop(name, None)
+
+
+@pytest.mark.parametrize("path", [kalmanq.__file__, np.__file__, f"{site.getusersitepackages()}/other.py"])
+def test_what_is_installed_below_a_model_is_not_the_users(path):
+    (other := types.ModuleType("other")).__file__ = path
+    names = {"__file__": str(Path(path).parents[-2] / "model.py"), "other": other}
+    exec("def f(x): return x", names)
+    assert len(Outside(names["f"]).spaces) == 1
 
 
 def test_an_interrupt_puts_everything_back():

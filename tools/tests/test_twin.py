@@ -10,21 +10,17 @@ import pytest
 
 import kalmanq
 import models
-from library import ROOT
+from fit_cases import nile
+from library import EXAMPLES, ROOT
 from kalmanq import Filter, KalmanqError, KalmanqWarning, LagSmoother, InstantSmoother, Quantity, Robust, Smoother
 from kalmanq.data.rows import Rows
 from kalmanq.run.checks import findings
 from kalmanq.run.streamed import StreamedSmoother
 
-NILE = ROOT / "tools" / "kalmanq" / "examples" / "nile.csv"
 # of sigma, and of a covariance in sigma_i sigma_j
 LIMITS = {"f64": 1e-11, "f32": 2e-4, "q31": 2e-6}
 ARITHMETICS = list(LIMITS)
 SEEDS = [1, 2, 3]
-
-
-def nile() -> np.ndarray:
-    return np.loadtxt(NILE, delimiter=",", skiprows=5)[:, 1]
 
 
 @pytest.mark.parametrize("seed", SEEDS)
@@ -34,13 +30,14 @@ def test_is_the_textbook(make, arithmetic, seed):
     model = make()
     z, u = models.data(model, 200, seed)
     exact = models.textbook(model, z, u)
-    run = Smoother(model, arithmetic).run(z, u, covariance=True)
+    run, plain, means = (Smoother(model, arithmetic).run(z, u, **more) for more in ({"covariance": True}, {}, {"covariance": True, "means_only": True}))
     sigma = np.sqrt(np.einsum("tii->ti", exact["covariance"]))
     scale = sigma[:, :, None] * sigma[:, None, :]
     limit = LIMITS[arithmetic]
     assert np.max(np.abs(run.mean - exact["mean"]) / sigma) < limit
     assert np.max(np.abs(run.covariance - exact["covariance"]) / scale) < limit
-    assert np.max(np.abs(run.smoothed - exact["smoothed"]) / sigma) < limit
+    assert all(np.max(np.abs(one.smoothed - exact["smoothed"]) / sigma) < limit for one in (run, plain, means))
+    assert plain.covariance is plain.smoothed_covariance is means.smoothed_covariance is means.smoothed_sigma is None
     assert np.max(np.abs(run.smoothed_covariance - exact["smoothed_covariance"]) / scale) < limit
     assert np.max(np.abs(run.log_likelihood - exact["log_likelihood"])) < 50 * limit + 2e-6 * (arithmetic == "q31")
 
@@ -122,13 +119,13 @@ def test_nile_with_an_unknown_start():
     model = kalmanq.Model([[1]], H=[1], R=15098.52, Q=1469.18, states=[Quantity("level", "", 4000)],
                           measurements=[Quantity("flow", "", 4000)])
     for arithmetic, limit in (("f64", 1e-5), ("f32", 1e-3), ("q31", 1e-4)):
-        run = Smoother(model, arithmetic).run(nile())
+        run = Smoother(model, arithmetic).run(nile(EXAMPLES))
         total = np.sum(run.log_likelihood[1:])
         # the first row determines the level: what its density is said to be is a matter of convention
         assert abs(np.sum(run.log_likelihood) - -633.46456) < 10 * limit
         assert np.isfinite(total) and np.all(np.isfinite(run.smoothed))
     assert abs(run.smoothed[0, 0] - 1111.7) < 0.1
-    published = Smoother(model.changed(Q=1469.1, R=15099), "f64").run(nile())
+    published = Smoother(model.changed(Q=1469.1, R=15099), "f64").run(nile(EXAMPLES))
     assert abs(np.sum(published.log_likelihood) + np.log(2 * np.pi) / 2 + 632.5456) < 1e-4  # Durbin and Koopman count no first row
 
 

@@ -15,13 +15,15 @@ class CsvRows:
     """A text that is read once from its beginning to its end.  header: its cells; line: the header's"""
 
     def __init__(self, source: Source, text: TextIO, names: Sequence[str]):
-        self.source, self.line = source, 1
+        self.source, self.line, self._is_at_end = source, 1, False
         header, rest = self._header(text)
-        self._reader = csv.reader(chain([header], rest), delimiter=separator_of(self.source, header, names, self.line))
+        self._reader = csv.reader(chain([header], rest, self._end()), delimiter=separator_of(self.source, header, names, self.line))
         try:
             self.header = [cell.strip() for cell in next(self._reader, [])]
         except csv.Error as problem:
-            raise TableError(source, str(problem), self.line) from problem
+            raise TableError(source, f"{problem}: is a quote not closed?", self.line) from problem
+        if self._is_at_end:
+            self._refuse_open(self.line)
         if not any(self.header):
             raise TableError(source, "empty, or without a header of names", self.line)
 
@@ -37,6 +39,11 @@ class CsvRows:
             self.line += 1
         return "", lines
 
+    def _end(self) -> Iterator[str]:
+        """A line without a cell, which is a row of its own unless a quote is open"""
+        self._is_at_end = True
+        yield "\n"
+
     def rows(self, _: Collection[int]) -> Iterator[list[str]]:
         line, blank, width = self.line, 0, len(self.header)  # rows without a cell: of one column, a missing number; at the end, nothing
         try:
@@ -49,11 +56,16 @@ class CsvRows:
                 for _ in range(blank):
                     yield [""]
                 line, blank = line + blank + 1, 0
+                if self._is_at_end:
+                    self._refuse_open(line)
                 if len(row) != width:
                     self._refuse_width(row, line)
                 yield row
         except csv.Error as problem:
-            raise TableError(self.source, str(problem), self.line - 1 + self._reader.line_num) from problem
+            raise TableError(self.source, f"{problem}: is a quote not closed?", line + blank + 1) from problem
+
+    def _refuse_open(self, line: int) -> None:
+        raise TableError(self.source, "a quote is open until the end of the file: close it, or leave it out", line)
 
     def _refuse_width(self, row: list[str], line: int) -> None:
         width, fields = len(self.header), "1 field" if len(row) == 1 else f"{len(row)} fields"

@@ -78,7 +78,7 @@ class TableError(KalmanqError):
 
     def __init__(self, path: AnySource, reason: str, line: Optional[int] = None, column: Optional[str] = None):
         place = [] if line is None else [f"row {line}" + ("" if column is None else f", column {column}")]
-        super().__init__(": ".join([str(path), *place, reason]))
+        super().__init__(" ".join(": ".join([str(path), *place, reason]).splitlines()))  # a name in quotes may have several
 
 
 def source_of(given: AnySource) -> Source:

@@ -3,6 +3,7 @@ in them.  While it is traced stand-ins are there; afterwards everything is as it
 
 from __future__ import annotations
 
+import site
 import sysconfig
 import types
 from contextlib import contextmanager
@@ -15,7 +16,8 @@ import numpy as np
 from kalmanq.formulas.graph import Node
 from kalmanq.formulas.stand_ins import BUILTINS, stand_in_of
 
-INSTALLED = [Path(path).resolve() for path in set(sysconfig.get_paths().values())]
+INSTALLED = [Path(path).resolve() for path in {*sysconfig.get_paths().values(), *site.getsitepackages(), site.getusersitepackages(),
+                                               Path(__file__).parents[1]}]  # this package, too: it may be anywhere
 _EMPTY = object()  # of a cell
 
 
