@@ -86,59 +86,52 @@ KQ_COLD KQ_NOINLINE static void watch_row(filter *f, const scaled *h, scaled r, 
 
 /* ------------------------------------------------------------------ predicts */
 
-/* What a predict adds to S_ij, and the row that most of it is from */
-typedef struct {
-    scaled added;
-    int from;
-} entry_move;
+KQ_COLD static int32_t log_of_square(const num *S, int n, int i, int j) { return 2 * scaled_log(root_number(S, n, i, j)); }
 
-KQ_COLD static entry_move move_of_entry(const num *S, const process *p, int n, int i, int j)
+/* Above 0: by how much S_ij is the largest of its row.  As log2 of squares */
+KQ_COLD KQ_NOINLINE static int32_t lead_in_row(const num *S, int n, int i, int j)
 {
-    entry_move move = {scaled_zero(), i};
-    scaled most = scaled_zero();
-    for (int k = p->first[i]; k <= j; k++) {
-        const scaled a = p->transition[i * n + k], entry = root_number(S, n, k, j);
-        const scaled term = scaled_times(k == i ? scaled_minus(a, scaled_one) : a, entry);
-        scaled_add(&move.added, &term);
-        if (!scaled_is_less(most, scaled_magnitude(term))) continue;
-        most = scaled_magnitude(term);
-        move.from = k;
-    }
-    return move;
-}
-
-/* About log2 of the squares of row i, without column j */
-KQ_COLD static int32_t log_without(const num *S, int n, int i, int j)
-{
-    scaled total = scaled_zero();
+    const int32_t own = log_of_square(S, n, i, j);
+    int32_t lead = INT32_MAX;
     for (int k = i; k < n; k++) {
-        if (k != j) total = scaled_add_square(total, root_number(S, n, i, k));
+        const int32_t other = own - log_of_square(S, n, i, k);
+        if (k != j && other < lead) lead = other;
     }
-    return scaled_log(total);
+    return lead;
 }
 
 /*
- * A predict adds A_ik S_kj to S_ij.  Where that is less than S_ij is rounded by, it is lost at each step, the same way:
- * S_kj stays as it is, though measurements of what is known of row i would take it away.  It is wrong where it makes sigma k,
- * and after as many steps as bring what was lost to what is known of row i.  So it is with a rate beside a position and its offset, all
- * without process noise.
+ * A predict adds A_ik S_kj to S_ij, A_ii being 1.  Where that is less than S_ij is rounded by, it is lost at each step, the
+ * same way: S_kj stays as it is, though measurements of what is known of row i would take it away.  It is wrong where it makes
+ * sigma k, and after as many steps as bring what was lost to what is known of row i.  So it is with a rate beside a position
+ * and its offset, all without process noise.  Answers log2 of the square of that share.
  */
+KQ_COLD static int32_t share_of_loss(const num *S, const process *p, int n, int i, int j)
+{
+    const int32_t own = log_of_square(S, n, i, j), lead = lead_in_row(S, n, i, j), none = INT32_MIN / 2;
+    const scaled *a = p->transition + i * n;
+    int32_t added = none;
+    int from = i;
+    if (!scaled_is_unit(a[i])) return none;
+    for (int k = p->first[i]; k <= j; k++) {
+        const int32_t term = 2 * scaled_log(a[k]) + log_of_square(S, n, k, j);
+        if (k == i || scaled_is_zero(a[k]) || S[column(j) + k] == 0 || term < added) continue;
+        added = term;
+        from = k;
+    }
+    const int32_t rounding = num_watched + own - (rows_share_exponents && lead < 0 ? lead : 0);
+    if (from == i || added > rounding + SURELY_ADDED || lead_in_row(S, n, from, j) < -SHARE_OF_ROW) return none;
+    return (added < rounding ? added : rounding) - own + (lead > 0 ? lead : 0);
+}
+
+/* Of all rows one column */
 KQ_COLD KQ_NOINLINE static void watch_transition(filter *f, const process *p)
 {
     const int n = f->states, j = watched_column(f->run.count >> WATCH_PERIOD_FIXED, n);
     const uint32_t weight = ((uint32_t)(LOSSES_OF_PREDICTS * n) << WATCH_PERIOD_FIXED) / (uint32_t)f->last.count;
-    const num *S = filter_root(f);
     for (int i = 0; i < j; i++) {
-        const entry_move move = move_of_entry(S, p, n, i, j);
-        if (scaled_is_zero(move.added)) continue;
-        const int32_t added = 2 * scaled_log(move.added), own = 2 * scaled_log(root_number(S, n, i, j));
-        const int32_t rest = log_without(S, n, i, j), most = rows_share_exponents && rest > own ? rest : own;
-        const int32_t rounding = num_watched + most;
-        if (added > rounding + SURELY_ADDED) continue;
-        const int32_t maker = 2 * scaled_log(root_number(S, n, move.from, j));
-        if (move.from != i && log_without(S, n, move.from, j) - maker > SHARE_OF_ROW) continue;
-        const int32_t down = ((rest < own ? rest : own) - (added < rounding ? added : rounding)) / 2;
-        add_losses(f, weight, down < 0 ? 0 : down);
+        const int32_t share = share_of_loss(filter_root(f), p, n, i, j);
+        add_losses(f, weight, share > 0 ? 0 : -share / 2);
     }
 }
 
