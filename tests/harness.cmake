@@ -55,12 +55,12 @@ set(KALMANQ_TIME_LIMIT 1800 CACHE STRING "Seconds after which a test is one that
 math(EXPR last_resort "${KALMANQ_TIME_LIMIT} + 60") # the test itself stops what it has begun
 
 # The everyday tests of more than ten seconds, the longest first: CTest begins with them, so that none runs alone at the end.
-set(KALMANQ_LONG tools.design tools.design_costs cost.table_and_goals tools.equation_device tools.compiler tools.equations
-    tools.times tools.nonlinear_times tools.report tools.fixed_device reference.random_models tools.equation_smoother
-    studies.study tools.sensors tools.fit target.unit.avr.f32 tools.commands tools.time_columns tools.compiled_runs
-    tools.campaigns studies.examples tools.error_states tools.nonlinear tools.tables
-    tools.compiled.few em.reference studies.gallery tools.compiler_options reference.robust
-    tools.offers house.rules target.unit.m0.q31 unit.msan.f32 reference.adaptation vectors.avr+port-gcc-Os.q31
+set(KALMANQ_LONG cost.table_and_goals tools.equations tools.compiler tools.design_costs tools.nonlinear_times tools.fixed_device
+    tools.commands tools.report tools.design studies.study tools.equation_device tools.fit tools.equation_smoother tools.sensors
+    tools.time_columns tools.compiled_runs em.reference target.unit.avr.f32 tools.times tools.campaigns tools.tables
+    tools.nonlinear tools.offers reference.random_models studies.examples
+    tools.compiled.few tools.compiler_options tools.error_states studies.gallery reference.robust
+    house.rules target.unit.m0.q31 unit.msan.f32 reference.adaptation vectors.avr+port-gcc-Os.q31
     reference.nonlinear campaign)
 
 # The core's tests for every day that need a C and a C++ compiler, CMake, Eigen and Python without libraries: the target `alone`

@@ -68,6 +68,13 @@ kq_has_scripts() {
     for tool in "$@"; do [ -x "$folder/$tool" ] && [ -x "$(sed -n '1s/^#! *//p' "$folder/$tool")" ] || return 1; done
 }
 
+# kq_imports PYTHON MODULES: it has them.  That takes seconds, and what was found is not looked for again.
+kq_found=''
+kq_imports() {
+    case $kq_found in *"|$1 $2|"*) return 0 ;; esac
+    "$1" -c "$2" 2>/dev/null && kq_found="$kq_found|$1 $2|"
+}
+
 kq_setup_build() {
     kq_have cc c++ cmake ninja || kq_install gcc g++ libc6-dev cmake ninja-build
 }
@@ -200,7 +207,7 @@ kq_setup_tests() {
 # from PyPI.  Sets KQ_PEERS_PYTHON.
 kq_setup_peers() {
     KQ_PEERS_PYTHON="$kq_root/.deps/python/bin/python"
-    "$KQ_PEERS_PYTHON" -c 'import numpy, statsmodels, pykalman, filterpy, simdkalman, cffi' 2>/dev/null && return 0
+    kq_imports "$KQ_PEERS_PYTHON" 'import numpy, statsmodels, pykalman, filterpy, simdkalman, cffi' && return 0
     python3 -c 'import ensurepip, venv' 2>/dev/null || kq_install python3 python3-venv || return 1
     [ -z "$kq_collects" ] || return 0
     echo "setup: installing statsmodels, pykalman, filterpy and simdkalman"
@@ -216,9 +223,9 @@ kq_setup_tools() {
     kq_setup_build
     kq_setup_wasm || true # the package is without kalmanq tune then
     KQ_TOOLS_PYTHON="$kq_root/.deps/tools/bin/python"
-    "$KQ_TOOLS_PYTHON" -c 'import scikit_build_core, cffi, numpy, scipy, matplotlib, jinja2, typer, rich, pytest
+    kq_imports "$KQ_TOOLS_PYTHON" 'import scikit_build_core, cffi, numpy, scipy, matplotlib, jinja2, typer, rich, pytest
 import pandas, joblib, distributed, unicorn, elftools
-import can, cantools, gpxpy, openpyxl, pyarrow, pymap3d, pynmea2, pyubx2, pyulog' 2>/dev/null && return 0
+import can, cantools, gpxpy, openpyxl, pyarrow, pymap3d, pynmea2, pyubx2, pyulog' && return 0
     python3 -c 'import ensurepip, venv, sysconfig, pathlib, sys
 sys.exit(not pathlib.Path(sysconfig.get_path("include"), "Python.h").exists())' 2>/dev/null ||
         kq_install python3 python3-venv python3-dev || return 1

@@ -21,7 +21,8 @@ from kalmanq import command_line
 from kalmanq.commands import commands
 from kalmanq.compiler.templates import engine
 
-SLOW = ("matplotlib.pyplot", "scipy.optimize", "scipy.special", "joblib.externals.loky.reusable_executor")  # to import, which commands do late
+SLOW = ("matplotlib.pyplot", "scipy.optimize", "scipy.special", "numpy.ma", "numpy.random", "typer._adapters", "rich.status", "jinja2",
+        "kalmanq.firmware.emulated", "joblib.externals.loky.reusable_executor")  # to import, which commands do late
 
 
 def kalmanq(*arguments: object, folder: object = None, input: str | None = None) -> subprocess.CompletedProcess:

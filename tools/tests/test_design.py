@@ -23,11 +23,9 @@ from whole import MEASURED, WHOLE, first, paired
 from kalmanq import KalmanqError, Model, ModelError, Quantity
 from kalmanq.commands.design import no_less
 from kalmanq.core import lib
-from kalmanq.firmware import costs
 from kalmanq.compiler.report.design_costs import design_of
 from kalmanq.compiler.text.over_library import source, ways_of
-from kalmanq.firmware.designs import ACCURATE, PARTS, Part, design, errors_of
-from kalmanq.firmware.measured import NO_EMULATOR
+from kalmanq.firmware.designs import ACCURATE, Part, design, errors_of
 from kalmanq.firmware.life import life_of, tail
 from kalmanq.firmware.ranges import with_ranges
 from kalmanq.firmware.reach import Record, draw, reach
@@ -499,25 +497,6 @@ def test_the_page_and_json_say_why_there_is_no_lean(tmp_path):
 
 
 # ------------------------------------------------------------------------------ the command
-
-
-@MEASURED
-@pytest.mark.parametrize("core", first(2, ("m4f", "avr", "m0", *sorted({*PARTS} - {"m4f", "avr", "m0"}))))
-def test_the_command_writes_a_filter(core, tmp_path):
-    told = json_of("design", EXAMPLES / "track.toml", "--core", core, "--flash", 512, "-o", tmp_path)
-    others = ["track_report.txt", "track_test.c"] if told["chosen"]["way"] == "compiled" else []
-    assert sorted(path.name for path in tmp_path.iterdir()) == ["track.c", "track.h", *others]
-    assert {one["arithmetic"] for one in told["ways"]} == {"f32", "q31"}
-    for one in told["ways"]:
-        if core == "avr":  # no emulator
-            assert one["instructions"] is one["stack"] is one["fits"] is None and one["not_measured"] == NO_EMULATOR
-            assert "flags" not in one if one["way"] == "compiled" else one["flash"] > 0 and one["ram"] > 0
-            continue
-        assert one["instructions"] > 0 and one["flash"] > 0 and one["fits"]
-        if one["way"] == "compiled":
-            assert "gcc" in one["flags"] and "-ffp-contract" in one["flags"] and "include" not in one
-        else:
-            assert one["flags"] == costs.flags(core) and one["include"] == costs.include_path(core, one["way"])
 
 
 @MEASURED

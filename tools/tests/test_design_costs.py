@@ -22,7 +22,7 @@ from kalmanq.compiler.text.over_library import bytes_of_delays, source, ways_of
 from kalmanq.firmware import costs
 from kalmanq.firmware.cores import BY_NAME, Core
 from kalmanq.firmware.costs import Cost, Design, is_offered
-from kalmanq.firmware.designs import Part, design
+from kalmanq.firmware.designs import PARTS, Part, design
 from kalmanq.firmware.elf import Elf
 from kalmanq.firmware.measured import NO_EMULATOR, compiler
 from kalmanq.firmware.ranges import with_ranges
@@ -128,9 +128,25 @@ def test_longer_steps_are_counted(more: dict, way: tuple[str, str], tmp_path: Pa
     assert longer[0].flash > plain[0].flash + 50
 
 
-def test_figures_are_the_same_twice() -> None:
-    made = [one["ways"] for one in in_two_processes("design", EXAMPLES / "track.toml", "--core", "m4f")]
-    assert made[0] == made[1] and all(one["instructions"] > 0 and one["fits"] for one in made[0]) and len(made[0]) == 10
+@pytest.mark.parametrize("core", first(2, ("m4f", "avr", "m0", *sorted({*PARTS} - {"m4f", "avr", "m0"}))))
+def test_the_command_writes_a_filter(core, tmp_path):
+    """Of the M4F with the same figures in two processes"""
+    command = "design", EXAMPLES / "track.toml", "--core", core, "--flash", 512, "-o", tmp_path
+    told, *again = in_two_processes(*command) if core == "m4f" else [json_of(*command)]
+    assert all(one["ways"] == told["ways"] and len(one["ways"]) == 10 for one in again)
+    others = ["track_report.txt", "track_test.c"] if told["chosen"]["way"] == "compiled" else []
+    assert sorted(path.name for path in tmp_path.iterdir()) == ["track.c", "track.h", *others]
+    assert {one["arithmetic"] for one in told["ways"]} == {"f32", "q31"}
+    for one in told["ways"]:
+        if core == "avr":  # no emulator
+            assert one["instructions"] is one["stack"] is one["fits"] is None and one["not_measured"] == NO_EMULATOR
+            assert "flags" not in one if one["way"] == "compiled" else one["flash"] > 0 and one["ram"] > 0
+            continue
+        assert one["instructions"] > 0 and one["flash"] > 0 and one["fits"]
+        if one["way"] == "compiled":
+            assert "gcc" in one["flags"] and "-ffp-contract" in one["flags"] and "include" not in one
+        else:
+            assert one["flags"] == costs.flags(core) and one["include"] == costs.include_path(core, one["way"])
 
 
 # ------------------------------------------------------------------------------ what they are said with, and why there are none

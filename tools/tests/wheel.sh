@@ -1,6 +1,6 @@
 #!/usr/bin/env bash
-# wheel.sh PYTHON WORK: builds the package's wheel and installs it into WORK/clean, a virtual environment that has its
-# dependencies and nothing else of this project.  Nothing is asked of the network.
+# wheel.sh PYTHON WORK BUILD: builds the package's wheel and installs it into WORK/clean, a virtual environment that has its
+# dependencies and nothing else of this project.  Nothing is asked of the network.  BUILD has the library's objects (made.sh).
 set -euo pipefail
 python=$1 work=$2
 here=$(cd "$(dirname "$0")" && pwd)
@@ -8,6 +8,8 @@ here=$(cd "$(dirname "$0")" && pwd)
 rm -rf "$work/wheel" "$work/clean"
 mkdir -p "$work/files" "$work/kept"
 find "$work/kept" -type f -mtime +7 -delete # what kept/cc has not used for a week
+export KQ_MADE=$3 KQ_COMMANDS="$work/commands.txt" CMAKE_C_COMPILER_LAUNCHER="$here/made.sh"
+ninja -C "$KQ_MADE" -t commands kalmanq >"$KQ_COMMANDS"
 # The progress that pip install -v shows, and what the build takes of a processor
 TIMEFORMAT='the wheel: %U seconds of a processor (and %S of the system)'
 time "$python" -m pip wheel -v --disable-pip-version-check --no-deps --no-build-isolation -w "$work/wheel" \

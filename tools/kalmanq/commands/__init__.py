@@ -4,6 +4,7 @@ COMMANDS has a row for each, GONE what replaced an option.  A module defines `co
 brings further rows by an entry point of the group `kalmanq.commands`, a dictionary as COMMANDS is.
 """
 
+from functools import lru_cache
 from importlib import metadata
 from typing import Any, NamedTuple, Sequence
 
@@ -87,6 +88,7 @@ COMMANDS = {
 }
 
 
+@lru_cache(maxsize=None)  # each distribution on the path is opened
 def commands() -> dict[str, Row]:
     """The package's own, and those of packages that are installed beside it"""
     points: Any = metadata.entry_points()

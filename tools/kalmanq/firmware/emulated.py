@@ -121,8 +121,8 @@ class Emulator:
         return reached
 
     def run(self, pc: int, until: int) -> int:
-        for place in MEMORY:  # or code that was translated before would miss the hooks
-            self.uc.ctl_remove_cache(place, place + MEMORY_SIZE)
+        for address, data in self.elf.segments:  # or code that was translated before would miss the hooks
+            self.uc.ctl_remove_cache(address, address + len(data))
         try:
             self.uc.emu_start(pc | self.thumb, until)
         except unicorn.UcError as problem:
