@@ -125,6 +125,8 @@ static inline scaled root_entry(const num *S, int n, int i, int k)
 
 static inline scaled root_number(const num *S, int n, int i, int k) { return root_entry(S, n, i, k); }
 
+KQ_COLD static inline int32_t root_log(const num *S, int n, int i, int k) { return scaled_log(root_entry(S, n, i, k)); }
+
 /* S_ik - d, rounded down in a share of what is left that is 1 - place 2^-32, otherwise up */
 KQ_COLD static inline void root_take(num *S, int n, int i, int k, num d, uint32_t place)
 {

@@ -269,6 +269,12 @@ KQ_SHARED scaled mean_resolution(const scaled *h, int n)
     return scaled_shift(total, -48);
 }
 
+KQ_KERNEL int32_t root_log(const int32_t *S, int n, int i, int k)
+{
+    const int32_t word = S[column(k) + i];
+    return word == 0 ? lowest_exponent : exponents_of(S, n)[i] + 31 - leading_zeros(magnitude(word));
+}
+
 /* About log2 of the squares of the terms that entry j of S'h is the sum of: of the largest */
 KQ_KERNEL int32_t project_log(const int32_t *S, const scaled *h, int n, int j)
 {

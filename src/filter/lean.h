@@ -26,7 +26,7 @@ KQ_INLINE void move_lean_mean(filter *f, const num *b, const num *S, scaled w, i
 }
 
 /* Root and mean by f = S'h.  Answers the NIS. */
-KQ_INLINE scaled take_row(filter *f, num *row, scaled r, scaled s, scaled e)
+KQ_OUTLINE scaled take_row(filter *f, num *row, scaled r, scaled s, scaled e)
 {
     num *S = filter_root(f);
     rotor end;
@@ -49,12 +49,12 @@ KQ_INLINE scaled take_row(filter *f, num *row, scaled r, scaled s, scaled e)
  */
 enum { STAGE_REFUSED, STAGE_LAST, STAGE_MORE };
 
-KQ_NOINLINE static int take_stage(filter *f, const reading *z, int c, scaled *left, scaled least, int is_first)
+KQ_NOINLINE static int take_stage(filter *f, num *row, const reading *z, int c, scaled *left, scaled least, int is_first)
 {
     const int n = f->states, selected = z->sensor->selects[c];
     const int from = selected ? selected - 1 : 0, to = selected ? selected : n;
     const scaled *h = z->sensor->measurement + c * n, given = *left;
-    num row[ROW_LEN(KQ_SIZE_MAX)], *S = filter_root(f);
+    num *S = filter_root(f);
     scaled e = mean_residual(z->z[c], h, f->memory, n, from, to);
     if (filter_is_wide(f)) mean_take_carries(&e, h, f->memory, n);
     if (selected) project_selected(row, S, h[from], from, n);
@@ -96,9 +96,10 @@ KQ_COLD KQ_NOINLINE static scaled stage_begin(filter *f, const reading *z, int c
 /* Component c of a reading.  Answers 0 where it overflows, and has done nothing. */
 KQ_INLINE int take_lean_component(filter *f, const reading *z, int c)
 {
+    num row[ROW_LEN(KQ_SIZE_MAX)];
     scaled left = z->noise[c], least = scaled_zero();
     for (int stage = 1;; stage++) {
-        const int answer = take_stage(f, z, c, &left, least, stage == 1);
+        const int answer = take_stage(f, row, z, c, &left, least, stage == 1);
         if (answer == STAGE_LAST || (answer == STAGE_REFUSED && stage == 1)) return answer;
         if (answer == STAGE_REFUSED || stage == LEAN_STAGES) break;
         least = stage_begin(f, z, c);

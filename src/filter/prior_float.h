@@ -40,10 +40,10 @@ KQ_COLD static num row_size(const num *S, int n, int i)
     return most;
 }
 
-/* Row i of a root: nothing above what predict holds */
+/* Row i of a root: nothing above what predict holds, and what a start leaves, which holds 16 directions apart */
 KQ_COLD static int row_is_possible(const num *S, int n, int i)
 {
-    return row_size(S, n, i) <= 2 * num_most_sigma;
+    return row_size(S, n, i) <= 8 * num_most_sigma;
 }
 
 #endif

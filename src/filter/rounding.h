@@ -16,11 +16,11 @@ enum { SEEN = 12 };
 /* An update that takes 1/56 of a variance, 0.9 % of a sigma, has the event.  What is below is rounded down, by 1.4. */
 enum { LOSSES = 80 };
 
-/* A column makes a sigma wrong by 3 % where it is a quarter of the rest of its row. */
-enum { SHARE_OF_ROW = 4 };
+/* A column makes a sigma wrong by 3 % where it is 2^-SHARE_OF_ROW of the rest of its row. */
+enum { SHARE_OF_ROW = 2 };
 
-/* What is added to an entry is right to an eighth where its square is 2^SURELY_ADDED of its rounding or more. */
-enum { SURELY_ADDED = 4 };
+/* What is added to an entry is right to an eighth where it is 2^SURELY_ADDED of its rounding or more. */
+enum { SURELY_ADDED = 2 };
 
 /* What predicts lose of a row's part that is known, in as many steps as the losses take: a sixteenth has the event. */
 enum { LOSSES_OF_PREDICTS = 16 };
@@ -86,52 +86,43 @@ KQ_COLD KQ_NOINLINE static void watch_row(filter *f, const scaled *h, scaled r, 
 
 /* ------------------------------------------------------------------ predicts */
 
-KQ_COLD static int32_t log_of_square(const num *S, int n, int i, int j) { return 2 * scaled_log(root_number(S, n, i, j)); }
-
-/* Above 0: by how much S_ij is the largest of its row.  As log2 of squares */
-KQ_COLD KQ_NOINLINE static int32_t lead_in_row(const num *S, int n, int i, int j)
+/* log2 of the largest of row i but for column j */
+KQ_COLD KQ_NOINLINE static int32_t log_beside(const num *S, int n, int i, int j)
 {
-    const int32_t own = log_of_square(S, n, i, j);
-    int32_t lead = INT32_MAX;
+    int32_t most = INT32_MIN / 4;
     for (int k = i; k < n; k++) {
-        const int32_t other = own - log_of_square(S, n, i, k);
-        if (k != j && other < lead) lead = other;
+        const int32_t entry = root_log(S, n, i, k);
+        if (k != j && entry > most) most = entry;
     }
-    return lead;
+    return most;
 }
 
 /*
  * A predict adds A_ik S_kj to S_ij, A_ii being 1.  Where that is less than S_ij is rounded by, it is lost at each step, the
  * same way: S_kj stays as it is, though measurements of what is known of row i would take it away.  It is wrong where it makes
  * sigma k, and after as many steps as bring what was lost to what is known of row i.  So it is with a rate beside a position
- * and its offset, all without process noise.  Answers log2 of the square of that share.
+ * and its offset, all without process noise.  Looked at is one column.
  */
-KQ_COLD static int32_t share_of_loss(const num *S, const process *p, int n, int i, int j)
-{
-    const int32_t own = log_of_square(S, n, i, j), lead = lead_in_row(S, n, i, j), none = INT32_MIN / 2;
-    const scaled *a = p->transition + i * n;
-    int32_t added = none;
-    int from = i;
-    if (!scaled_is_unit(a[i])) return none;
-    for (int k = p->first[i]; k <= j; k++) {
-        const int32_t term = 2 * scaled_log(a[k]) + log_of_square(S, n, k, j);
-        if (k == i || scaled_is_zero(a[k]) || S[column(j) + k] == 0 || term < added) continue;
-        added = term;
-        from = k;
-    }
-    const int32_t rounding = num_watched + own - (rows_share_exponents && lead < 0 ? lead : 0);
-    if (from == i || added > rounding + SURELY_ADDED || lead_in_row(S, n, from, j) < -SHARE_OF_ROW) return none;
-    return (added < rounding ? added : rounding) - own + (lead > 0 ? lead : 0);
-}
-
-/* Of all rows one column */
 KQ_COLD KQ_NOINLINE static void watch_transition(filter *f, const process *p)
 {
     const int n = f->states, j = watched_column(f->run.count >> WATCH_PERIOD_FIXED, n);
     const uint32_t weight = ((uint32_t)(LOSSES_OF_PREDICTS * n) << WATCH_PERIOD_FIXED) / (uint32_t)f->last.count;
-    for (int i = 0; i < j; i++) {
-        const int32_t share = share_of_loss(filter_root(f), p, n, i, j);
-        add_losses(f, weight, share > 0 ? 0 : -share / 2);
+    const num *S = filter_root(f);
+    const scaled *a = p->transition;
+    for (int i = 0; i < j; i++, a += n) {
+        const int32_t own = root_log(S, n, i, j), beside = log_beside(S, n, i, j);
+        const int32_t known = beside < own ? beside : own, rounding = num_watched / 2 + (rows_share_exponents && beside > own ? beside : own);
+        int32_t added = INT32_MIN / 2;
+        int from = i;
+        for (int k = p->first[i]; k <= j; k++) {
+            if (k == i || scaled_is_zero(a[k]) || S[column(j) + k] == 0) continue;
+            const int32_t term = scaled_log(a[k]) + root_log(S, n, k, j);
+            if (term > added) added = term, from = k;
+        }
+        if (from == i || !scaled_is_unit(a[i]) || added > rounding + SURELY_ADDED) continue;
+        if (log_beside(S, n, from, j) - root_log(S, n, from, j) > SHARE_OF_ROW) continue;
+        if (added > rounding) added = rounding;
+        add_losses(f, weight, known < added ? 0 : known - added);
     }
 }
 

@@ -19,6 +19,12 @@ HISTORY(tape, 2, 2, STEPS, STEPS);
 DIFFUSE(start, 2, EARLY);
 DIFFUSE(plain, 2, 0);
 
+enum { NINE = 9 };
+FILTER(nine, NINE);
+SENSOR(one_of_nine, NINE, 1);
+PROCESS(adding, NINE, 0);
+DIFFUSE(start_of_nine, NINE, 0);
+
 /* never attached, and of another size */
 HISTORY(blank_tape, 2, 1, 1, 0);
 SENSOR(sensor3, 3, 1);
@@ -277,6 +283,27 @@ TEST(a_sigma_beyond_the_largest_is_held)
         ASSERT_WITHIN(4 * EPS, sigma, (double)K(sigma)(&track, 0) / most);
         ASSERT_OK(K(filter_check)(&track));
     }
+}
+
+/* A predict puts all states into the last one; then each is seen as little as may be. */
+TEST(directions_that_are_held_add_up)
+{
+    static const num origin[NINE], none[NINE * NINE], noise[] = {1}, z[] = {0};
+    num into_last[NINE * NINE] = {0}, h[NINE] = {0};
+    for (int i = 0; i < NINE; i++) into_last[i * (NINE + 1)] = into_last[(NINE - 1) * NINE + i] = 1;
+    ASSERT_OK(K(process_init)(&adding, into_last, NULL, none));
+    ASSERT_OK(K(sensor_init)(&one_of_nine, h, noise));
+    ASSERT_OK(K(diffuse_init)(&start_of_nine, &nine, origin, NULL, (1 << NINE) - 1));
+    ASSERT_OK(K(predict)(&nine, &adding, NULL));
+    for (int i = 0; i < NINE; i++) {
+        memset(h, 0, sizeof h);
+        h[i] = N(1 / (double)MOST_SIGMA / 1024);
+        ASSERT_OK(K(sensor_change_measurement)(&one_of_nine, h));
+        ASSERT_OK(K(update)(&nine, &one_of_nine, z));
+    }
+    ASSERT_WITHIN(1e-4, 3, (double)K(sigma)(&nine, NINE - 1) / (double)MOST_SIGMA);
+    TEST_ASSERT_EQUAL_HEX(KQ_EVENT_OVERFLOW, K(events)(&nine));
+    ASSERT_OK(K(filter_check)(&nine));
 }
 
 TEST(the_filter_goes_on_as_it_would)
