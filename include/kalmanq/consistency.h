@@ -142,7 +142,8 @@ KQ_NODISCARD kq_status kq_consistency_nis_q31(const kq_consistency_q31 *c, int64
  *   mean_bound  written: q / sqrt(k), k the number of nu in the window
  *   correlation   written: sum nu_t nu_t-1 / sum nu_t^2, 0 but for chance, over complete pairs
  *   correlation_bound   written: q sqrt(pairs) / k, good for large k; from k = 20 on a little too wide
- * q31: q and results are Q39.24.  Cost: 3 W multiplications.
+ * q31: q and results are Q39.24; squares are summed in steps of 2^-24, so that the correlation of nu below 2^-8 is
+ * rounding, within -1 .. 1.  Cost: 3 W multiplications.
  * KQ_ERR_NULL, KQ_ERR_SIZE (component), KQ_ERR_NOT_READY (no nu of it), KQ_ERR_NOT_FINITE, KQ_ERR_RANGE (q). */
 KQ_NODISCARD kq_status kq_consistency_innovation_f32(const kq_consistency_f32 *c, int component, float q,
     float *mean, float *mean_bound, float *correlation, float *correlation_bound);

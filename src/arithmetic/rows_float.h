@@ -125,8 +125,6 @@ static inline scaled root_entry(const num *S, int n, int i, int k)
 
 static inline scaled root_number(const num *S, int n, int i, int k) { return root_entry(S, n, i, k); }
 
-KQ_COLD static inline int32_t root_log(const num *S, int n, int i, int k) { return scaled_log(root_entry(S, n, i, k)); }
-
 /* S_ik - d, rounded down in a share of what is left that is 1 - place 2^-32, otherwise up */
 KQ_COLD static inline void root_take(num *S, int n, int i, int k, num d, uint32_t place)
 {
@@ -177,6 +175,8 @@ static inline scaled mean_resolution(const scaled *h, int n)
     (void)h, (void)n;
     return 0;
 }
+
+KQ_KERNEL int32_t root_log(const num *S, int n, int i, int k) { return scaled_log(root_entry(S, n, i, k)); }
 
 /* About log2 of the squares of the terms that entry j of S'h is the sum of */
 KQ_KERNEL int32_t project_log(const num *S, const scaled *h, int n, int j)

@@ -279,12 +279,11 @@ KQ_KERNEL int32_t root_log(const int32_t *S, int n, int i, int k)
 KQ_KERNEL int32_t project_log(const int32_t *S, const scaled *h, int n, int j)
 {
     int32_t most = lowest_exponent;
-    const int32_t *s = S + column(j), *E = exponents_of(S, n);
     for (int i = 0; i <= j; i++) {
-        const int32_t exponent = h[i].exponent + E[i] - leading_zeros(magnitude(s[i]));
-        if (h[i].mantissa != 0 && s[i] != 0 && exponent > most) most = exponent;
+        const int32_t term = h[i].exponent + root_log(S, n, i, j);
+        if (h[i].mantissa != 0 && term > most) most = term;
     }
-    return 2 * (most + 61);
+    return 2 * (most + 30);
 }
 
 /* The row's result takes the exponent of the row it was made in. */

@@ -166,6 +166,14 @@ static void sum_units(unit_sums *sums, const consistency *c, int component)
     }
 }
 
+/* along over square, which is not below it but for rounding: all of that where the innovations are next to nothing */
+static scaled correlation_of(scaled along, scaled square)
+{
+    if (scaled_is_zero(square)) return scaled_zero();
+    if (scaled_is_less(scaled_magnitude(along), square)) return scaled_over(along, square);
+    return scaled_is_negative(along) ? scaled_negative(scaled_one) : scaled_one;
+}
+
 /* The mean of `count` numbers N(0, 1) has the variance 1 / count; the sum of `pairs` products of
    two of them, over that of their squares, pairs / count^2. */
 kq_status T(kq_consistency_innovation)(const consistency *c, int component, score q, score *mean,
@@ -187,7 +195,7 @@ kq_status T(kq_consistency_innovation)(const consistency *c, int component, scor
     const scaled along = score_number(compensated_score(&sums.along));
     *mean = score_of(scaled_over(score_number(compensated_score(&sums.total)), count));
     *mean_bound = score_of(scaled_over(reach, scaled_root(count)));
-    *correlation = scaled_is_zero(square) ? 0 : score_of(scaled_over(along, square));
+    *correlation = score_of(correlation_of(along, square));
     *correlation_bound = score_of(scaled_over(scaled_times(reach, spread), count));
     return KQ_OK;
 }

@@ -276,6 +276,27 @@ TEST(innovations_of_0_have_no_correlation)
     TEST_ASSERT_TRUE(a[2] >= -1 && a[2] <= 1);
 }
 
+/* Of both signs by turns; in q31 their squares are some units, or none */
+TEST(innovations_next_to_nothing_are_correlated_within_1)
+{
+    static const num within[] = {1, 1}, none[] = {0, 0, 0, 0}, identity[] = {1, 0, 0, 1}, ones[] = {1, 1};
+    double a[4];
+    put_independent(&radar, 2, 2, within, within, identity, ones);
+    put_prior(&prior, 2, within, none, none);
+    ASSERT_OK(init_filter(&track, &prior));
+    for (int e = 8; e < 16; e++) {
+        for (int k = 0; k < WINDOW; k++) {
+            const double next = ldexp(k % 2 ? 1 : -0.6, -e);
+            set_z(next, -next);
+            ASSERT_OK(watch_all());
+            ASSERT_OK(S(update)(&track, &radar.sensor, z));
+            ASSERT_OK(S(consistency_record)(&recent, &track));
+        }
+        ASSERT_OK(read_innovations(1, a));
+        TEST_ASSERT_TRUE(a[2] >= -1 && a[2] <= 0);
+    }
+}
+
 TEST(clearing_forgets)
 {
     double a[3];
