@@ -101,12 +101,12 @@ KQ_COLD KQ_NOINLINE static int32_t log_beside(const num *S, int n, int i, int j)
  * A predict adds A_ik S_kj to S_ij, A_ii being 1.  Where that is less than S_ij is rounded by, it is lost at each step, the
  * same way: S_kj stays as it is, though measurements of what is known of row i would take it away.  It is wrong where it makes
  * sigma k, and after as many steps as bring what was lost to what is known of row i.  So it is with a rate beside a position
- * and its offset, all without process noise.  Looked at is one column.
+ * and its offset, all without process noise.  Looked at is one column; `taken`: measurements of a step.
  */
-KQ_COLD KQ_NOINLINE static void watch_transition(filter *f, const process *p)
+KQ_COLD KQ_NOINLINE static void watch_transition(filter *f, const process *p, int32_t taken)
 {
     const int n = f->states, j = watched_column(f->run.count >> WATCH_PERIOD_FIXED, n);
-    const uint32_t weight = ((uint32_t)(LOSSES_OF_PREDICTS * n) << WATCH_PERIOD_FIXED) / (uint32_t)f->last.count;
+    const uint32_t weight = ((uint32_t)(LOSSES_OF_PREDICTS * n) << WATCH_PERIOD_FIXED) / (uint32_t)taken;
     const num *S = filter_root(f);
     const scaled *a = p->transition;
     for (int i = 0; i < j; i++, a += n) {
@@ -126,10 +126,11 @@ KQ_COLD KQ_NOINLINE static void watch_transition(filter *f, const process *p)
     }
 }
 
-/* Is a look at a predict due?  Where the last update has brought the count to another period. */
-KQ_KERNEL int predict_is_watched(const filter *f)
+/* A look at a predict, where the last update has brought the count to another period */
+KQ_KERNEL void watch_predict(filter *f, const process *p)
 {
-    return (f->run.count & ((1 << WATCH_PERIOD_FIXED) - 1)) < f->last.count;
+    const int32_t taken = f->last.count;
+    if ((f->run.count & ((1 << WATCH_PERIOD_FIXED) - 1)) < taken) watch_transition(f, p, taken);
 }
 
 #endif

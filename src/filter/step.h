@@ -19,7 +19,7 @@ KQ_COLD KQ_NOINLINE static void predict_ends_low_noise(filter *f)
 /* Answers the events, which have been told. */
 static unsigned predict_now(filter *f, const process *p, const num *u)
 {
-    if (predict_is_watched(f)) watch_transition(f, p);
+    watch_predict(f, p);
     const unsigned events = predict_state(f->memory, filter_root(f), p, p->controls ? u : 0);
     f->events = (uint16_t)(f->events | events);
     if (f->ready != FILTER_READY) predict_ends_low_noise(f);

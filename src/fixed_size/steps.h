@@ -174,7 +174,7 @@ KQ_KERNEL void fixed_update_state(filter *f, const fixed_inputs *in, fixed_task 
 /* The library looks at what rounding has done. */
 KQ_COLD KQ_NOINLINE static void fixed_watch(filter *f, const process *p, const sensor *s)
 {
-    if (p && predict_is_watched(f)) watch_transition(f, p);
+    if (p) watch_predict(f, p);
     if (s->kind->watch) s->kind->watch(f, s);
 }
 
