@@ -4,6 +4,7 @@
  *                at -O2              at -Os              sizes constant (fixed_size/)
  *   KQ_INLINE    inline              inline              inline            for what it is called with
  *   KQ_KERNEL    inline              as it likes         inline            a kernel, for its sizes
+ *   KQ_PART      inline              a frame of its own  inline            of a long function: AVR reaches 64 bytes of a frame
  *   KQ_SHARED    one copy            one copy            as it likes       large, and called by many
  *   KQ_OUTLINE   a frame of its own  a frame of its own  inline            with scratch of its own
  *   KQ_NOINLINE  a frame of its own  a frame of its own  a frame of its own
@@ -35,8 +36,10 @@
 
 #if !defined(KQ_SMALL_CODE)
 #define KQ_KERNEL KQ_INLINE
+#define KQ_PART KQ_INLINE
 #else
 #define KQ_KERNEL static inline
+#define KQ_PART KQ_NOINLINE static
 #endif
 
 #if defined(KQ_SIZES_ARE_CONSTANT)

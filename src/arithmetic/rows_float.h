@@ -176,7 +176,7 @@ static inline scaled mean_resolution(const scaled *h, int n)
     return 0;
 }
 
-KQ_KERNEL int32_t root_log(const num *S, int n, int i, int k) { return scaled_log(root_entry(S, n, i, k)); }
+KQ_SHARED int32_t root_log(const num *S, int n, int i, int k) { return scaled_log(root_entry(S, n, i, k)); }
 
 /* About log2 of the squares of the terms that entry j of S'h is the sum of */
 KQ_KERNEL int32_t project_log(const num *S, const scaled *h, int n, int j)

@@ -269,7 +269,7 @@ KQ_SHARED scaled mean_resolution(const scaled *h, int n)
     return scaled_shift(total, -48);
 }
 
-KQ_KERNEL int32_t root_log(const int32_t *S, int n, int i, int k)
+KQ_SHARED int32_t root_log(const int32_t *S, int n, int i, int k)
 {
     const int32_t word = S[column(k) + i];
     return word == 0 ? lowest_exponent : exponents_of(S, n)[i] + 31 - leading_zeros(magnitude(word));

@@ -26,7 +26,7 @@ KQ_INLINE void move_lean_mean(filter *f, const num *b, const num *S, scaled w, i
 }
 
 /* Root and mean by f = S'h.  Answers the NIS. */
-KQ_OUTLINE scaled take_row(filter *f, num *row, scaled r, scaled s, scaled e)
+KQ_PART scaled take_row(filter *f, num *row, scaled r, scaled s, scaled e)
 {
     num *S = filter_root(f);
     rotor end;
