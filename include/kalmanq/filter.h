@@ -154,8 +154,8 @@ KQ_NODISCARD kq_status kq_detach_f64(struct kq_attached_f64 *object);
  * keeps its mean.  Measurements bring the state back.  A history ends.  KQ_EVENT_PRECISION: rounding hides what a
  * low-noise measurement said, or the rounding of many updates may have moved a sigma by 5 %: use f64.  One
  * measurement in 8 is looked at for the latter (64 at compile-time sizes), none of lean sensors and KQ_FIXED_BARE.
- * Or what A S adds to S is rounded away at each step, and with it what measurements say of the rates: looked at
- * after 64 scalar measurements, with lean sensors, too.
+ * Or what A S adds to S is rounded away at each step, and what measurements say of a rate may be with it: looked
+ * at after 64 scalar measurements of such sensors.
  * Accuracy: P is exact for rows of the root perturbed by a few n eps of their norm.  A conditional sigma smaller than
  * this error is lost.  In f32 a mean with 1/2 <= A_ii <= 2 is rounded at its increment, not at its own size.
  * Cost: about n^3 multiplications, n^3/2 if A is upper triangular (states in the order position, velocity, ...), n

@@ -178,6 +178,8 @@ static inline scaled mean_resolution(const scaled *h, int n)
 
 KQ_SHARED int32_t root_log(const num *S, int n, int i, int k) { return scaled_log(root_entry(S, n, i, k)); }
 
+static inline int32_t entry_rounding(const num *S, int n, int i, int j) { return scaled_log(root_entry(S, n, i, j)) + num_watched / 2; }
+
 /* About log2 of the squares of the terms that entry j of S'h is the sum of */
 KQ_KERNEL int32_t project_log(const num *S, const scaled *h, int n, int j)
 {

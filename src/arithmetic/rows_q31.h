@@ -275,6 +275,13 @@ KQ_SHARED int32_t root_log(const int32_t *S, int n, int i, int k)
     return word == 0 ? lowest_exponent : exponents_of(S, n)[i] + 31 - leading_zeros(magnitude(word));
 }
 
+/* About log2 of what S_ij is rounded by: a word's last bit */
+static inline int32_t entry_rounding(const int32_t *S, int n, int i, int j)
+{
+    (void)j;
+    return exponents_of(S, n)[i];
+}
+
 /* About log2 of the squares of the terms that entry j of S'h is the sum of: of the largest */
 KQ_KERNEL int32_t project_log(const int32_t *S, const scaled *h, int n, int j)
 {

@@ -16,7 +16,7 @@ enum { SEEN = 12 };
 /* An update that takes 1/56 of a variance, 0.9 % of a sigma, has the event.  What is below is rounded down, by 1.4. */
 enum { LOSSES = 80 };
 
-/* A column makes a sigma wrong by 3 % where it is 2^-SHARE_OF_ROW of the rest of its row. */
+/* An entry makes a sigma wrong by 3 % where it is 2^-SHARE_OF_ROW of the rest of its row. */
 enum { SHARE_OF_ROW = 2 };
 
 /* What is added to an entry is right to an eighth where it is 2^SURELY_ADDED of its rounding or more. */
@@ -86,22 +86,22 @@ KQ_COLD KQ_NOINLINE static void watch_row(filter *f, const scaled *h, scaled r, 
 
 /* ------------------------------------------------------------------ predicts */
 
-/* log2 of the largest of row i but for column j */
-KQ_COLD KQ_NOINLINE static int32_t log_beside(const num *S, int n, int i, int j)
+/* Of the rows but k in which column j is as large as in i, log2 of the least sigma given the states behind it */
+KQ_COLD KQ_NOINLINE static int32_t log_known(const num *S, int n, int i, int j, int k)
 {
-    int32_t most = INT32_MIN / 4;
-    for (int k = i; k < n; k++) {
-        const int32_t entry = root_log(S, n, i, k);
-        if (k != j && entry > most) most = entry;
+    int32_t least = root_log(S, n, i, i);
+    for (int r = 0; r <= j; r++) {
+        const int32_t sigma = root_log(S, n, r, r);
+        if (r != k && sigma < least && root_log(S, n, r, j) + SHARE_OF_ROW >= root_log(S, n, i, j)) least = sigma;
     }
-    return most;
+    return least;
 }
 
 /*
  * A predict adds A_ik S_kj to S_ij, A_ii being 1.  Where that is less than S_ij is rounded by, it is lost at each step, the
- * same way: S_kj stays as it is, though measurements of what is known of row i would take it away.  It is wrong where it makes
- * sigma k, and after as many steps as bring what was lost to what is known of row i.  So it is with a rate beside a position
- * and its offset, all without process noise.  Looked at is one column; `taken`: measurements of a step.
+ * same way: S_kj stays as it is, though measurements of what is known of row i would take it away.  It is wrong where it counts
+ * beside S_kk, and after as many steps as bring what was lost to what is known.  So it is with a rate beside a position and
+ * its offset, all without process noise.  Looked at is one column; `taken`: measurements of a step.
  */
 KQ_COLD KQ_NOINLINE static void watch_transition(filter *f, const process *p, int32_t taken)
 {
@@ -109,28 +109,27 @@ KQ_COLD KQ_NOINLINE static void watch_transition(filter *f, const process *p, in
     const uint32_t weight = ((uint32_t)(LOSSES_OF_PREDICTS * n) << WATCH_PERIOD_FIXED) / (uint32_t)taken;
     const num *S = filter_root(f);
     const scaled *a = p->transition;
-    for (int i = 0; i < j; i++, a += n) {
-        const int32_t own = root_log(S, n, i, j), beside = log_beside(S, n, i, j);
-        const int32_t known = beside < own ? beside : own, rounding = num_watched / 2 + (rows_share_exponents && beside > own ? beside : own);
-        int32_t added = INT32_MIN / 2;
+    for (int i = 0; i <= j; i++, a += n) {
+        const int32_t rounding = entry_rounding(S, n, i, j);
+        int32_t lost = INT32_MIN / 2;
         int from = i;
         for (int k = p->first[i]; k <= j; k++) {
             if (k == i || scaled_is_zero(a[k]) || S[column(j) + k] == 0) continue;
             const int32_t term = scaled_log(a[k]) + root_log(S, n, k, j);
-            if (term > added) added = term, from = k;
+            if (term > lost) lost = term, from = k;
         }
-        if (from == i || !scaled_is_unit(a[i]) || added > rounding + SURELY_ADDED) continue;
-        if (log_beside(S, n, from, j) - root_log(S, n, from, j) > SHARE_OF_ROW) continue;
-        if (added > rounding) added = rounding;
-        add_losses(f, weight, known < added ? 0 : known - added);
+        if (from == i || !scaled_is_unit(a[i]) || lost > rounding + SURELY_ADDED) continue;
+        if (root_log(S, n, from, from) - root_log(S, n, from, j) > SHARE_OF_ROW) continue;
+        const int32_t known = log_known(S, n, i, j, from);
+        add_losses(f, weight, known < lost ? 0 : known - lost);
     }
 }
 
-/* A look at a predict, where the last update has brought the count to another period */
+/* A look at a predict, where the last update has brought the count, which lean sensors do not keep, to another period */
 KQ_KERNEL void watch_predict(filter *f, const process *p)
 {
-    const int32_t taken = f->last.count;
-    if ((f->run.count & ((1 << WATCH_PERIOD_FIXED) - 1)) < taken) watch_transition(f, p, taken);
+    const int32_t taken = f->last.count, within = f->run.count & ((1 << WATCH_PERIOD_FIXED) - 1);
+    if (within < taken && f->run.count >= taken) watch_transition(f, p, taken);
 }
 
 #endif
