@@ -31,7 +31,7 @@ avr) # 8 bits: arithmetic of 32 and 64 bits, too; and the start-up is to copy co
     integers="$integers|^$more|^__(prologue_saves|epilogue_restores)__$"
     # lengths are counted in 64 bits
     floats="$floats|^__((mul|add|sub|neg|cmp)di[23](_s8)?|(ashl|ashr|lshr)di3|u?mulsidi3"
-    floats="$floats|mulsi3|(us?)?mulhisi3|mul[ou]hisi3|u?divmodhi4|do_(copy_data|clear_bss)|prologue_saves__"
+    floats="$floats|mulsi3|(us?)?mulhisi3|mul[ou]hisi3|u?divmod[hs]i4|do_(copy_data|clear_bss)|prologue_saves__"
     floats="$floats|epilogue_restores__)$"
     ;;
 esac

@@ -4,6 +4,7 @@ in them.  While it is traced stand-ins are there; afterwards everything is as it
 from __future__ import annotations
 
 import site
+import sys
 import sysconfig
 import types
 from contextlib import contextmanager
@@ -17,6 +18,7 @@ from kalmanq.formulas.graph import Node
 from kalmanq.formulas.stand_ins import BUILTINS, stand_in_of
 
 INSTALLED = [Path(path).resolve() for path in {*sysconfig.get_paths().values(), *site.getsitepackages(), site.getusersitepackages(),
+                                               *(path for path in sys.path if path.endswith("-packages")),
                                                Path(__file__).parents[1]}]  # this package, too: it may be anywhere
 _EMPTY = object()  # of a cell
 
