@@ -176,7 +176,7 @@ static inline scaled mean_resolution(const scaled *h, int n)
     return 0;
 }
 
-KQ_SHARED int32_t root_log(const num *S, int n, int i, int k) { return scaled_log(root_entry(S, n, i, k)); }
+static inline int32_t root_log(const num *S, int n, int i, int k) { return scaled_log(root_entry(S, n, i, k)); }
 
 static inline int32_t entry_rounding(const num *S, int n, int i, int j) { return scaled_log(root_entry(S, n, i, j)) + num_watched / 2; }
 

@@ -101,35 +101,35 @@ KQ_COLD KQ_NOINLINE static int32_t log_known(const num *S, int n, int i, int j, 
  * A predict adds A_ik S_kj to S_ij, A_ii being 1.  Where that is less than S_ij is rounded by, it is lost at each step, the
  * same way: S_kj stays as it is, though measurements of what is known of row i would take it away.  It is wrong where it counts
  * beside S_kk, and after as many steps as bring what was lost to what is known.  So it is with a rate beside a position and
- * its offset, all without process noise.  Looked at is one column; `taken`: measurements of a step.
+ * its offset, all without process noise.  Looked at is one entry; `taken`: measurements of a step.
  */
-KQ_COLD KQ_NOINLINE static void watch_transition(filter *f, const process *p, int32_t taken)
+KQ_NOINLINE static void watch_transition(filter *f, const process *p, int32_t taken)
 {
-    const int n = f->states, j = watched_column(f->run.count >> WATCH_PERIOD_FIXED, n);
-    const uint32_t weight = ((uint32_t)(LOSSES_OF_PREDICTS * n) << WATCH_PERIOD_FIXED) / (uint32_t)taken;
+    const int32_t look = f->run.count >> WATCH_PERIOD_FIXED;
+    const int n = f->states, j = watched_column(look, n), i = (int)((uint32_t)look % (uint32_t)(j + 1));
     const num *S = filter_root(f);
-    const scaled *a = p->transition;
-    for (int i = 0; i <= j; i++, a += n) {
-        const int32_t rounding = entry_rounding(S, n, i, j);
-        int32_t lost = INT32_MIN / 2;
-        int from = i;
-        for (int k = p->first[i]; k <= j; k++) {
-            if (k == i || scaled_is_zero(a[k]) || S[column(j) + k] == 0) continue;
-            const int32_t term = scaled_log(a[k]) + root_log(S, n, k, j);
-            if (term > lost) lost = term, from = k;
-        }
-        if (from == i || !scaled_is_unit(a[i]) || lost > rounding + SURELY_ADDED) continue;
-        if (root_log(S, n, from, from) - root_log(S, n, from, j) > SHARE_OF_ROW) continue;
-        const int32_t known = log_known(S, n, i, j, from);
-        add_losses(f, weight, known < lost ? 0 : known - lost);
+    const scaled *a = p->transition + i * n;
+    int32_t lost = INT32_MIN / 2;
+    int from = i;
+    if (!scaled_is_unit(a[i])) return;
+    for (int k = p->first[i]; k <= j; k++) {
+        if (k == i || scaled_is_zero(a[k]) || S[column(j) + k] == 0) continue;
+        const int32_t term = scaled_log(a[k]) + root_log(S, n, k, j);
+        if (term > lost) lost = term, from = k;
     }
+    if (from == i || lost > entry_rounding(S, n, i, j) + SURELY_ADDED) return;
+    if (root_log(S, n, from, from) - root_log(S, n, from, j) > SHARE_OF_ROW) return;
+    const int32_t known = log_known(S, n, i, j, from);
+    const uint32_t weight = ((uint32_t)(LOSSES_OF_PREDICTS * n * (j + 1)) << WATCH_PERIOD_FIXED) / (uint32_t)taken;
+    add_losses(f, weight, known < lost ? 0 : known - lost);
 }
 
-/* A look at a predict, where the last update has brought the count, which lean sensors do not keep, to another period */
+/* A look at a predict, where the last update has brought the count, which lean sensors leave at 0, to another period: not
+   in a step in which one at an update is due */
 KQ_KERNEL void watch_predict(filter *f, const process *p)
 {
-    const int32_t taken = f->last.count, within = f->run.count & ((1 << WATCH_PERIOD_FIXED) - 1);
-    if (within < taken && f->run.count >= taken) watch_transition(f, p, taken);
+    const int32_t taken = f->last.count, within = (f->run.count + 4) & ((1 << WATCH_PERIOD_FIXED) - 1);
+    if (within < taken) watch_transition(f, p, taken);
 }
 
 #endif

@@ -174,7 +174,7 @@ KQ_KERNEL void fixed_update_state(filter *f, const fixed_inputs *in, fixed_task 
 /* The library looks at what rounding has done. */
 KQ_COLD KQ_NOINLINE static void fixed_watch(filter *f, const process *p, const sensor *s)
 {
-    if (p) watch_predict(f, p);
+    if (p && f->last.count > 0) watch_transition(f, p, f->last.count);
     if (s->kind->watch) s->kind->watch(f, s);
 }
 

@@ -71,8 +71,8 @@ STEPS = (
     ("m4f", "f32", FIXED, {3: 230, 4: 500}),
     ("m3", "q31", FIXED, {2: 1300, 4: 3900, 9: 14000}),
 )
-# The dearest of 500 settled steps, times one of them: once in 64 measurements a predict is looked at
-DEAREST = 1.3
+# The dearest of 500 settled steps, times one of them
+DEAREST = 1.1
 # The dearest update, times the settled one
 WORST = (("m4f", "f32", 7), ("m3", "q31", 9.5), ("m0", "q31", 8.3))
 
