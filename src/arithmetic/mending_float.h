@@ -19,6 +19,17 @@ KQ_COLD static inline scaled turn_root_row(num *S, const scaled *c, const scaled
     return b;
 }
 
+/* The largest entry of row i, or of what it has lost where that is more: its sigma before, but for a factor of up to 5 */
+KQ_COLD static num row_reach(const num *S, num lost, int n, int i)
+{
+    num most = num_magnitude(lost);
+    for (int j = i; j < n; j++) {
+        const num size = num_magnitude(S[column(j) + i]);
+        if (most < size) most = size;
+    }
+    return most;
+}
+
 static inline void row_clear(num *S, int n, int i)
 {
     for (int j = i; j < n; j++) S[column(j) + i] = 0;

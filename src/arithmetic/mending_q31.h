@@ -24,6 +24,13 @@ KQ_COLD static inline scaled turn_root_row(int32_t *S, const scaled *c, const sc
     return scaled_of(b, exponent);
 }
 
+/* The length of row i, by its exponent, or what it has lost where that is more: its sigma before, but for a factor of 2 */
+KQ_COLD static scaled row_reach(const int32_t *S, scaled lost, int n, int i)
+{
+    const scaled length = scaled_of(1 << 30, S[KQ_TRIANGLE(n) + i]), size = scaled_magnitude(lost);
+    return scaled_is_less(size, length) ? length : size;
+}
+
 static inline void row_clear(int32_t *S, int n, int i)
 {
     for (int j = i; j < n; j++) S[column(j) + i] = 0;

@@ -12,7 +12,7 @@
 typedef struct {
     scaled *f;       /* S'h; then the sines t_j = f_j / sqrt(a_j) */
     scaled *b;       /* S f */
-    scaled *c;       /* the cosines c_j = sqrt(a_{j-1} / a_j) */
+    scaled *c;       /* the cosines c_j = sqrt(a_{j-1} / a_j); then |h_j| sigma_j, sigma_j as before the update */
     scaled *left;    /* what must be left of f */
     scaled *entries; /* a row of S */
     scaled *floor;   /* all but f, before they are needed */
@@ -79,13 +79,13 @@ KQ_COLD static void mend_rows(num *S, const scaled *h, const scaled *rest, const
 /*
  * After a sharp update the row of a measured state is the difference of numbers that agree to
  * sqrt(r / s), and rounding is as large as they are.  What S'h must be is known without it: what each
- * column lacks goes into the entry of the state that has most part in h'P h of those up to it.  That entry is
- * forgotten before where its last bit is beyond what will be left of it.
+ * column lacks goes into the entry of the state up to it that h sees most of, by its sigma before the update: there it
+ * is no more than that sigma's rounding.  That entry is forgotten before where its last bit is beyond what will be left
+ * of it.
  */
 KQ_COLD static void match_root(num *S, const scaled *h, const low_noise_work *w, int forgets, int n)
 {
-    scaled *part = w->c, *rest = w->f; /* the rotations are done */
-    for (int i = 0; i < n; i++) part[i] = scaled_magnitude(scaled_times(h[i], w->b[i]));
+    scaled *rest = w->f; /* the rotations are done */
     if (forgets) mend_rows(S, h, 0, w, n);
     project_exactly(rest, S, h, w->entries, n);
     for (int i = 0; i < n; i++) rest[i] = scaled_minus(w->left[i], rest[i]);
@@ -114,6 +114,7 @@ KQ_COLD KQ_NOINLINE static void rotate_root_apart(num *S, const scaled *h, scale
     for (int i = 0; i < n; i++) {
         const scaled lost = turn_root_row(S, w->c, w->f, w->entries, n, i);
         w->b[i] = scaled_times(sigma, lost);
+        w->c[i] = scaled_times(scaled_magnitude(h[i]), row_reach(S, lost, n, i)); /* no later row is turned by it */
         if (exact) drop_rounding(S, lost, n, i);
     }
     if (sharp) match_root(S, h, w, mending_rounds(r, sigma), n);

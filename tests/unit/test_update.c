@@ -82,6 +82,21 @@ TEST(a_measurement_of_any_sharpness_leaves_the_rest_accurate)
     }
 }
 
+/* State 0 is seen next to not at all, but goes with state 2: what rounding lacks of state 1 is none of its. */
+TEST(a_sharp_measurement_makes_no_state_less_certain)
+{
+    SENSOR(sum, 3, 1);
+    FILTER(three, 3);
+    static const num h[] = {N(1e-30), 0.125, 0.125}, r[] = {3}, none[] = {0, 0, 0};
+    static const num S[] = {N(1e11), N(-0.0043), N(0.0072), N(1e18), 0, N(1e18)}; /* columns of the triangle */
+    ASSERT_OK(K(sensor_init)(&sum, h, r));
+    ASSERT_OK(K(filter_init_root)(&three, none, S));
+    ASSERT_OK(K(update)(&three, &sum, z));
+    TEST_ASSERT_TRUE(K(sigma)(&three, 0) <= N(1.01e11));
+    TEST_ASSERT_TRUE(K(sigma)(&three, 1) <= N(0.00721));
+    TEST_ASSERT_TRUE(K(sigma)(&three, 2) <= N(14));
+}
+
 /* To a part of its own sigma of 1e-5, though that is far below the last bit of the mean. */
 TEST(a_sharp_measurement_is_believed)
 {
