@@ -131,7 +131,7 @@ KQ_NOINLINE static wide wide_from(int64_t p, int32_t shift, int bits)
     wide value = sign ^ INT64_MAX; /* what has no room is cut */
     if (p == 0) return 0;
     if (shift <= 0) value = shift_down_rounded_wide(p, -shift);
-    else if (shift + 63 - bits < leading_zeros_wide((uint64_t)(p ^ sign))) value = shift_up_wide(p, (int)shift, bits);
+    else if (shift < leading_zeros_wide((uint64_t)(p ^ sign)) - (63 - bits)) value = shift_up_wide(p, (int)shift, bits);
     return held_within(value, (int64_t)(upper << 32));
 }
 

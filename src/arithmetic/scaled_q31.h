@@ -121,9 +121,10 @@ KQ_OF_NUMBERS scaled scaled_of_product(int32_t a, int32_t b, int32_t exponent)
     return unpack(packed_of_product(a, b, exponent));
 }
 
+/* The exponent of a turned bit may be any: the sum wraps. */
 static inline scaled scaled_times(scaled a, scaled b)
 {
-    return scaled_of_product(a.mantissa, b.mantissa, a.exponent + b.exponent);
+    return scaled_of_product(a.mantissa, b.mantissa, (int32_t)((uint32_t)a.exponent + (uint32_t)b.exponent));
 }
 
 /* b != 0.  1 / |b| = reciprocal(2 |b|) 2^-62; exponent: a's less b's */
@@ -148,7 +149,7 @@ KQ_OF_WORDS packed packed_plus(int32_t a, int32_t p, int32_t b, int32_t q)
         a = larger, p = exponent;
     }
     const int64_t high = shift_up_wide(a, 30, 61), low = shift_up_wide(b, 30, 61);
-    const int32_t down = p - q;
+    const uint32_t down = (uint32_t)p - (uint32_t)q;
     return pack(scaled_of(sum_of(high, down < 63 ? low >> down : 0, 62), p - 30));
 }
 

@@ -41,7 +41,7 @@ static void past_finish(const start *s, uint32_t t, const num *a, const num *T)
         past_join_row(v.joined, &q, n, i, w, n);
     }
     root_of_rows(q.root, v.joined, 2 * n, n, v.spare);
-    filter_note(s->filter, means_saturated(q.mean, q.root, n));
+    filter_note(s->filter, state_saturate(q.mean, q.root, 0, n)); /* its root, too: it went through all that overflowed */
 }
 
 /* Did a state saturate, in a step or now?  What was recorded is then wrong. */
