@@ -132,7 +132,7 @@ typedef struct {
 #define KQ_PRIVATE_EM_OBJECT(n, m, length, memory) \
     { n, m, 0, 0, length, memory, NULL, NULL, NULL, 0, 0, 0, 0, 0, 0, 0, 0, 0, {0, 0, 0, NULL, NULL, NULL, \
         NULL, {0}, 0, 0, 0}, {0, 0, 0, 0, NULL, NULL, NULL, NULL, {0}, 0, 0, 0, NULL}, {0, 0, 0, 0, 0, 0, \
-        NULL, NULL, 0, {0, 0, 0, 0}, {{0, 0, 0}, 0, 0, 0}}, { {NULL}, 0, 0, 0, 0, \
+        NULL, NULL, 0, 0, {0, 0, 0, 0}, {{0, 0, 0}, 0, 0, 0}}, { {NULL}, 0, 0, 0, 0, \
         0, 0, 0, 0, NULL, NULL, NULL, 0, 0 } }
 
 /** Declares an object `name` with its static memory. */

@@ -67,23 +67,23 @@ typedef struct {
     uint16_t known;                   /* bit i: component i can be read */
     float *memory;                    /* yours: mean, then root */
     struct kq_attached_f32 *attached; /* or NULL */
-    uint32_t weak;                    /* counts measurements that take little of P, and what rounding takes */
+    uint32_t weak, losses;            /* measurements that take little of P; what rounding takes of it, times 2^32 */
     kq_likelihood_f32 last;           /* of the last update */
     kq_likelihood_run_f32 run;        /* since init */
 } kq_filter_f32;
 
 typedef struct {
     uint8_t states, ready; uint16_t events; uint8_t plain, seal; uint16_t known; double *memory;
-    struct kq_attached_f64 *attached; uint32_t weak; kq_likelihood_f64 last; kq_likelihood_run_f64 run;
+    struct kq_attached_f64 *attached; uint32_t weak, losses; kq_likelihood_f64 last; kq_likelihood_run_f64 run;
 } kq_filter_f64;
 
 /** Declares a filter `name` of n states with its memory, static. */
 #define KQ_FILTER_F32(name, n) \
     static float name##_memory[KQ_FILTER_LEN_F32(n)]; \
-    static kq_filter_f32 name = {n, 0, 0, 0, 0, 0, name##_memory, NULL, 0, {0, 0, 0, 0}, {{0, 0, 0}, 0, 0, 0}}
+    static kq_filter_f32 name = {n, 0, 0, 0, 0, 0, name##_memory, NULL, 0, 0, {0, 0, 0, 0}, {{0, 0, 0}, 0, 0, 0}}
 #define KQ_FILTER_F64(name, n) \
     static double name##_memory[KQ_FILTER_LEN_F64(n)]; \
-    static kq_filter_f64 name = {n, 0, 0, 0, 0, 0, name##_memory, NULL, 0, {0, 0, 0, 0}, {{0, 0, 0}, 0, 0, 0}}
+    static kq_filter_f64 name = {n, 0, 0, 0, 0, 0, name##_memory, NULL, 0, 0, {0, 0, 0, 0}, {{0, 0, 0}, 0, 0, 0}}
 
 /** Gives a filter its size and memory at run time; the macros do it at compile time.
  *   f        written
@@ -339,14 +339,14 @@ typedef struct { int64_t sum; int32_t carried, count; kq_scaled_q31 determinant;
 
 typedef struct {
     uint8_t states, ready; uint16_t events; uint8_t plain, seal; uint16_t known; int32_t *memory;
-    struct kq_attached_q31 *attached; const kq_format_q31 *state_format; uint32_t weak; kq_likelihood_q31 last;
+    struct kq_attached_q31 *attached; const kq_format_q31 *state_format; uint32_t weak, losses; kq_likelihood_q31 last;
     kq_likelihood_run_q31 run;
 } kq_filter_q31;
 
 /** As KQ_FILTER_F32. */
 #define KQ_FILTER_Q31(name, n) \
     static int32_t name##_memory[KQ_FILTER_LEN_Q31(n)]; \
-    static kq_filter_q31 name = {n, 0, 0, 0, 0, 0, name##_memory, NULL, NULL, 0, {0, {0, 0}, 0}, \
+    static kq_filter_q31 name = {n, 0, 0, 0, 0, 0, name##_memory, NULL, NULL, 0, 0, {0, {0, 0}, 0}, \
         {0, 0, 0, {0, 0}}}
 
 /** As kq_filter_assign_f32; KQ_FILTER_LEN_Q31(n) words. */

@@ -91,7 +91,7 @@ template <typename T, int N, int M> struct Sensor : c::of<T>::sensor {
 template <typename T, int N> struct Filter : c::of<T>::filter {
     static_assert(c::is_size(N), "1 to 16 states");
     constexpr Filter()
-        : c::of<T>::filter{N, 0, 0, 0, 0, 0, memory_, nullptr, 0, {0, 0, 0, 0}, {{0, 0, 0}, 0, 0, 0}}, memory_{} {}
+        : c::of<T>::filter{N, 0, 0, 0, 0, 0, memory_, nullptr, 0, 0, {0, 0, 0, 0}, {{0, 0, 0}, 0, 0, 0}}, memory_{} {}
     Filter(const Filter &) = delete;
     Filter &operator=(const Filter &) = delete;
 

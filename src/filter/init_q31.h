@@ -18,7 +18,7 @@ KQ_COLD kq_status T(kq_filter_init)(filter *f, const kq_prior_table_q31 *prior,
     renormalise(filter_root(f), n);
     f->state_format = prior->state_format;
     f->events = 0;
-    f->weak = 0;
+    f->weak = f->losses = 0;
     likelihood_clear(&f->last);
     likelihood_run_clear(&f->run);
     filter_make_ready(f);

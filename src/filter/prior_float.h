@@ -21,7 +21,7 @@ KQ_COLD static void filter_begin(filter *f, const num *x0)
     const int n = f->states;
     for (int i = 0; i < n; i++) mean_set(f->memory, n, i, x0[i]);
     f->events = 0;
-    f->weak = 0;
+    f->weak = f->losses = 0;
     likelihood_clear(&f->last);
     likelihood_run_clear(&f->run);
     filter_make_ready(f);

@@ -41,7 +41,7 @@ KQ_COLD static int watched_column(int32_t look, int n)
 /* Nothing is left of a weight below 2^17 by more. */
 enum { LEAST_LOSS = num_loss_bits + 17 };
 
-/* Adds weight 2^-down to the losses.  They are `weak` times 2^-32: more than 1 is too much, has the event, and begins anew. */
+/* Adds weight 2^-down to the losses.  They are `losses` times 2^-32: more than 1 is too much, has the event, and begins anew. */
 KQ_COLD static void add_losses(filter *f, uint32_t weight, int32_t down)
 {
     if (down > LEAST_LOSS) return;
@@ -49,8 +49,8 @@ KQ_COLD static void add_losses(filter *f, uint32_t weight, int32_t down)
     const int is_whole = down < 32 && weight >> down;
     const uint32_t units = is_whole ? 0 : up >= 0 ? weight << up : weight >> -up;
     const uint32_t share = units << (31 - num_loss_bits) << 1;
-    if (is_whole || f->weak + share < share) f->events |= KQ_EVENT_PRECISION;
-    f->weak += share;
+    if (is_whole || f->losses + share < share) f->events |= KQ_EVENT_PRECISION;
+    f->losses += share;
 }
 
 /*

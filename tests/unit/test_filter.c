@@ -537,7 +537,7 @@ TEST(check_takes_what_steps_leave)
     }
 }
 
-/* All but `weak`, and the events and likelihoods that may be */
+/* All but `weak`, `losses`, and the events and likelihoods that may be */
 TEST(check_finds_what_contradicts_itself)
 {
     ASSERT_OK(K(predict)(&track, &motion, u));

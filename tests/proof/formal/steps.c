@@ -309,6 +309,7 @@ static void set_filter(void)
     f.states = N, f.memory = memory, f.attached = 0, f.state_format = formats;
     f.ready = (uint8_t)(FILTER_READY | (Frama_C_interval(0, 1) ? FILTER_LOW_NOISE | (Frama_C_interval(0, 1) ? FILTER_NARROW : 0) : 0));
     f.weak = Frama_C_unsigned_int_interval(0, UINT32_MAX);
+    f.losses = Frama_C_unsigned_int_interval(0, UINT32_MAX);
     f.last = (likelihood){Frama_C_long_long_interval(0, score_max), any_variance(likelihood_reach), Frama_C_interval(0, 16)};
     f.run = (likelihood_run){Frama_C_long_long_interval(-score_max, score_max), WORD(INT32_MAX),
                              Frama_C_interval(0, likelihood_part - 1), any_variance(620000000)};
