@@ -5,20 +5,42 @@
 #include "rounding.h"
 #include "unknown.h"
 
-static int row_is_zero(const num *row, scaled error, int count)
+/* The columns of D (bit j) that are below the rounding of each row, though A has not taken them to 0: other modes have
+   grown away from them.  In these an entry is unknown however small it is. */
+static uint32_t hidden_columns(const start *s)
 {
+    const diffuse_memory v = diffuse_memory_of(s);
+    uint32_t hidden = (UINT32_C(1) << s->unknowns) - 1;
+    for (int i = 0; i < s->states; i++) {
+        const num *row = unknown_row(v.unknown, s->states, i);
+        const scaled error = row_error(v.rounding, s->states, i);
+        for (int j = 0; j < s->unknowns; j++) {
+            if (is_significant(entry_get(row, j), error)) hidden &= ~(UINT32_C(1) << j);
+        }
+    }
+    return hidden;
+}
+
+static int row_is_zero(const num *row, scaled error, int count, uint32_t hidden)
+{
+    const scaled zero = scaled_zero();
     for (int j = 0; j < count; j++) {
-        if (is_significant(entry_get(row, j), error)) return 0;
+        if (is_significant(entry_get(row, j), hidden >> j & 1 ? zero : error)) return 0;
     }
     return 1;
 }
 
-/* Is D_i 0? */
-static int unknown_is_zero(const start *s, int i)
+/* The states (bit i) of which D_i is 0 */
+static uint16_t known_states(const start *s)
 {
     const diffuse_memory v = diffuse_memory_of(s);
-    const scaled error = row_error(v.rounding, s->states, i);
-    return row_is_zero(unknown_row(v.unknown, s->states, i), error, s->unknowns);
+    const uint32_t hidden = hidden_columns(s);
+    uint32_t known = 0;
+    for (int i = 0; i < s->states; i++) {
+        const scaled error = row_error(v.rounding, s->states, i);
+        if (row_is_zero(unknown_row(v.unknown, s->states, i), error, s->unknowns, hidden)) known |= UINT32_C(1) << i;
+    }
+    return (uint16_t)known;
 }
 
 /* Has A taken column j to 0?  Where the volumes of all A have not shrunk much, what is left of it was

@@ -21,10 +21,7 @@ static void diffuse_close(start *s)
 {
     filter *f = s->filter;
     s->ready = f->ready;
-    f->known = 0;
-    for (int i = 0; i < s->states; i++) {
-        if (unknown_is_zero(s, i)) f->known = (uint16_t)(f->known | UINT32_C(1) << i);
-    }
+    f->known = known_states(s);
     f->seal = 0;
     if (!s->unknowns) return;
     filter_set_ready(f, 0);

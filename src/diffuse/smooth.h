@@ -7,9 +7,10 @@
 /* What stays unknown is no result. */
 static void past_mark_lost(const start *s, const past_state *q)
 {
+    const uint32_t hidden = hidden_columns(s);
     for (int i = 0; i < s->states; i++) {
         const num *row = unknown_row(q->unknown, s->states, i);
-        if (row_is_zero(row, entry_get(q->error, i), s->unknowns)) continue;
+        if (row_is_zero(row, entry_get(q->error, i), s->unknowns, hidden)) continue;
         *q->lost = (num)(lost_rows(q) | UINT32_C(1) << i);
     }
 }

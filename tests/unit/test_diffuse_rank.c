@@ -289,5 +289,20 @@ TEST(what_has_decayed)
     TEST_ASSERT_EQUAL_INT(0, S(diffuse_count)(&start));
 }
 
+/* What others have grown away from is below their rounding, and unknown still. */
+TEST(what_others_have_grown_away_from)
+{
+    static const double A[] = {16, 0, 1, 0.5}, h[] = {1, 0};
+    put_model(2, A, h);
+    for (int steps = 1; steps < 15; steps++) {
+        begin(2);
+        for (int t = 0; t < steps; t++) advance();
+        take(1);
+        TEST_ASSERT_EQUAL_INT(1, S(diffuse_count)(&start));
+        TEST_ASSERT_TRUE(is_nothing(S(mean)(&filter, 1)) && !is_nothing(S(mean)(&filter, 0)));
+        ASSERT_OK(S(filter_check)(&filter));
+    }
+}
+
 SUITE(diffuse_rank, NULL)
 #include "diffuse_rank.tests"
