@@ -19,7 +19,8 @@ KQ_COLD static inline scaled turn_root_row(num *S, const scaled *c, const scaled
     return b;
 }
 
-/* The largest entry of row i, or of what it has lost where that is more: its sigma before, but for a factor of up to 5 */
+/* The largest entry of row i, or what it has lost where that is more: its sigma before the update, but for a factor of up
+   to 5 */
 KQ_COLD static num row_reach(const num *S, num lost, int n, int i)
 {
     num most = num_magnitude(lost);

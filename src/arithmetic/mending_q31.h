@@ -24,10 +24,15 @@ KQ_COLD static inline scaled turn_root_row(int32_t *S, const scaled *c, const sc
     return scaled_of(b, exponent);
 }
 
-/* The length of row i, by its exponent, or what it has lost where that is more: its sigma before, but for a factor of 2 */
+/* mending_float.h */
 KQ_COLD static scaled row_reach(const int32_t *S, scaled lost, int n, int i)
 {
-    const scaled length = scaled_of(1 << 30, S[KQ_TRIANGLE(n) + i]), size = scaled_magnitude(lost);
+    uint32_t most = 0;
+    for (int j = i; j < n; j++) {
+        const uint32_t size = magnitude(S[column(j) + i]);
+        if (most < size) most = size;
+    }
+    const scaled length = scaled_of(most, S[KQ_TRIANGLE(n) + i]), size = scaled_magnitude(lost);
     return scaled_is_less(size, length) ? length : size;
 }
 
