@@ -28,20 +28,24 @@ static struct {
     K(diffuse) diffuse;
     K(consistency) consistency;
     K(loss) gate;
+    entry filtered[STEPS][SQUARE]; /* of the steps of the history, 0 where they were not looked at */
+    size_t noted;
 } own;
 
 /* ------------------------------------------------------------------ what must hold */
 
 static K(filter) before;
 static word memory_before[LENGTH(FILTER)(MOST)];
-static entry filtered[STEPS][SQUARE]; /* of the steps of the history */
 
 static void note(void)
 {
     const size_t t = K(history_steps)(&own.history) - 1;
     before = own.filter;
     memcpy(memory_before, own.filter.memory, sizeof(word) * (size_t)LENGTH(FILTER)(own.n));
-    if (own.filter.attached == &own.history.attached && t < STEPS) (void)!K(covariance)(&own.filter, filtered[t]);
+    if (own.filter.attached != &own.history.attached || t >= STEPS) return;
+    if (t + 1 < own.noted) own.noted = 0;
+    while (own.noted <= t) memset(own.filtered[own.noted++], 0, sizeof *own.filtered);
+    (void)!K(covariance)(&own.filter, own.filtered[t]);
 }
 
 /* A refused call has changed nothing */
@@ -279,7 +283,7 @@ static void smooth(void)
                                                            : smooth_with_extras();
     for (size_t t = 0; status >= 0 && t < K(history_steps)(&own.history); t++) {
         if (K(smoothed)(&own.history, t, &view) != KQ_OK || !sane(&view, P)) continue;
-        if (how != 2 && t < STEPS && !(K(events)(&view) & TOLD)) check_not_above(P, filtered[t], own.n);
+        if (how != 2 && t < STEPS && !(K(events)(&view) & TOLD)) check_not_above(P, own.filtered[t], own.n);
     }
 }
 

@@ -176,6 +176,7 @@ static void tame_recording(K(recording) *r, int l)
 static void tame_learning(learning *e, int l, const num *B, int r, const num *F)
 {
     const num *const from[PARAMETERS] = {law.A, law.H, law.Q, law.R, law.x, law.P};
+    memset(e, 0, sizeof *e);
     e->n = law.n, e->m = law.m;
     for (int c = 0; c < law.m; c++) law.H[c * law.n] = 1;
     learn_from(e, l, B, r, F, from);
