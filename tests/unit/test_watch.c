@@ -122,6 +122,7 @@ TEST(a_rate_that_rounding_hides_is_told)
 {
     TEST_ASSERT_EQUAL_UINT(0, events_of_four(rate_behind, four_zeros, apart, ends, 1e-2 * finest, 500));
     TEST_ASSERT_EQUAL_UINT(KQ_EVENT_PRECISION, events_of_four(rate_behind, four_zeros, apart, ends, 1e-2 * finest, 10000));
+    TEST_ASSERT_EQUAL_UINT(KQ_EVENT_PRECISION, events_of_four(rate_behind, four_zeros, apart, ends, 32e-2 * finest, 150000)); /* little by little */
     TEST_ASSERT_EQUAL_UINT(KQ_EVENT_PRECISION, events_of_four(rate_before, four_zeros, apart_first, ends_behind, 1e-2 * finest, 30000));
 }
 
