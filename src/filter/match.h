@@ -114,8 +114,8 @@ KQ_COLD KQ_NOINLINE static void rotate_root_apart(num *S, const scaled *h, scale
     for (int i = 0; i < n; i++) {
         const scaled lost = turn_root_row(S, w->c, w->f, w->entries, n, i);
         w->b[i] = scaled_times(sigma, lost);
-        w->c[i] = scaled_times(scaled_magnitude(h[i]), row_reach(S, lost, n, i)); /* no later row is turned by it */
         if (exact) drop_rounding(S, lost, n, i);
+        if (sharp) w->c[i] = scaled_times(scaled_magnitude(h[i]), row_reach(S, lost, n, i)); /* no later row is turned by it */
     }
     if (sharp) match_root(S, h, w, mending_rounds(r, sigma), n);
 }
