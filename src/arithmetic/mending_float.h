@@ -4,31 +4,22 @@
 
 #include "rows_float.h"
 
-/* Row i of S through the rotations of cosines c and sines t.  Answers entry i of S f / sqrt(s). */
+/* Row i of S through the rotations of cosines c and sines t.  Answers entry i of S f / sqrt(s); reach: the sizes of that and
+   of what is left, the row's sigma before but for a factor of up to 5. */
 KQ_COLD static inline scaled turn_root_row(num *S, const scaled *c, const scaled *t, scaled *scratch, int n,
-                                   int i)
+                                   int i, scaled *reach)
 {
-    num *s = S + column(i) + i, b = 0;
+    num *s = S + column(i) + i, b = 0, total = 0;
     (void)scratch;
     for (int j = i; j < n; j++) {
-        const num old = *s;
-        *s = c[j] * old - t[j] * b;
+        const num old = *s, turned = c[j] * old - t[j] * b;
+        *s = turned;
+        total += num_magnitude(turned);
         b = c[j] * b + t[j] * old;
         s += j + 1;
     }
+    *reach = total + num_magnitude(b);
     return b;
-}
-
-/* The largest entry of row i, or what it has lost where that is more: its sigma before the update, but for a factor of up
-   to 5 */
-KQ_COLD static num row_reach(const num *S, num lost, int n, int i)
-{
-    num most = num_magnitude(lost);
-    for (int j = i; j < n; j++) {
-        const num size = num_magnitude(S[column(j) + i]);
-        if (most < size) most = size;
-    }
-    return most;
 }
 
 static inline void row_clear(num *S, int n, int i)

@@ -8,12 +8,14 @@
 KQ_COLD KQ_NOINLINE static int32_t turn_word(const scaled *a) { return word_of(scaled_shift(*a, 31)); }
 
 /* Row i of S through the rotations of cosines c and sines t.  Its exponent becomes the exponent of what is
-   left.  Answers entry i of S f / sqrt(s), which is as long as the row was at most. */
+   left.  Answers entry i of S f / sqrt(s), which is as long as the row was at most; reach: the largest of that and of the
+   row's entries, its sigma before but for a factor of up to 5. */
 KQ_COLD static inline scaled turn_root_row(int32_t *S, const scaled *c, const scaled *t, scaled *entries,
-                                   int n, int i)
+                                   int n, int i, scaled *reach)
 {
     const int32_t exponent = S[KQ_TRIANGLE(n) + i], *s = S + column(i) + i;
     int32_t b = 0;
+    uint32_t most = 0;
     for (int j = i; j < n; j++) {
         const scaled old = {*s, exponent}, other = {-b, exponent};
         entries[j - i] = scaled_products(c[j], old, t[j], other);
@@ -21,19 +23,11 @@ KQ_COLD static inline scaled turn_root_row(int32_t *S, const scaled *c, const sc
         s += j + 1;
     }
     root_set_row(S, entries, n, i);
-    return scaled_of(b, exponent);
-}
-
-/* mending_float.h */
-KQ_COLD static scaled row_reach(const int32_t *S, scaled lost, int n, int i)
-{
-    uint32_t most = 0;
-    for (int j = i; j < n; j++) {
-        const uint32_t size = magnitude(S[column(j) + i]);
-        if (most < size) most = size;
-    }
-    const scaled length = scaled_of(most, S[KQ_TRIANGLE(n) + i]), size = scaled_magnitude(lost);
-    return scaled_is_less(size, length) ? length : size;
+    for (int j = i; j < n; j++) most = magnitude(S[column(j) + i]) > most ? magnitude(S[column(j) + i]) : most;
+    const scaled lost = scaled_of(b, exponent), size = scaled_magnitude(lost);
+    *reach = scaled_of(most, S[KQ_TRIANGLE(n) + i]);
+    if (scaled_is_less(*reach, size)) *reach = size;
+    return lost;
 }
 
 static inline void row_clear(int32_t *S, int n, int i)

@@ -68,18 +68,21 @@ static int diffuse_sees(const start *s, sight *by)
     return sees;
 }
 
-/* F <- (I - k h') F + k e' and what the reflection rounds, e being what g is rounded by */
+/* F <- (I - k h') F + k e' and what the reflection rounds, e being what g is rounded by.  The lower triangle is the upper
+   one: what they differ by would grow as A does. */
 static void rounding_define(num *rounding, int n, const scaled *k, const sight *by)
 {
     const scaled zero = scaled_zero();
     const scaled seen = hypotenuse(by->error, by->own), square = scaled_times(seen, seen);
     for (int i = 0; i < n; i++) {
         num *row = rounding_row(rounding, n, i);
-        for (int j = 0; j < n; j++) {
+        for (int j = i; j < n; j++) {
             scaled entry = scaled_minus(entry_get(row, j), scaled_times(k[i], by->w[j]));
             entry = scaled_minus(entry, scaled_times(by->w[i], k[j]));
             entry = scaled_plus(entry, scaled_times(scaled_times(k[i], k[j]), square));
-            entry_set(row, j, i == j && scaled_is_negative(entry) ? zero : entry);
+            if (i == j && scaled_is_negative(entry)) entry = zero;
+            entry_set(row, j, entry);
+            entry_set(rounding_row(rounding, n, j), i, entry);
         }
         rounding_add(rounding, n, i, by->turned[i]);
     }
@@ -256,6 +259,48 @@ static void likelihood_unbound(likelihood *p, scaled range)
     likelihood_multiply(p, share);
 }
 
+/* K s = S S'h; answers s */
+static scaled diffuse_gain(scaled *k, const filter *f, const scaled *h, scaled r)
+{
+    const int n = f->states;
+    const num *S = filter_root(f);
+    num row[ROW_LEN(KQ_SIZE_MAX)];
+    project(row, S, h, n);
+    for (int i = 0; i < n; i++) {
+        k[i] = scaled_zero();
+        for (int j = i; j < n; j++) k[i] = scaled_plus(k[i], scaled_times(root_number(S, n, i, j), row_entry(row, n, j)));
+    }
+    return scaled_plus(r, row_product(row, row, n));
+}
+
+/*
+ * A measurement that sees nothing unknown: h'(D + F) = 0, so that (I - K h') (D + F) is D + F for any K.  With the filter's
+ * own gain D loses what rounding has left of h'D, and F does not grow where the filter's errors do not, however A grows.
+ */
+KQ_NOINLINE static void unknown_measured(const start *s, sight *by, scaled r)
+{
+    const scaled zero = scaled_zero();
+    const diffuse_memory v = diffuse_memory_of(s);
+    const int n = s->states;
+    scaled k[KQ_SIZE_MAX];
+    const scaled variance = diffuse_gain(k, s->filter, by->h, r);
+    if (!scaled_is_less(zero, variance) || variance_overflows(variance)) return;
+    by->own = zero;
+    for (int j = 0; j < s->unknowns; j++) by->own = hypotenuse(by->own, by->fresh[j]);
+    for (int i = 0; i < n; i++) {
+        num *row = unknown_row(v.unknown, n, i);
+        k[i] = scaled_over(k[i], variance);
+        by->turned[i] = zero;
+        for (int j = 0; j < s->unknowns && !scaled_is_zero(k[i]); j++) {
+            const scaled old = entry_get(row, j), part = scaled_times(k[i], by->g[j]);
+            if (scaled_is_zero(part)) continue;
+            entry_set(row, j, scaled_minus(old, part));
+            by->turned[i] = scaled_plus(by->turned[i], scaled_times(old, old));
+        }
+    }
+    rounding_define(v.rounding, n, k, by);
+}
+
 static void diffuse_take(start *s, const reading *z)
 {
     sight by;
@@ -264,7 +309,8 @@ static void diffuse_take(start *s, const reading *z)
         diffuse_row(&by, z, c);
         const scaled e = scalar_innovation(s->filter, z, c);
         by.range = scaled_zero();
-        if (s->unknowns && diffuse_sees(s, &by) && diffuse_define(s, z, c, &by, e)) continue;
+        if (s->unknowns && !diffuse_sees(s, &by)) unknown_measured(s, &by, scalar_noise(z, c));
+        else if (s->unknowns && diffuse_define(s, z, c, &by, e)) continue;
         if (s->unknowns == 0) take_with_care(s->filter, z, c, by.h, e);
         else diffuse_take_known(s, z, c, by.h, e);
         if (!scaled_is_zero(by.range)) likelihood_unbound(&s->filter->last, by.range);

@@ -112,10 +112,11 @@ KQ_COLD KQ_NOINLINE static void rotate_root_apart(num *S, const scaled *h, scale
 {
     const scaled sigma = turns_of(w, r, n);
     for (int i = 0; i < n; i++) {
-        const scaled lost = turn_root_row(S, w->c, w->f, w->entries, n, i);
+        scaled reach;
+        const scaled lost = turn_root_row(S, w->c, w->f, w->entries, n, i, &reach);
         w->b[i] = scaled_times(sigma, lost);
         if (exact) drop_rounding(S, lost, n, i);
-        if (sharp) w->c[i] = scaled_times(scaled_magnitude(h[i]), row_reach(S, lost, n, i)); /* no later row is turned by it */
+        w->c[i] = scaled_times(scaled_magnitude(h[i]), reach); /* no later row is turned by it */
     }
     if (sharp) match_root(S, h, w, mending_rounds(r, sigma), n);
 }

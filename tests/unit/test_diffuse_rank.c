@@ -304,5 +304,19 @@ TEST(what_others_have_grown_away_from)
     }
 }
 
+/* Only the difference of two states is ever seen, and it doubles at each step: neither state becomes known by rounding. */
+TEST(what_is_never_seen)
+{
+    static const double A[] = {1, 0, -1, 2}, h[] = {1, -1};
+    put_model(2, A, h);
+    begin(2);
+    for (int t = 0; t < 300; t++) {
+        if (t) advance();
+        take(0);
+        TEST_ASSERT_EQUAL_INT(1, S(diffuse_count)(&start));
+        TEST_ASSERT_TRUE(is_nothing(S(mean)(&filter, 0)) && is_nothing(S(mean)(&filter, 1)));
+    }
+}
+
 SUITE(diffuse_rank, NULL)
 #include "diffuse_rank.tests"
