@@ -10,7 +10,8 @@
  *
  * What is 0 decides everything here.  Rounding leaves D + F for D.  The columns of F are taken as
  * independent, of one covariance, which goes through every step as that of x does: A F, and, since
- * what is defined has h'(D + F) = 0 whatever F is, (I - k h') F; each step adds its own rounding.
+ * what is defined, or sees nothing unknown, has h'(D + F) = 0 whatever F is, (I - k h') F; each step
+ * adds its own rounding.
  * So h'D is 0 where it is within 16 standard errors of h'F.  (Bounds of each entry by itself would
  * forget what the errors have in common: for a season of 12 they double in every second step.)
  */

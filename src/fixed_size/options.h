@@ -26,8 +26,9 @@
  * Errors, a history that records, a correlated or noise-free R, an A or a number of controls that is
  * not what was said: the linked library's function takes the step, at its own cost, and answers.  So
  * does it in floating point up to n = 3 where a sigma is to be held or a measurement is unusual (the
- * noise below 2^-15 of S or of the innovation's square, 2^-47 in f64), whose bits are then the
- * library's; from n = 4 on, and in q31, it takes the unusual component and those after it.
+ * noise below 2^-15 of S or of the innovation's square, 2^-47 in f64, or nearly all of S), whose bits
+ * are then the library's; from n = 4 on, and in q31, it takes the unusual component and those after it:
+ * last bits of likelihoods, and of how f32 splits a mean, may be others then.
  * Stack: what does not fit in registers, for the smoother at most its workspace
  * (KQ_PRIVATE_HISTORY_WORKSPACE_LEN of n rounded up to 4, 6, 9 or 16).  For gcc at -O2 or -O3; another
  * compiler may unroll less.
