@@ -740,5 +740,22 @@ TEST(a_full_history_is_refused)
     ASSERT_REFUSED(KQ_ERR_HISTORY_FULL, K(diffuse_smooth)(&start));
 }
 
+/* One that sees nothing unknown and has no variance, or one beyond the numbers: it says nothing of what is unknown, either. */
+TEST(what_has_no_variance_leaves_the_unknown)
+{
+    SENSOR(other, 2, 1);
+    static const num none[] = {0}, far[] = {N(0x1p-20 * (double)NUM_MAX), 0}, known[] = {4, 0, 0, 0}, x[] = {0, 0}, z[] = {0};
+    ASSERT_OK(K(diffuse_init)(&start, &track, x, zero, 2));
+    ASSERT_OK(K(sensor_init)(&other, H, none));
+    ASSERT_OK(K(update)(&track, &other, z));
+    TEST_ASSERT_EQUAL_HEX(KQ_EVENT_REDUNDANT, K(events)(&track) & KQ_EVENT_REDUNDANT);
+    ASSERT_OPEN(1, 1);
+    ASSERT_OK(K(diffuse_init)(&start, &track, x, known, 2));
+    ASSERT_OK(K(sensor_init)(&other, far, R));
+    ASSERT_OK(K(update)(&track, &other, z));
+    TEST_ASSERT_EQUAL_HEX(KQ_EVENT_OVERFLOW, K(events)(&track) & KQ_EVENT_OVERFLOW);
+    ASSERT_OPEN(1, 1);
+}
+
 SUITE(diffuse, set_up)
 #include "diffuse.tests"
