@@ -338,13 +338,6 @@ static int step_em(const model *p, int t)
 
 enum { EARLY = 10 };
 
-/* Of a hundred bits of gains, that mislead: half of q31's are exponents, each of which is a factor of 2 to 2^16, or 0. */
-#if defined(KQ_TURNED_Q31)
-enum { MISLEADING_GAINS = 25 };
-#else
-enum { MISLEADING_GAINS = 20 };
-#endif
-
 static const scene scenes[] = {
     {"history", EARLY, begin_history, filtered, end_history, PLACE(history), 0, (size_t)LENGTH(HISTORY)(2, 1, BEFORE - EARLY + STEPS + 1, 0), {{5, 60}, {10, 2}}},
     {"lag", EARLY, begin_lag, step_lag, NULL, PLACE(lag), 0, (size_t)LENGTH(LAG)(2, 1, LATE), {{5, 55}, {1, 2}}},
@@ -357,10 +350,10 @@ static const scene scenes[] = {
     {"adaptation", EARLY, begin_adaptation, step_filter, NULL, PLACE(adaptation), KQ_ADAPTATION_LEN_F32(2, 1), 0, {{5, 15}, {5, 3}}},
     {"em", BEFORE, begin_em, step_em, NULL, PLACE(em), 0, (size_t)LENGTH(EM)(2, 1, ROWS), {{1, 35}, {1, 0}}},
 #endif
-    {"freeze", EARLY, begin_freeze, step_freeze, NULL, PLACE(freeze), 2, (size_t)LENGTH(FREEZE)(2), {{5, 35}, {MISLEADING_GAINS, 0}}},
+    {"freeze", EARLY, begin_freeze, step_freeze, NULL, PLACE(freeze), 2, (size_t)LENGTH(FREEZE)(2), {{5, 35}, {20, 0}}},
     {"loss, gate", EARLY, begin_gate, step_loss, NULL, PLACE(loss), 0, 0, {{5, 30}, {0, 0}}},
     {"loss, Student", EARLY, begin_student, step_loss, NULL, PLACE(loss), 1, 0, {{5, 55}, {1, 0}}},
-    {"steady", BEFORE, begin_steady, step_steady, NULL, PLACE(steady), 2, (size_t)LENGTH(STEADY)(2), {{30, 70}, {MISLEADING_GAINS, 0}}},
+    {"steady", BEFORE, begin_steady, step_steady, NULL, PLACE(steady), 2, (size_t)LENGTH(STEADY)(2), {{30, 70}, {20, 0}}},
     {"consistency", EARLY, begin_window, step_window, NULL, PLACE(window), 0, (size_t)LENGTH(CONSISTENCY)(1, WINDOW), {{10, 65}, {1, 0}}},
     {"least squares", EARLY, begin_fit, step_fit, NULL, PLACE(fit), 0, 0, {{5, 35}, {0, 0}}},
 };
